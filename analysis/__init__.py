@@ -1,0 +1,1 @@
+"""Results to physics: restitution, contacts, modes, theory and figures. Needs no LAMMPS."""

@@ -1,0 +1,78 @@
+"""The numerics of one run: who reflects, how a step is composed, how the bond is tabulated."""
+
+from dataclasses import dataclass, replace
+
+from lammps_inputs.scene import (
+    DEFAULT_REFLECT_TIMESTEP,
+    DEFAULT_TIMESTEPS,
+    Scene,
+    Scheme,
+    TableStyle,
+    Wall,
+)
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """
+    Settings that decide the accuracy and the cost of one run.
+
+    Attributes
+    ----------
+    wall : str
+        ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
+    scheme : str
+        ``verlet``, ``order4``, ``order6`` or ``order8``.
+    timestep : float
+        The composed step H.
+    table : str
+        ``linear`` or ``spline``.
+    table_points : int or None
+        Rows of the bond table; None lets the range of the scene decide.
+    bond_range : tuple of float or None
+        Shortest and longest bond the table must hold; None lets the engine find it.
+    """
+
+    wall: Wall = "event"
+    scheme: Scheme = "order6"
+    timestep: float = DEFAULT_TIMESTEPS["order6"]
+    table: TableStyle = "spline"
+    table_points: int | None = None
+    bond_range: tuple[float, float] | None = None
+
+    @classmethod
+    def from_scene(cls, scene: Scene) -> "Numerics":
+        """
+        Complete the numerics a scene gives with the defaults of their kind.
+
+        Parameters
+        ----------
+        scene : Scene
+            A scene with some or no explicit numerics.
+
+        Returns
+        -------
+        Numerics
+            All settings.
+        """
+        wall = scene.wall or "event"
+        scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
+        usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]
+        return cls(
+            wall=wall,
+            scheme=scheme,
+            timestep=scene.timestep or usual,
+            table=scene.table or "spline",
+            table_points=scene.table_points,
+        )
+
+    def halved(self) -> "Numerics":
+        """
+        Return the same numerics with half the step.
+
+        Returns
+        -------
+        Numerics
+            For the run whose difference is the error bar.
+        """
+        return replace(self, timestep=0.5 * self.timestep)

@@ -1,0 +1,423 @@
+"""A scene: the validated, frozen description of one collision and of what is wanted from it."""
+
+import hashlib
+import json
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import tomli_w
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from lammps_inputs.errors import SceneError
+from lammps_inputs.potentials import (
+    NAMED_POTENTIALS,
+    Harmonic,
+    LennardJones,
+    Logarithmic,
+    Potential,
+    Power,
+    Toda,
+)
+
+PotentialName = Literal["harmonic", "lj", "toda", "log", "power", "table"]
+Engine = Literal["lammps", "reference"]
+Wall = Literal["event", "reflect"]
+Scheme = Literal["verlet", "order4", "order6", "order8"]
+TableStyle = Literal["linear", "spline"]
+
+PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+DEFAULT_TOLERANCE = 1e-6
+DEFAULT_SPEED = 0.4  # units of v*
+DEFAULT_HARMONIC_VELOCITY = 0.1
+NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
+OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
+# Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
+VERLET_STABILITY_LIMIT = 2.0
+
+# Composed steps that are a sensible start for each scheme where the user names none.
+DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}
+DEFAULT_REFLECT_TIMESTEP = 0.005
+
+
+class Scene(BaseModel):
+    """
+    One collision of a chain with a wall.
+
+    Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
+    the bond stiffness. Field names are the keys of a scene file and, with dashes, the options of
+    ``chaincor run``.
+
+    Raises
+    ------
+    SceneError
+        One line naming the field, what was given and what is expected.
+    """
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
+    )
+
+    potential: PotentialName | Potential = Field(
+        default="lj", description="bond potential; from Python also a Potential object"
+    )
+    toda_b: PositiveFloat | None = Field(
+        default=None, description="steepness b of the toda bond [default: 10]"
+    )
+    power_order: Annotated[int, Field(ge=3, le=99)] | None = Field(
+        default=None, description="order of the power bond's anharmonic term, 3 or more"
+    )
+    power_c: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+        default=None, description="its coefficient: positive for even order, negative for odd"
+    )
+    bond_file: Path | None = Field(
+        default=None, description="LAMMPS bond table of your own, for potential table"
+    )
+    particles: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
+        default=100, description="number of particles in the chain"
+    )
+    speed: PositiveFloat | None = Field(
+        default=None, description="impact speed in units of v* [default: 0.4]"
+    )
+    velocity: PositiveFloat | None = Field(
+        default=None, description="impact speed in absolute units, instead of --speed"
+    )
+    engine: Engine = Field(default="lammps", description="who integrates the motion")
+    tolerance: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = Field(
+        default=None, description="absolute error asked of the restitution [default: 1e-6]"
+    )
+    wall: Wall | None = Field(
+        default=None, description="impact-located wall, or the stock fix wall/reflect"
+    )
+    scheme: Scheme | None = Field(
+        default=None, description="composition of Verlet steps that makes one step"
+    )
+    timestep: PositiveFloat | None = Field(default=None, description="composed step H")
+    table: TableStyle | None = Field(
+        default=None, description="interpolation of the tabulated bond"
+    )
+    table_points: Annotated[int, Field(ge=3, le=10_000_000)] | None = Field(
+        default=None, description="rows of the tabulated bond [default: as the scene needs]"
+    )
+    error: bool = Field(default=True, description="run once more at H/2 for the error bar")
+    dump: Path | None = Field(default=None, description="write the motion to this LAMMPS dump")
+    dump_frames: PositiveFloat = Field(
+        default=20.0, description="frames of the dump per sound crossing of the chain"
+    )
+    save: Path | None = Field(default=None, description="keep the LAMMPS job in this folder")
+    arrays: Path | None = Field(default=None, description="write the arrays to this NPZ file")
+
+    def __init__(self, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            raise SceneError(_one_line(error)) from None
+
+    @field_validator("potential", mode="before")
+    @classmethod
+    def _refuse_unknown_potential(cls, value: Any) -> Any:
+        if isinstance(value, Potential) or value in (*NAMED_POTENTIALS, "table"):
+            return value
+        names = ", ".join([*NAMED_POTENTIALS, "table"])
+        raise ValueError(f"expected one of {names}")
+
+    @field_validator("particles", "power_order", "table_points", mode="before")
+    @classmethod
+    def _refuse_bool_count(cls, value: Any) -> Any:
+        if isinstance(value, bool):
+            raise ValueError("expected a whole number")
+        return value
+
+    @field_validator(
+        "speed", "velocity", "tolerance", "timestep", "toda_b", "power_c", mode="before"
+    )
+    @classmethod
+    def _refuse_bool_number(cls, value: Any) -> Any:
+        if isinstance(value, bool):
+            raise ValueError("expected a number")
+        return value
+
+    @model_validator(mode="after")
+    def _check_together(self) -> Self:
+        self._check_parameters()
+        self._check_speed()
+        self._check_numerics()
+        return self
+
+    def _check_parameters(self) -> None:
+        owners = {"toda_b": "toda", "power_order": "power", "power_c": "power"}
+        owners["bond_file"] = "table"
+        for key, owner in owners.items():
+            if getattr(self, key) is not None and self.potential != owner:
+                raise ValueError(f"{key} goes with potential '{owner}', not '{self.label}'")
+        if self.potential == "power" and (self.power_order is None or self.power_c is None):
+            raise ValueError("potential 'power' needs power_order and power_c")
+        if self.potential == "table" and self.bond_file is None:
+            raise ValueError("potential 'table' needs bond_file")
+        _ = self.bond  # raises for impossible parameters
+
+    def _check_speed(self) -> None:
+        if self.speed is not None and self.velocity is not None:
+            raise ValueError("speed and velocity are both given; give one")
+        if self.speed is not None and self.bond.natural_speed is None:
+            raise ValueError(
+                f"speed is in units of v*, which the {self.label} bond does not have; give velocity"
+            )
+        if not 0.0 < self.impact_velocity < 1e150:
+            raise ValueError(
+                f"the impact velocity would be {self.impact_velocity:g}; expected a number that "
+                "floating point can square"
+            )
+
+    def _check_numerics(self) -> None:
+        given = [key for key in NUMERICS_KEYS if getattr(self, key) is not None]
+        if self.tolerance is not None and given:
+            raise ValueError(
+                f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "
+                "numerics by itself: drop one or the other"
+            )
+        if self.engine == "reference":
+            for key in ("table", "table_points", "save"):
+                if getattr(self, key) is not None:
+                    raise ValueError(f"{key} is for engine 'lammps'; the reference has no tables")
+            if self.wall == "reflect":
+                raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+        if self.wall == "reflect" and self.scheme not in (None, "verlet"):
+            raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{self.scheme}'")
+        if self.timestep is not None:
+            limit = VERLET_STABILITY_LIMIT / (2.0 * self.bond.stiffness**0.5)
+            if self.timestep >= limit:
+                raise ValueError(
+                    f"timestep is {self.timestep:g}; expected less than {limit:g}, where the "
+                    "integration of the chain's fastest mode becomes unstable"
+                )
+
+    @property
+    def label(self) -> str:
+        """Name of the potential, for people."""
+        return self.potential if isinstance(self.potential, str) else self.potential.name
+
+    @cached_property
+    def bond(self) -> Potential:
+        """The potential of the bonds."""
+        if isinstance(self.potential, Potential):
+            return self.potential
+        if self.potential == "toda":
+            return Toda() if self.toda_b is None else Toda(self.toda_b)
+        if self.potential == "power":
+            assert self.power_order is not None
+            assert self.power_c is not None
+            return Power(self.power_order, self.power_c)
+        if self.potential == "table":
+            from lammps_inputs.bond_table import read_bond_table
+
+            assert self.bond_file is not None
+            return read_bond_table(self.bond_file)
+        return {"harmonic": Harmonic, "lj": LennardJones, "log": Logarithmic}[self.potential]()
+
+    @property
+    def impact_velocity(self) -> float:
+        """v0 > 0 in absolute units; the chain arrives with velocity -v0."""
+        if self.velocity is not None:
+            return self.velocity
+        scale = self.bond.natural_speed
+        if scale is None:
+            return DEFAULT_HARMONIC_VELOCITY
+        return (DEFAULT_SPEED if self.speed is None else self.speed) * scale
+
+    @property
+    def explicit(self) -> bool:
+        """Whether the numerics are given, not to be chosen from a tolerance."""
+        return any(getattr(self, key) is not None for key in NUMERICS_KEYS)
+
+    def replace(self, **changes: Any) -> "Scene":
+        """
+        Return a copy with some fields changed, validated anew.
+
+        Parameters
+        ----------
+        **changes
+            Fields and their new values.
+
+        Returns
+        -------
+        Scene
+            The changed scene.
+        """
+        return Scene(**({k: getattr(self, k) for k in self.model_fields_set} | changes))
+
+    @classmethod
+    def from_toml(cls, text: str, source: str = "scene") -> "Scene":
+        """
+        Read a scene from TOML text.
+
+        Parameters
+        ----------
+        text : str
+            Flat keys, as in ``particles = 100``.
+        source : str
+            What to call the text in an error.
+
+        Returns
+        -------
+        Scene
+            The validated scene.
+
+        Raises
+        ------
+        SceneError
+            If the text is not TOML or not a scene.
+        """
+        return cls(**parse_toml(text, source))
+
+    @classmethod
+    def from_file(cls, path: Path | str) -> "Scene":
+        """
+        Read a scene file.
+
+        Parameters
+        ----------
+        path : pathlib.Path or str
+            A TOML file. A relative `bond_file` in it is looked for beside it.
+
+        Returns
+        -------
+        Scene
+            The validated scene.
+
+        Raises
+        ------
+        SceneError
+            If the file cannot be read or is not a scene.
+        """
+        return cls(**read_scene_fields(path))
+
+    def to_toml(self) -> str:
+        """
+        Write the scene as TOML that reads back to the same scene.
+
+        Returns
+        -------
+        str
+            The keys that were set.
+
+        Raises
+        ------
+        SceneError
+            If the potential is a Python object, which a file cannot hold.
+        """
+        if not isinstance(self.potential, str):
+            raise SceneError(
+                f"potential '{self.label}' is a Python object; expected a named potential or "
+                "'table' with a bond_file to write the scene as TOML"
+            )
+        return tomli_w.dumps(self._plain_fields())
+
+    def _plain_fields(self) -> dict[str, Any]:
+        values = {key: getattr(self, key) for key in type(self).model_fields}
+        return {
+            key: str(value) if isinstance(value, Path) else value
+            for key, value in values.items()
+            if key in self.model_fields_set and value is not None
+        }
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of everything that decides the result (not of where outputs are written)."""
+        defaults = {"potential": self.label, "particles": self.particles, "engine": self.engine}
+        fields = defaults | {
+            key: value for key, value in self._plain_fields().items() if key not in OUTPUT_KEYS
+        }
+        if isinstance(self.potential, Potential):
+            fields["potential"] = f"object {self.label}"
+        fields.pop("speed", None)
+        fields["velocity"] = self.impact_velocity
+        if self.potential == "toda":
+            fields["toda_b"] = self.bond.parameters[0]
+        if self.bond_file is not None:
+            fields["bond_file"] = hashlib.sha256(self.bond_file.read_bytes()).hexdigest()
+        if not self.explicit and self.tolerance is None:
+            fields["tolerance"] = DEFAULT_TOLERANCE
+        canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
+        return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def parse_toml(text: str, source: str) -> dict[str, Any]:
+    """
+    Parse TOML text.
+
+    Parameters
+    ----------
+    text : str
+        The text.
+    source : str
+        What to call it in an error.
+
+    Returns
+    -------
+    dict
+        Its keys and values.
+
+    Raises
+    ------
+    SceneError
+        If the text is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise SceneError(f"{source} is not valid TOML: {error}") from None
+
+
+def read_scene_fields(path: Path | str) -> dict[str, Any]:
+    """
+    Read the fields of a scene file, not yet validated.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        A TOML file; a relative `bond_file` in it is taken from the file's folder.
+
+    Returns
+    -------
+    dict
+        Its keys and values.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be read or is not TOML.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or type(error).__name__
+        raise SceneError(f"cannot read the scene file {str(path)!r}: {reason}") from None
+    fields = parse_toml(text, str(path))
+    if isinstance(fields.get("bond_file"), str):
+        fields["bond_file"] = path.parent / fields["bond_file"]
+    return fields
+
+
+def _one_line(error: ValidationError) -> str:
+    """Turn the first problem of a validation into one line."""
+    problem = error.errors()[0]
+    message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "extra_forbidden":
+        known = ", ".join(Scene.model_fields)
+        return f"unknown key '{problem['loc'][0]}'; expected one of {known}"
+    if not problem["loc"]:
+        return message
+    given = problem.get("input")
+    shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
+    return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"

@@ -1,0 +1,1 @@
+"""Running things: engines, accuracy, sweeps and the command line."""

@@ -1,0 +1,63 @@
+"""Symmetric compositions: fractions of a step that turn a second-order map into a higher order."""
+
+from dataclasses import dataclass
+
+# First half and centre of each palindrome; the centre makes the sum of the weights exactly one.
+# order4: five stages of Suzuki (1990), Phys. Lett. A 146, 319: w = 1/(4 - 4^(1/3)).
+# order6, order8: Kahan and Li (1997), Math. Comp. 66, 1089, s9odr6a and s17odr8a.
+_SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
+_HALVES = {
+    "verlet": (),
+    "order4": (_SUZUKI, _SUZUKI),
+    "order6": (
+        0.39216144400731413927925056,
+        0.33259913678935943859974864,
+        -0.70624617255763935980996482,
+        0.08221359629355080023149045,
+    ),
+    "order8": (
+        0.13020248308889008087881763,
+        0.56116298177510838456196441,
+        -0.38947496264484728640807860,
+        0.15884190655515560089621075,
+        -0.39590389413323757733623154,
+        0.18453964097831570709183254,
+        0.25837438768632204729397911,
+        0.29501172360931029887096624,
+    ),
+}
+_ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
+
+
+@dataclass(frozen=True)
+class Composition:
+    """
+    A palindromic sequence of Verlet steps w_k H.
+
+    Attributes
+    ----------
+    name : str
+        The scheme's name in scenes.
+    order : int
+        Order of the error of one run against H.
+    weights : tuple of float
+        w_k, in the order in which the steps are taken; they sum to 1.
+    """
+
+    name: str
+    order: int
+    weights: tuple[float, ...]
+
+    @property
+    def stages(self) -> int:
+        """Number of Verlet steps, which is that of force evaluations."""
+        return len(self.weights)
+
+
+def _compose(name: str) -> Composition:
+    half = _HALVES[name]
+    centre = 1.0 - 2.0 * sum(half)
+    return Composition(name, _ORDERS[name], (*half, centre, *reversed(half)))
+
+
+COMPOSITIONS: dict[str, Composition] = {name: _compose(name) for name in _HALVES}

@@ -1,0 +1,94 @@
+"""What an engine returns: the raw outcome of one collision, before any analysis."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Frames:
+    """
+    Snapshots of the motion.
+
+    Attributes
+    ----------
+    times : ndarray of shape (frames,)
+        Time since the first contact.
+    displacements : ndarray of shape (frames, n)
+        u_i = x_i - (i - 1).
+    velocities : ndarray of shape (frames, n)
+        Velocities, positive away from the wall.
+    """
+
+    times: NDArray[np.float64]
+    displacements: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """
+    Raw outcome of one collision.
+
+    Time is counted from the first contact; lengths are in natural bond lengths; velocities are
+    positive away from the wall. The final state is the one right after the last contact, which
+    no engine's choice of when to stop can change.
+
+    Attributes
+    ----------
+    engine, wall, scheme : str
+        What was run; exact propagators report scheme ``modal`` or ``hard-sphere``.
+    timestep : float or None
+        The composed step H; None for exact propagators.
+    displacements, velocities : ndarray of shape (n,)
+        State right after the last contact.
+    contact_times, contact_speeds : ndarray of shape (contacts,)
+        When particle 1 hit the wall and how fast (> 0) it came in, the first hit included.
+    impulses : ndarray of shape (contacts,)
+        Momentum given by the wall at each contact, taken from the incoming state alone, so that
+        their sum checks the change of momentum.
+    ending : str
+        Which argument ended the run: ``energy`` or ``quiet`` (see ``ending.py``).
+    duration : float
+        Simulated time from the first contact to the end.
+    bond_min, bond_max : float
+        Shortest and longest bond met, to the resolution of the steps.
+    energy_start, energy_end : float
+        Total energy at the first contact and after the last.
+    fragments : int
+        Connected pieces at the end of the run.
+    seconds : float
+        Wall-clock time of the integration alone.
+    force_evaluations : int
+        Evaluations of all bond forces.
+    crossed : bool
+        Whether particles passed through each other (harmonic chains, in-house only).
+    frames : Frames or None
+        Snapshots, where they were asked for.
+    details : dict
+        What only one engine knows, such as the certificate of a bond table.
+    """
+
+    engine: str
+    wall: str
+    scheme: str
+    timestep: float | None
+    displacements: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    contact_times: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]
+    impulses: NDArray[np.float64]
+    ending: str
+    duration: float
+    bond_min: float
+    bond_max: float
+    energy_start: float
+    energy_end: float
+    fragments: int
+    seconds: float
+    force_evaluations: int
+    crossed: bool = False
+    frames: Frames | None = None
+    details: dict[str, Any] = field(default_factory=dict)

@@ -1,0 +1,54 @@
+"""Failures of a run, each with a name, and a message that says what to do."""
+
+from lammps_inputs.errors import ChaincorError, InputError
+
+
+class RunError(ChaincorError):
+    """A run could not produce a number that can be trusted."""
+
+
+class MissingLibraryError(RunError):
+    """LAMMPS, the MPI library it needs, or one of its packages is not there."""
+
+
+class LammpsError(RunError):
+    """LAMMPS stopped with an error that has no name of its own here."""
+
+
+class BondRangeError(RunError):
+    """A bond left the range of its table."""
+
+
+class LostAtomsError(RunError):
+    """LAMMPS lost particles, or a coordinate is not a number."""
+
+
+class CrossingError(RunError):
+    """Two particles would pass through each other, which LAMMPS cannot represent."""
+
+
+class BarrierError(RunError):
+    """A bond was stretched over its energy barrier and runs away to minus infinity."""
+
+
+class UnfinishedCollisionError(RunError):
+    """The cap on the length of a collision was reached and hits may still come."""
+
+
+class ToleranceError(RunError):
+    """The error asked for cannot be met; the result that was reached is attached."""
+
+
+__all__ = [
+    "BarrierError",
+    "BondRangeError",
+    "ChaincorError",
+    "CrossingError",
+    "InputError",
+    "LammpsError",
+    "LostAtomsError",
+    "MissingLibraryError",
+    "RunError",
+    "ToleranceError",
+    "UnfinishedCollisionError",
+]
