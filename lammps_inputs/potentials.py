@@ -66,22 +66,17 @@ class Potential(ABC):
         The name used in scenes.
     force_kernel : callable or None
         ``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists.
-    parameters : tuple
-        The (p, q) that go with the kernel.
-    strain_min : float
-        Strains must stay above this: -1 where r > 0 is needed, -inf otherwise.
+    strain_min, strain_max : float
+        Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     dissociation : float
         U at infinite length; inf for a bond that cannot break.
-    anharmonic_order : int or None
-        Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown.
     """
 
-    name: ClassVar[str]
-    force_kernel: Callable | None = None
-    parameters: tuple = (0.0, 0.0)
+    name: str
+    force_kernel: ClassVar[Callable | None] = None
     strain_min: float = -math.inf
-    dissociation: float = math.inf
-    anharmonic_order: int | None = 3
+    strain_max: float = math.inf
+    dissociation: ClassVar[float] = math.inf
 
     @abstractmethod
     def energy(self, strain):
@@ -113,7 +108,9 @@ class Potential(ABC):
         numpy.ndarray
             Force, positive where the bond is compressed.
         """
-        return self.force_kernel(np.asarray(strain, dtype=float), *self.parameters)
+        kernel = type(self).force_kernel
+        assert kernel is not None, "a potential without a kernel overrides force"
+        return kernel(np.asarray(strain, dtype=float), *self.parameters)
 
     @abstractmethod
     def curvature(self, strain):
@@ -130,6 +127,32 @@ class Potential(ABC):
         numpy.ndarray
             Curvature: the local stiffness.
         """
+
+    def lammps_energy(self, strain: str) -> str | None:
+        """
+        Return U as a formula for LAMMPS variables, good to their 17 digits or so.
+
+        Parameters
+        ----------
+        strain : str
+            Name of the variable that holds the strain.
+
+        Returns
+        -------
+        str or None
+            None for a bond that has no formula.
+        """
+        return None
+
+    @property
+    def parameters(self) -> tuple[float, float]:
+        """The (p, q) of the kernel."""
+        return (0.0, 0.0)
+
+    @property
+    def anharmonic_order(self) -> int | None:
+        """Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown."""
+        return 3
 
     @property
     def stiffness(self) -> float:
@@ -187,11 +210,19 @@ class Harmonic(Potential):
 
     name = "harmonic"
     force_kernel = staticmethod(harmonic_force)
-    anharmonic_order = None
+
+    @property
+    def anharmonic_order(self):
+        """None: there is no anharmonic term."""
+        return None
 
     def energy(self, strain):
         """Return s^2/2."""
         return 0.5 * np.square(strain)
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"0.5*{strain}*{strain}"
 
     def curvature(self, strain):
         """Return 1."""
@@ -213,6 +244,10 @@ class LennardJones(Potential):
     def energy(self, strain):
         """Return expm1(-6 log1p(s))^2/72."""
         return np.square(np.expm1(-6.0 * np.log1p(strain))) / 72.0
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"(1.0-(1.0+{strain})^-6)^2/72.0"
 
     def curvature(self, strain):
         """Return (13 r^-14 - 7 r^-8)/6."""
@@ -248,6 +283,10 @@ class Toda(Potential):
         """Return (expm1(-b s) + b s)/b^2."""
         return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
 
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
+
     def curvature(self, strain):
         """Return exp(-b s)."""
         return np.exp(-self.b * np.asarray(strain, dtype=float))
@@ -264,6 +303,10 @@ class Logarithmic(Potential):
     def energy(self, strain):
         """Return s - log1p(s)."""
         return x_minus_log1p(strain)
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"{strain}-ln(1.0+{strain})"
 
     def curvature(self, strain):
         """Return r^-2."""
@@ -306,6 +349,10 @@ class Power(Potential):
         s = np.asarray(strain, dtype=float)
         return s * s * (0.5 + self.c * s ** (self.order - 2))
 
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
+
     def curvature(self, strain):
         """Return 1 + order (order - 1) c s^(order - 2)."""
         s = np.asarray(strain, dtype=float)
@@ -346,8 +393,8 @@ class UserBond(Potential):
         U(s) and -dU/dr(s), both of arrays.
     name : str
         A label for results.
-    strain_min : float
-        Lower end of the strains at which the functions may be asked.
+    strain_min, strain_max : float
+        Strains at which the functions may be asked lie between these.
 
     Raises
     ------
@@ -355,10 +402,12 @@ class UserBond(Potential):
         If the force does not vanish at natural length or the bond is not stable there.
     """
 
+    anharmonic_order = None
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
-    def __init__(self, energy, force, name="user", strain_min=-1.0):
+    def __init__(self, energy, force, name="user", strain_min=-1.0, strain_max=math.inf):
         self.name = name
+        self.strain_max = strain_max
         self._energy = energy
         self._force = force
         self.strain_min = strain_min

@@ -222,7 +222,8 @@ class Scene(BaseModel):
 
             assert self.bond_file is not None
             return read_bond_table(self.bond_file)
-        return {"harmonic": Harmonic, "lj": LennardJones, "log": Logarithmic}[self.potential]()
+        plain = {"harmonic": Harmonic(), "lj": LennardJones(), "log": Logarithmic()}
+        return plain[self.potential]
 
     @property
     def impact_velocity(self) -> float:

@@ -16,7 +16,16 @@ class LammpsError(RunError):
 
 
 class BondRangeError(RunError):
-    """A bond left the range of its table."""
+    """
+    A bond left the range of its table.
+
+    Attributes
+    ----------
+    length : float
+        The bond's length.
+    """
+
+    length: float = float("nan")
 
 
 class LostAtomsError(RunError):

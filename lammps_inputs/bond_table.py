@@ -1,0 +1,251 @@
+"""Bond tables for LAMMPS bond_style table: choosing rows, writing, and reading a user's own."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from lammps_inputs.errors import TableError
+from lammps_inputs.potentials import Potential, UserBond
+from lammps_inputs.scene import TableStyle
+
+KEYWORD = "CHAIN"
+
+# LAMMPS reads past the end of a spline table within one bin of it; stay three bins inside.
+MARGIN_BINS = 3
+# The steps between two looks at the bonds may carry a bond a little further than was seen.
+MARGIN_FRACTION = 0.02
+
+# A row takes LAMMPS about 1 us to read, so rows cost as much as integration from here on.
+MOST_ROWS = 200_000
+FEWEST_ROWS = 201
+# Force error a table is given rows for, relative to the largest force in its range. Rounding in
+# LAMMPS's own interpolation stops at about 2e-13.
+FORCE_TARGET = {"spline": 3e-13, "linear": 1e-9}
+_ERROR_ORDER = {"spline": 4, "linear": 2}
+_PROBE_ROWS = 2001
+
+
+@dataclass(frozen=True)
+class BondTable:
+    """
+    A bond potential sampled uniformly in length.
+
+    Attributes
+    ----------
+    lengths, energies, forces : ndarray of shape (rows,)
+        r, U(r) and -dU/dr.
+    edge_slopes : tuple of float
+        d(force)/dr at the first and the last row: what LAMMPS calls FP.
+    style : str
+        ``linear`` or ``spline``.
+    """
+
+    lengths: NDArray[np.float64]
+    energies: NDArray[np.float64]
+    forces: NDArray[np.float64]
+    edge_slopes: tuple[float, float]
+    style: TableStyle
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.lengths)
+
+    @property
+    def spacing(self) -> float:
+        """Distance between rows."""
+        return float((self.lengths[-1] - self.lengths[0]) / (self.rows - 1))
+
+    def to_text(self) -> str:
+        """
+        Format the table as LAMMPS reads it, with 17 significant digits.
+
+        Returns
+        -------
+        str
+            The file's text.
+        """
+        low, high = self.edge_slopes
+        lines = [
+            "# bond potential of the chain: row, length, energy, force = -dU/dr",
+            "",
+            KEYWORD,
+            f"N {self.rows} FP {low:.17g} {high:.17g} EQ 1.0",
+            "",
+        ]
+        columns = zip(
+            self.lengths.tolist(), self.energies.tolist(), self.forces.tolist(), strict=True
+        )
+        lines += [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in enumerate(columns, 1)]
+        return "\n".join(lines) + "\n"
+
+
+def tabulate(
+    bond: Potential,
+    bond_range: tuple[float, float],
+    style: TableStyle = "spline",
+    rows: int | None = None,
+) -> BondTable:
+    """
+    Sample a potential over the bond lengths a scene needs, and a margin beyond.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    bond_range : tuple of float
+        Shortest and longest bond that will be met.
+    style : str
+        LAMMPS's interpolation.
+    rows : int or None
+        Number of rows; None takes as many as the force needs, see :func:`choose_rows`.
+
+    Returns
+    -------
+    BondTable
+        Rows uniform in length.
+
+    Raises
+    ------
+    TableError
+        If the range is empty, or too few rows leave no margin.
+    """
+    shortest, longest = bond_range
+    if not (math.isfinite(shortest) and math.isfinite(longest) and shortest <= longest):
+        raise TableError(
+            f"the bond range is {shortest:g} to {longest:g}; expected two finite lengths in order"
+        )
+    if rows is None:
+        rows = choose_rows(bond, _with_margin(bond, bond_range, FEWEST_ROWS), style)
+    low, high = _with_margin(bond, bond_range, rows)
+    lengths = np.linspace(low, high, rows)
+    strains = lengths - 1.0
+    slopes = -bond.curvature(strains[[0, -1]])
+    return BondTable(
+        lengths=lengths,
+        energies=bond.energy(strains),
+        forces=bond.force(strains),
+        edge_slopes=(float(slopes[0]), float(slopes[1])),
+        style=style,
+    )
+
+
+def _with_margin(
+    bond: Potential, bond_range: tuple[float, float], rows: int
+) -> tuple[float, float]:
+    shortest, longest = bond_range
+    bins = rows - 1
+    if bins <= 2 * MARGIN_BINS:
+        raise TableError(
+            f"table_points is {rows}; expected at least {2 * MARGIN_BINS + 2}, so that the bonds "
+            "stay clear of the table's ends"
+        )
+    width = max(longest - shortest, 1e-12)
+    # Solve width + 2 margin = span for a margin of both a fraction and a number of bins.
+    margin = max(MARGIN_FRACTION * width, MARGIN_BINS * width / (bins - 2 * MARGIN_BINS))
+    # Absolute coordinates are rounded, so a table narrower than this would be noise.
+    margin = max(margin, 1e-9)
+    floor = 1.0 + bond.strain_min if math.isfinite(bond.strain_min) else 0.0
+    low = shortest - margin
+    if low <= floor:
+        low = floor + 0.5 * (shortest - floor)
+    return low, longest + margin
+
+
+def choose_rows(bond: Potential, span: tuple[float, float], style: TableStyle) -> int:
+    """
+    Return how many rows bring the interpolated force to its target error.
+
+    The error of a probe with few rows is measured between its rows and scaled with the order of
+    the interpolation (4 for the cubic spline, 2 for the straight line).
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    span : tuple of float
+        First and last length of the table.
+    style : str
+        LAMMPS's interpolation.
+
+    Returns
+    -------
+    int
+        At most ``MOST_ROWS``.
+    """
+    lengths = np.linspace(*span, _PROBE_ROWS)
+    middles = 0.5 * (lengths[1:] + lengths[:-1])
+    forces = bond.force(lengths - 1.0)
+    if style == "spline":
+        slopes = -bond.curvature(lengths[[0, -1]] - 1.0)
+        spline = CubicSpline(lengths, forces, bc_type=((1, slopes[0]), (1, slopes[1])))
+        between = spline(middles)
+    else:
+        between = 0.5 * (forces[1:] + forces[:-1])
+    scale = float(np.max(np.abs(forces)))
+    error = float(np.max(np.abs(between - bond.force(middles - 1.0)))) / max(scale, 1e-300)
+    needed = _PROBE_ROWS * (error / FORCE_TARGET[style]) ** (1.0 / _ERROR_ORDER[style])
+    return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
+
+
+def read_bond_table(path: Path) -> Potential:
+    """
+    Read a LAMMPS bond table as a potential: a cubic spline of its forces, and their integral.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        A file with one section of rows "index length energy force". Lengths must be scaled so
+        that the natural length is 1.
+
+    Returns
+    -------
+    Potential
+        Usable like a named potential, within the table's lengths.
+
+    Raises
+    ------
+    TableError
+        If the file cannot be read or holds no usable table.
+    """
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or type(error).__name__
+        raise TableError(f"cannot read the bond table {str(path)!r}: {reason}") from None
+    rows = []
+    for line in lines:
+        words = line.split("#")[0].split()
+        if len(words) == 4 and words[0].isdigit():
+            try:
+                rows.append([float(word) for word in words[1:]])
+            except ValueError:
+                raise TableError(
+                    f"bond table {str(path)!r} has the row {line.strip()[:60]!r}; expected "
+                    "'index length energy force'"
+                ) from None
+    data = np.array(rows, dtype=float).reshape(-1, 3)
+    lengths, _, forces = data.T
+    if len(lengths) < 4 or not np.all(np.isfinite(data)) or np.any(np.diff(lengths) <= 0):
+        raise TableError(
+            f"bond table {str(path)!r} has {len(lengths)} usable rows; expected at least 4 rows "
+            "'index length energy force' of finite numbers with increasing length"
+        )
+    if not lengths[0] < 1.0 < lengths[-1]:
+        raise TableError(
+            f"bond table {str(path)!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}; expected "
+            "the natural length 1 inside: scale lengths so that it is"
+        )
+    force = CubicSpline(lengths - 1.0, forces, extrapolate=False)
+    work = force.antiderivative()
+    return UserBond(
+        energy=lambda strain: -work(strain),
+        force=force,
+        name=Path(path).stem,
+        strain_min=float(lengths[0] - 1.0),
+        strain_max=float(lengths[-1] - 1.0),
+    )

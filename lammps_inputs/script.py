@@ -1,0 +1,165 @@
+"""Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
+
+from functools import cache
+from pathlib import PurePosixPath
+from typing import Any
+
+from lammps_inputs.bond_table import KEYWORD, BondTable
+from lammps_inputs.errors import SceneError
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+
+DATA_FILE = "chain.data"
+TABLE_FILE = "bond.table"
+SCRIPT_FILE = "in.chain"
+SCENE_FILE = "scene.toml"
+DUMP_FILE = "dump.lammpstrj"
+LOG_FILE = "log.lammps"
+CONTACTS_FILE = "contacts.txt"
+
+
+def number(value: float) -> str:
+    """
+    Format a number so that LAMMPS reads back the same bits.
+
+    Parameters
+    ----------
+    value : float
+        A finite number.
+
+    Returns
+    -------
+    str
+        Its shortest exact decimal form.
+    """
+    return repr(float(value))
+
+
+@cache
+def _environment() -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("lammps_inputs", "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,  # the text is no HTML, and nothing in it comes from a user
+    )
+
+
+def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> dict[str, Any]:
+    return {
+        "folder": folder,
+        "data_file": DATA_FILE,
+        "table_file": TABLE_FILE,
+        "table_keyword": KEYWORD,
+        "tabulated": table is not None,
+        "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
+        "wall": numerics.wall,
+        "timestep": number(numerics.timestep),
+    }
+
+
+def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> str:
+    """
+    Render the commands that set a chain up for a run driven from Python.
+
+    Parameters
+    ----------
+    numerics : Numerics
+        Wall and timestep.
+    table : BondTable or None
+        The bond table; None for LAMMPS's own harmonic bond.
+    folder : str
+        Where the data file and the table lie: a folder of the program's own making.
+
+    Returns
+    -------
+    str
+        LAMMPS commands.
+
+    Raises
+    ------
+    SceneError
+        If the folder's name has characters that LAMMPS would interpret.
+    """
+    if not set(folder) <= _SAFE_PATH_CHARACTERS:
+        raise SceneError(
+            f"the temporary folder is {folder!r}; expected a path of letters, digits and ./_+-: "
+            "set TMPDIR to such a folder"
+        )
+    template = _environment().get_template("setup.in.j2")
+    return template.render(_setup_values(numerics, table, folder))
+
+
+_SAFE_PATH_CHARACTERS = frozenset(
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789./_+-"
+)
+
+
+def render_job(
+    scene: Scene,
+    numerics: Numerics,
+    table: BondTable | None,
+    *,
+    quiet_factor: float,
+    cap: float,
+    dump_steps: int | None = None,
+) -> str:
+    """
+    Render a self-contained input script for ``lmp -in``.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Wall and timestep; the scheme must be ``verlet``.
+    table : BondTable or None
+        The bond table; None for LAMMPS's own harmonic bond.
+    quiet_factor : float
+        Quiet time, per particle of a fragment, after which the collision is over.
+    cap : float
+        Simulated time at which an unfinished collision is given up.
+    dump_steps : int or None
+        Steps between frames of a dump; None for no dump.
+
+    Returns
+    -------
+    str
+        The script's text.
+
+    Raises
+    ------
+    SceneError
+        If the scheme is not ``verlet``.
+    """
+    if numerics.scheme != "verlet":
+        raise SceneError(
+            f"scheme is '{numerics.scheme}'; an input script can do 'verlet' only: give scheme "
+            "'verlet', or use `chaincor run`, which drives LAMMPS step by step"
+        )
+    bond = scene.bond
+    formula = bond.lammps_energy("v_strain")
+    convex = bond.convex_strain
+    finite_convex = convex < float("inf")
+    values = _setup_values(numerics, table, str(PurePosixPath(".")))
+    values |= {
+        "title": f"A {scene.bond.name} chain of {scene.particles} particles meets a wall",
+        "particles": scene.particles,
+        "velocity": number(scene.impact_velocity),
+        "quiet_factor": number(quiet_factor),
+        "cap": number(cap),
+        "look_steps": max(1, round(0.1 * (scene.particles + 10) / numerics.timestep)),
+        "dump_steps": dump_steps,
+        "dump_file": DUMP_FILE,
+        "log_file": LOG_FILE,
+        "contacts_file": CONTACTS_FILE,
+        "energy_formula": formula,
+        "dissociation": number(bond.dissociation) if bond.dissociation < float("inf") else None,
+        "convex_strain": number(convex) if finite_convex else None,
+        "convex_energy": number(float(bond.energy(convex))) if finite_convex else None,
+    }
+    return _environment().get_template("job.in.j2").render(values)

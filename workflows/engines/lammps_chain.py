@@ -1,0 +1,236 @@
+"""One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
+
+import ctypes
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.bond_table import BondTable
+from lammps_inputs.chain_data import format_chain_data, initial_chain
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from lammps_inputs.script import DATA_FILE, DUMP_FILE, LOG_FILE, TABLE_FILE, number, render_setup
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.lammps_library import load_lammps, name_lammps_error
+
+_RUN_ONE = b"run 1 pre no post no"
+
+
+class LammpsChain:
+    """
+    A chain set up in LAMMPS at its first contact.
+
+    Positions, velocities and forces are views of LAMMPS's own memory along x: reading them costs
+    nothing and writing them is felt by the next step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Wall, scheme and step.
+    table : BondTable or None
+        The bond table; None for LAMMPS's own harmonic bond.
+    folder : pathlib.Path
+        Where the files LAMMPS reads are written.
+
+    Attributes
+    ----------
+    x, v, f : ndarray of shape (n,)
+        Live coordinates, velocities and forces.
+    stages_done : int
+        Verlet steps taken, which is the number of force evaluations.
+    """
+
+    def __init__(
+        self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
+    ) -> None:
+        positions, velocities = initial_chain(scene.particles, scene.impact_velocity)
+        (folder / DATA_FILE).write_text(format_chain_data(positions, velocities))
+        if table is not None:
+            (folder / TABLE_FILE).write_text(table.to_text())
+        self.folder = folder
+        self.weights = COMPOSITIONS[numerics.scheme].weights
+        self.timestep = numerics.timestep
+        self.stages_done = 0
+        self._dump_started = False
+        module = load_lammps()
+        log = str(folder / LOG_FILE) if scene.save is not None else "none"
+        self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
+        self._handle = self._lammps.lmp
+        self._send = self._lammps.lib.lammps_command
+        self._failed = self._lammps.lib.lammps_has_error
+        try:
+            self.commands(render_setup(numerics, table, folder.as_posix()))
+        except Exception:
+            self.close()
+            raise
+        ids = self._lammps.numpy.extract_atom("id", nelem=scene.particles)
+        assert np.array_equal(ids, np.arange(1, scene.particles + 1)), "LAMMPS kept the order"
+        self.x, self.v, self.f = (
+            self._lammps.numpy.extract_atom(name, nelem=scene.particles)[:, 0] for name in "xvf"
+        )
+        self._full_step = self._encode(numerics.timestep)
+        self._current = numerics.timestep
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the LAMMPS instance."""
+        self._lammps.close()
+
+    @property
+    def lammps(self) -> Any:
+        """The instance, for what has no method here."""
+        return self._lammps
+
+    def commands(self, text: str) -> None:
+        """
+        Carry out several commands.
+
+        Parameters
+        ----------
+        text : str
+            Commands, one a line.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        self._lammps.lib.lammps_commands_string(self._handle, text.encode())
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        if self._failed(self._handle):
+            buffer = ctypes.create_string_buffer(1000)
+            self._lammps.lib.lammps_get_last_error_message(self._handle, buffer, 1000)
+            raise name_lammps_error(buffer.value.decode(errors="replace"))
+
+    def _set_timestep(self, timestep: float) -> None:
+        if timestep != self._current:
+            self._send(self._handle, b"timestep " + number(timestep).encode())
+            self._current = timestep
+
+    def run(self, steps: int) -> None:
+        """
+        Take full Verlet steps without looking.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        self._set_timestep(self.timestep)
+        self._send(self._handle, b"run %d pre no post no" % steps)
+        self.stages_done += steps
+        if self._failed(self._handle):
+            self._raise_failure()
+
+    def verlet(self, duration: float) -> None:
+        """
+        Take one Verlet step of any length, also a negative one.
+
+        Parameters
+        ----------
+        duration : float
+            The step.
+        """
+        self._set_timestep(duration)
+        self._send(self._handle, _RUN_ONE)
+        self.stages_done += 1
+        if self._failed(self._handle):
+            self._raise_failure()
+
+    def _encode(self, duration: float) -> list[tuple[bytes, float]]:
+        steps = [w * duration for w in self.weights]
+        return [(b"timestep " + number(h).encode(), h) for h in steps]
+
+    def step(self, duration: float | None = None) -> None:
+        """
+        Take one composed step.
+
+        Parameters
+        ----------
+        duration : float or None
+            Its length; None for the full step H.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        send, handle = self._send, self._handle
+        stages = self._full_step if duration is None else self._encode(duration)
+        for command, _ in stages:
+            send(handle, command)
+            send(handle, _RUN_ONE)
+        self._current = stages[-1][1]
+        self.stages_done += len(stages)
+        if self._failed(handle):
+            self._raise_failure()
+
+    def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Copy the state.
+
+        Returns
+        -------
+        x, v, f : ndarray of shape (n,)
+            Copies that :meth:`restore` takes.
+        """
+        return self.x.copy(), self.v.copy(), self.f.copy()
+
+    def restore(
+        self, state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+    ) -> None:
+        """
+        Put a copied state back.
+
+        Parameters
+        ----------
+        state : tuple of ndarray
+            From :meth:`snapshot`.
+        """
+        self.x[:], self.v[:], self.f[:] = state
+
+    def write_frame(self, time: float) -> None:
+        """
+        Append a frame to the dump in the job's folder, written by LAMMPS.
+
+        Parameters
+        ----------
+        time : float
+            Time since the first contact.
+        """
+        if not self._dump_started:
+            self.commands(
+                "variable clock internal 0.0\n"
+                "variable time atom v_clock\n"
+                "variable displacement atom x-id+1\n"
+            )
+        self._lammps.set_internal_variable("clock", time)
+        append = "yes" if self._dump_started else "no"
+        self.commands(
+            f'write_dump all custom "{(self.folder / DUMP_FILE).as_posix()}" '
+            "id x vx v_displacement v_time "
+            f"modify sort id format float %.17g append {append}"
+        )
+        self._dump_started = True

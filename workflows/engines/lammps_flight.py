@@ -1,0 +1,364 @@
+"""Between two contacts and at them: when the wall is asked for, and how a hit is carried out."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from lammps_inputs.potentials import Potential
+from workflows.engines.lammps_chain import LammpsChain
+from workflows.errors import LostAtomsError
+
+
+@dataclass(frozen=True)
+class Contact:
+    """
+    One hit of particle 1 on the wall.
+
+    Attributes
+    ----------
+    time : float
+        Time since the first contact.
+    speed : float
+        Incoming speed, positive.
+    """
+
+    time: float
+    speed: float
+
+
+class Flight(ABC):
+    """
+    Carries a chain from contact to contact.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain, right after a contact or in flight.
+
+    Attributes
+    ----------
+    time : float
+        Time since the first contact.
+    """
+
+    def __init__(self, chain: LammpsChain) -> None:
+        self.chain = chain
+        self.time = 0.0
+
+    @abstractmethod
+    def advance(self, limit: float) -> Contact | None:
+        """
+        Go on to the next contact, or to the first step at or past a time limit.
+
+        Parameters
+        ----------
+        limit : float
+            Time at which to come back without a contact.
+
+        Returns
+        -------
+        Contact or None
+            The contact, carried out; None if the limit came first.
+        """
+
+
+class BlindBound:
+    r"""
+    How long particle 1 can be left alone because it cannot reach the wall.
+
+    With strain s of bond 1, its opening speed w and U'' = k, particle 1 moves as
+    :math:`x + v t + a t^2/2 + k w t^3/6 + O(t^4)`, and its fourth derivative is
+    :math:`k (a_2 - a_1) + k' w^2`. The remainder is taken as `SAFETY` times the largest this can be
+    now; what LAMMPS then finds is compared with it, so a window in which the bound did not hold
+    is noticed and taken back.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bonds' potential.
+    bond_range : tuple of float
+        Lengths between which curvatures are tabulated; beyond, the nearest is used.
+    """
+
+    SAFETY = 4.0
+    LONGEST = 1.5  # in units of 1/sqrt(k): further than that the series says nothing
+    _ROWS = 4001
+    _COARSE = 8
+    _HALVINGS = 6
+
+    def __init__(self, bond: Potential, bond_range: tuple[float, float]) -> None:
+        lengths = np.linspace(*bond_range, self._ROWS)
+        curvatures = bond.curvature(lengths - 1.0)
+        slopes = np.gradient(curvatures, lengths)
+        self._first = bond_range[0]
+        self._per_length = (self._ROWS - 1) / (bond_range[1] - bond_range[0])
+        self._curvatures = np.abs(curvatures).tolist()
+        self._signed = curvatures.tolist()
+        self._slopes = np.abs(slopes).tolist()
+
+    def look(self, x: NDArray[np.float64], v: NDArray[np.float64], f: NDArray[np.float64]) -> None:
+        """
+        Take in the state of the first two particles.
+
+        Parameters
+        ----------
+        x, v, f : ndarray of shape (n,)
+            Coordinates, velocities and forces.
+        """
+        x1, x2 = x[:2].tolist()
+        v1, v2 = v[:2].tolist()
+        a1, a2 = f[:2].tolist()
+        row = int((x2 - x1 - self._first) * self._per_length)
+        row = min(max(row, 0), self._ROWS - 1)
+        opening = v2 - v1
+        stiffness = self._curvatures[row]
+        self._x, self._v, self._a = x1, v1, 0.5 * a1
+        self._jerk = self._signed[row] * opening / 6.0
+        fourth = stiffness * (abs(a1) + abs(a2)) + self._slopes[row] * opening * opening
+        self._remainder = self.SAFETY * fourth / 24.0
+        self._longest = self.LONGEST / math.sqrt(max(stiffness, 0.25))
+
+    def _lowest(self, t: float) -> float:
+        t2 = t * t
+        return (
+            self._x + t * self._v + t2 * self._a + t2 * t * self._jerk - t2 * t2 * self._remainder
+        )
+
+    def safe_time(self) -> float:
+        """
+        Return a time within which particle 1 stays off the wall.
+
+        Returns
+        -------
+        float
+            Zero or more.
+        """
+        low, high = 0.0, self._longest
+        for k in range(1, self._COARSE + 1):
+            t = self._longest * k / self._COARSE
+            if self._lowest(t) <= 0.0:
+                high = t
+                break
+            low = t
+        else:
+            return self._longest
+        for _ in range(self._HALVINGS):
+            middle = 0.5 * (low + high)
+            if self._lowest(middle) > 0.0:
+                low = middle
+            else:
+                high = middle
+        return low
+
+    def held(self, x: float, t: float, timestep: float) -> bool:
+        """
+        Return whether the motion stayed within the bound.
+
+        Parameters
+        ----------
+        x : float
+            Where particle 1 is.
+        t : float
+            Time since the look.
+        timestep : float
+            Verlet step, whose own error the series does not know.
+
+        Returns
+        -------
+        bool
+            True if it did.
+        """
+        t2 = t * t
+        expected = self._x + t * self._v + t2 * self._a + t2 * t * self._jerk
+        discrete = timestep * timestep * (abs(self._a) + 6.0 * abs(self._jerk) * t)
+        slack = t2 * t2 * self._remainder + discrete + 1e-14 * (1.0 + abs(self._v))
+        return abs(x - expected) <= slack
+
+
+class VerletFlight(Flight):
+    """
+    Single Verlet steps, with either wall.
+
+    Before each step its end is known exactly, x + v h + f h^2/2; a step that would end behind the
+    wall is a contact. With the event wall that step is cut at the wall and particle 1 reversed
+    there; with the reflecting wall LAMMPS's own fix mirrors it.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain.
+    reflect : bool
+        Whether the reflecting wall fix is at work.
+    bound : BlindBound or None
+        When steps may be taken without asking; None asks at every step.
+    """
+
+    def __init__(self, chain: LammpsChain, reflect: bool, bound: BlindBound | None) -> None:
+        super().__init__(chain)
+        self.reflect = reflect
+        self.bound = bound
+
+    def _next_position(self) -> float:
+        chain, h = self.chain, self.chain.timestep
+        return float(chain.x[0] + h * (chain.v[0] + 0.5 * h * chain.f[0]))
+
+    def advance(self, limit: float) -> Contact | None:
+        """Run blind while the bound allows it, and ask before each step where it does not."""
+        chain, h = self.chain, self.chain.timestep
+        start, taken = self.time, 0
+        last = max(1, math.ceil((limit - start) / h))
+        while taken < last:
+            if self.bound is not None:
+                steps = self._run_blind(last - taken)
+                if steps:
+                    taken += steps
+                    self.time = start + taken * h
+                    continue
+            ahead = self._next_position()
+            if ahead < 0.0:
+                return self._reflect() if self.reflect else self._hit()
+            if not math.isfinite(ahead):
+                raise LostAtomsError(
+                    f"particle 1 is at {ahead} at time {self.time:g}; expected a finite number: "
+                    "use a smaller timestep"
+                )
+            chain.run(1)
+            taken += 1
+            self.time = start + taken * h
+        return None
+
+    def _run_blind(self, most: int) -> int:
+        chain, bound = self.chain, self.bound
+        assert bound is not None
+        bound.look(chain.x, chain.v, chain.f)
+        steps = min(int(bound.safe_time() / chain.timestep), most)
+        if steps < 2:
+            return 0
+        state = chain.snapshot()
+        chain.run(steps)
+        if bound.held(float(chain.x[0]), steps * chain.timestep, chain.timestep):
+            return steps
+        chain.restore(state)
+        return 0
+
+    def _hit(self) -> Contact:
+        chain = self.chain
+        x, v, a = float(chain.x[0]), float(chain.v[0]), float(chain.f[0])
+        root = math.sqrt(v * v - 2.0 * x * a)
+        # The root of x + v s + a s^2/2 that does not cancel; particle 1 may turn within the step.
+        s = 2.0 * x / (root - v) if v < 0.0 else -(v + root) / a
+        if s > 0.0:
+            chain.verlet(s)
+        self.time += s
+        speed = -float(chain.v[0])
+        chain.x[0] = 0.0
+        chain.v[0] = speed
+        return Contact(self.time, speed)
+
+    def _reflect(self) -> Contact:
+        chain, h = self.chain, self.chain.timestep
+        # The fix reverses the velocity of the drift, that of the half step.
+        speed = -float(chain.v[0]) - 0.5 * h * float(chain.f[0])
+        contact = Contact(self.time + float(chain.x[0]) / speed, speed)
+        chain.run(1)
+        self.time += h
+        return contact
+
+
+class ComposedFlight(Flight):
+    """
+    Composed steps of order 4, 6 or 8 with the event wall.
+
+    A contact is located on the composed map itself: the step is taken again, shortened to end at
+    the wall.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain.
+    """
+
+    _MOST_CORRECTIONS = 8
+
+    def advance(self, limit: float) -> Contact | None:
+        """Step, and look back over each step for a contact."""
+        chain, step = self.chain, self.chain.timestep
+        if chain.x[0] == 0.0 and chain.v[0] < 0.0:
+            return self._reverse()
+        while self.time < limit:
+            before = chain.snapshot()
+            chain.step()
+            guess = _first_crossing(
+                [float(before[k][0]) for k in range(3)],
+                [float(chain.x[0]), float(chain.v[0]), float(chain.f[0])],
+                step,
+            )
+            if guess is not None:
+                chain.restore(before)
+                self._step_to_wall(guess)
+                return self._reverse()
+            self.time += step
+        return None
+
+    def _step_to_wall(self, guess: float) -> None:
+        chain = self.chain
+        chain.step(guess)
+        self.time += guess
+        for _ in range(self._MOST_CORRECTIONS):
+            x, v = float(chain.x[0]), float(chain.v[0])
+            if v == 0.0:
+                return
+            correction = -x / v
+            # Positions are rounded to about 1e-16 of the natural length.
+            if abs(x) < 1e-18 or abs(correction) > chain.timestep:
+                return
+            if abs(correction) < 1e-5 * chain.timestep:
+                # One Verlet step this short is exact to rounding: its error is of third order.
+                chain.verlet(correction)
+                self.time += correction
+                return
+            chain.step(correction)
+            self.time += correction
+
+    def _reverse(self) -> Contact:
+        chain = self.chain
+        speed = -float(chain.v[0])
+        chain.x[0] = 0.0
+        chain.v[0] = abs(speed)
+        return Contact(self.time, speed)
+
+
+def _first_crossing(start: list[float], end: list[float], step: float) -> float | None:
+    """
+    Return when x(t) first reaches zero within a step, or None where it does not.
+
+    x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
+    wall (x = 0, moving away) is no crossing.
+    """
+    x0, v0, a0 = start
+    x1, v1, a1 = end
+    if x1 >= 0.0 and min(x0, x1) > step * (abs(v0) + abs(v1)):
+        return None
+    if not math.isfinite(x1):
+        raise LostAtomsError(
+            f"particle 1 is at {x1}; expected a finite number: use a smaller timestep"
+        )
+    if x1 >= 0.0 and not (v0 < 0.0 < v1 or (x0 == 0.0 and v1 > v0)):
+        return None
+    h = step
+    c = [x0, v0 * h, 0.5 * a0 * h * h]
+    p = x1 - sum(c)
+    q = v1 * h - c[1] - 2.0 * c[2]
+    r = 0.5 * (a1 * h * h) - c[2]
+    c += [10.0 * p - 4.0 * q + r, -15.0 * p + 7.0 * q - 2.0 * r, 6.0 * p - 3.0 * q + r]
+    if x0 == 0.0:
+        c = c[1:]  # divide the departure out
+    roots = Polynomial(c).roots()
+    real = [z.real for z in roots if abs(z.imag) < 1e-9 and 0.0 < z.real <= 1.0 + 1e-9]
+    if real:
+        return min(real) * h
+    return h if x1 < 0.0 else None
