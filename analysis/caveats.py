@@ -1,0 +1,168 @@
+"""What limits the numbers got from a dump, in sentences."""
+
+import numpy as np
+
+from analysis.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
+from analysis.contact_detection import DetectedContacts
+from analysis.dump_frame import DumpFrame
+from analysis.start import Start
+from lammps_inputs.potentials import Potential
+
+# float64 keeps 16 digits: a coarser column was printed with fewer.
+_ALL_DIGITS = 1e-14
+_LARGE_DRIFT = 1e-6
+_LARGE_MISS = 1e-6
+_UNUSUAL_BOND = 1e-3
+
+
+def collect_caveats(
+    *,
+    layout: ChainLayout,
+    first: DumpFrame,
+    start: Start,
+    bond: Potential | None,
+    state: ChainState,
+    detection: DetectedContacts,
+    since_contact: float,
+    ending: str | None,
+    drift: float | None,
+    truncated: bool,
+    resolution: float,
+) -> list[str]:
+    """
+    Say what a reader of the results must know.
+
+    Parameters
+    ----------
+    layout : ChainLayout
+        Layout of the dump.
+    first : DumpFrame
+        Its first frame.
+    start : Start
+        What that frame says.
+    bond : Potential or None
+        The bonds' potential, if known.
+    state : ChainState
+        The last state.
+    detection : DetectedContacts
+        How the contacts were found.
+    since_contact : float
+        Time from the last contact to the last frame.
+    ending : str or None
+        Argument that no contact can follow.
+    drift : float or None
+        Relative drift of the energy.
+    truncated : bool
+        Whether the last frame was cut short.
+    resolution : float
+        Half-width of a printed velocity, in units of v0.
+
+    Returns
+    -------
+    list of str
+        Sentences; empty for a dump without blemish.
+    """
+    caveats = []
+    if truncated:
+        caveats.append(
+            f"the last frame of the dump is cut short and was left out; the last whole one is "
+            f"that of step {state.step}"
+        )
+    if layout.particle_order is not None:
+        caveats.append(
+            "ids do not count particles from the wall outwards; particles were numbered by their "
+            "positions in the first frame"
+        )
+    caveats += _precision_caveats(layout, first, resolution)
+    if start.kind == "late":
+        caveats.append(
+            "the first frame lies inside the collision: contacts before it are not seen, and "
+            "times are counted from the first one that is"
+        )
+    caveats += _ending_caveats(state, bond, since_contact, ending)
+    caveats += _contact_caveats(detection, bond)
+    if bond is None:
+        caveats.append(
+            "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
+            "give it (--potential)"
+        )
+    if drift is not None and abs(drift) > _LARGE_DRIFT:
+        caveats.append(
+            f"the energy drifts by {drift:.1e} of itself between the first frame and the last: "
+            "the run is no more accurate than that"
+        )
+    caveats.append(
+        "restitution_error covers the digits of the dump"
+        + (" and the drift of the energy" if drift is not None else "")
+        + ", not the error of the integration"
+    )
+    return caveats
+
+
+def _precision_caveats(layout: ChainLayout, first: DumpFrame, resolution: float) -> list[str]:
+    caveats = []
+    if resolution > _ALL_DIGITS:
+        caveats.append(
+            f"velocities are printed to {resolution:.0e} of the impact speed; "
+            "'dump_modify ID format float %.17g' keeps all digits"
+        )
+    column = layout.displacement_column
+    if column != DISPLACEMENT_COLUMN:
+        resolution = float(np.max(first.resolution(column)))
+        if column in ("xs", "xsu"):
+            resolution *= float(first.bounds[0, 1] - first.bounds[0, 0])
+        caveats.append(
+            f"displacements are taken from column {column}, good to {resolution:.0e} of a bond "
+            "length; a column of displacements keeps all digits"
+        )
+        strains = np.diff(layout.displacements(first))
+        if strains.size and abs(np.median(strains)) > _UNUSUAL_BOND + 2.0 * resolution:
+            caveats.append(
+                f"bonds are {1.0 + np.median(strains):.6g} long in the first frame, not 1; all "
+                "lengths are taken to be in units of the natural bond length"
+            )
+    return caveats
+
+
+def _ending_caveats(
+    state: ChainState, bond: Potential | None, since_contact: float, ending: str | None
+) -> list[str]:
+    if float(np.sum(state.velocities)) <= 0.0:
+        return [
+            "the chain still moves towards the wall in the last frame: the collision is not over "
+            "and restitution is not the final one"
+        ]
+    stiffness = 1.0 if bond is None else bond.stiffness
+    crossing = state.velocities.size / stiffness**0.5
+    if ending is None and since_contact <= 2.0 * crossing:
+        return [
+            f"the dump ends {since_contact:.3g} after the last contact; sound needs "
+            f"{2.0 * crossing:.3g} to cross the chain and come back, so a later contact cannot "
+            "be ruled out"
+        ]
+    return []
+
+
+def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> list[str]:
+    if detection.unresolved:
+        advice = (
+            "write frames closer together"
+            if bond is not None
+            else "give the potential (--potential), or write frames closer together"
+        )
+        return [
+            f"frames are up to {detection.largest_gap:.3g} apart, and between "
+            f"{detection.unresolved} pairs of them the number of contacts cannot be told: "
+            f"contacts is at least {detection.times.size}; {advice}"
+        ]
+    if detection.method == "interpolation":
+        return [
+            f"contact times are interpolated between frames up to {detection.largest_gap:.3g} "
+            "apart; the potential (--potential) would locate them"
+        ]
+    if detection.worst_miss > _LARGE_MISS:
+        return [
+            "integrating from frame to frame misses the momentum of the dump by up to "
+            f"{detection.worst_miss:.1e} v0: contact times and speeds are no better than that"
+        ]
+    return []

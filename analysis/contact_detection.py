@@ -1,0 +1,287 @@
+r"""
+Find the contacts in a sequence of frames.
+
+Bonds cannot change the momentum of the chain, only the wall can: a contact with incoming speed
+v_q adds exactly 2 v_q. So a step in the momentum between two frames is proof of a contact, and
+half of it is the incoming speed if there was only one. When it happened, and whether there was
+only one, is found in one of two ways.
+
+*reintegration*, where the bond is known: the chain near the wall is integrated from the first of
+the two frames with exact impacts (DOP853 with event location). Contacts come out to the
+precision of the dump however far apart the frames are, and the momentum they give is checked
+against that of the second frame.
+
+*interpolation*, where it is not: between a frame and the contact particle 1 moves with about the
+mean of its two velocities. The two sides must fill the time between the frames; if they do not,
+there was more than one contact and the frames are too far apart to tell.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.chain_frames import ChainState
+from lammps_inputs.potentials import Potential
+
+# A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.
+_SMALLEST_SPEED = 1e-9
+# Tolerance of the reintegration: that of the best dumps.
+_RELATIVE_TOLERANCE = 1e-12
+# Bonds carry sound at a speed of 1 to about 2; particles farther than this cannot matter.
+_PARTICLES_PER_TIME = 3.0
+_MORE_PARTICLES = 30
+# The two sides of an interpolated contact may fail to fill the time between frames by this much.
+_GAP = 0.25
+# Frames carry their time to about this relative precision, even in the default format.
+_MARGIN = 1e-6
+# A prediction that misses the momentum by half the impact speed may have missed a contact.
+_LARGEST_MISS = 0.5
+
+
+@dataclass(frozen=True)
+class DetectedContacts:
+    """
+    Contacts found in a dump.
+
+    Attributes
+    ----------
+    times, speeds : ndarray of shape (f,)
+        When particle 1 hit the wall, on the clock of the dump, and how fast it came in.
+    method : str
+        ``reintegration`` or ``interpolation``.
+    unresolved : int
+        Pairs of frames between which the number of contacts could not be told.
+    worst_miss : float
+        Largest difference between the momentum of the found contacts and that of the dump, in
+        units of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
+    largest_gap : float
+        Longest time between two frames with a contact in between.
+    """
+
+    times: NDArray[np.float64]
+    speeds: NDArray[np.float64]
+    method: str
+    unresolved: int
+    worst_miss: float
+    largest_gap: float
+
+
+@dataclass
+class ContactDetector:
+    """
+    Collects contacts while frames stream by.
+
+    Attributes
+    ----------
+    impact_velocity : float
+        Impact speed v0.
+    bond : Potential or None
+        The bonds' potential, if known.
+    velocity_resolution : float
+        Half-width of the interval that a printed velocity stands for.
+    """
+
+    impact_velocity: float
+    bond: Potential | None = None
+    velocity_resolution: float = 0.0
+    _previous: ChainState | None = None
+    _times: list[float] = field(default_factory=list)
+    _speeds: list[float] = field(default_factory=list)
+    _unresolved: int = 0
+    _worst_miss: float = 0.0
+    _largest_gap: float = 0.0
+
+    def add_known(self, time: float, speed: float) -> None:
+        """
+        Record a contact that is known without detection.
+
+        Parameters
+        ----------
+        time, speed : float
+            When, and how fast particle 1 came in.
+        """
+        self._times.append(time)
+        self._speeds.append(speed)
+
+    def feed(self, state: ChainState) -> None:
+        """
+        Look for contacts between the previous state and this one.
+
+        Parameters
+        ----------
+        state : ChainState
+            The next state in time.
+        """
+        before, self._previous = self._previous, state
+        if before is None:
+            return
+        given = float(np.sum(state.velocities - before.velocities))
+        if given <= self._threshold(state.velocities.size):
+            return
+        duration = state.time - before.time
+        self._largest_gap = max(self._largest_gap, duration)
+        if self.bond is None or duration <= 0.0:
+            self._interpolate(before, state, 0.5 * given)
+        else:
+            self._reintegrate(before, state, given)
+
+    def result(self) -> DetectedContacts:
+        """
+        Return what was found.
+
+        Returns
+        -------
+        DetectedContacts
+            Contacts so far, in order of time.
+        """
+        return DetectedContacts(
+            np.array(self._times),
+            np.array(self._speeds),
+            "interpolation" if self.bond is None else "reintegration",
+            self._unresolved,
+            self._worst_miss,
+            self._largest_gap,
+        )
+
+    @property
+    def last_time(self) -> float | None:
+        """Time of the last contact found so far."""
+        return self._times[-1] if self._times else None
+
+    def _threshold(self, particles: int) -> float:
+        # Rounding errors of n velocities in two frames add up like a random walk.
+        rounding = 8.0 * self.velocity_resolution * np.sqrt(particles)
+        return max(2.0 * _SMALLEST_SPEED * self.impact_velocity, float(rounding))
+
+    def _interpolate(self, before: ChainState, after: ChainState, speed: float) -> None:
+        duration = after.time - before.time
+        ahead, since = interpolate_contact(before, after, speed)
+        if abs(ahead + since - duration) > _GAP * duration:
+            self._unresolved += 1
+        # Errors grow with the cube of the distance from the frame: the nearer one decides.
+        total = ahead**3 + since**3
+        weight = ahead**3 / total if total > 0.0 else 0.5
+        time = before.time + (1.0 - weight) * ahead + weight * (duration - since)
+        self.add_known(float(np.clip(time, before.time, after.time)), speed)
+
+    def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
+        assert self.bond is not None
+        # A frame written at a contact may hold either side of it: look a little beyond, and let
+        # the momentum say which contacts at the very end belong to this pair of frames.
+        margin = _MARGIN * (after.time - before.time + abs(after.time))
+        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond)
+        doubtful = sum(time > after.time - margin for time in times)
+        counts = range(len(times) - doubtful, len(times) + 1)
+        count = min(counts, key=lambda k: abs(2.0 * sum(speeds[:k]) - given))
+        times, speeds = times[:count], speeds[:count]
+        miss = abs(2.0 * sum(speeds) - given) / self.impact_velocity
+        self._worst_miss = max(self._worst_miss, miss)
+        if not times or not miss < _LARGEST_MISS:
+            self._interpolate(before, after, 0.5 * given)
+            self._unresolved += 1
+            return
+        self._times += times
+        self._speeds += speeds
+
+
+def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> tuple[float, float]:
+    """
+    Return how long after one frame and how long before the next a contact happened.
+
+    On each side particle 1 covers its distance from the wall at the mean of its velocity in the
+    frame and at the contact; the error is of third order in the time.
+
+    Parameters
+    ----------
+    before, after : ChainState
+        Two frames with one contact between them.
+    speed : float
+        Incoming speed.
+
+    Returns
+    -------
+    ahead, since : float
+        Two independent estimates: they add up to the time between the frames as far as they are
+        right. Infinite where particle 1 does not move towards the wall.
+    """
+    closing = 0.5 * (speed - before.velocities[0])
+    leaving = 0.5 * (speed + after.velocities[0])
+    ahead = max(float(before.displacements[0]), 0.0) / closing if closing > 0.0 else np.inf
+    since = max(float(after.displacements[0]), 0.0) / leaving if leaving > 0.0 else np.inf
+    duration = after.time - before.time
+    return min(ahead, 10.0 * duration), min(since, 10.0 * duration)
+
+
+def reintegrate_contacts(
+    state: ChainState, end_time: float, bond: Potential
+) -> tuple[list[float], list[float]]:
+    """
+    Integrate from a frame to a later time and return the contacts on the way.
+
+    Only the particles whose motion can reach the wall in that time are followed.
+
+    Parameters
+    ----------
+    state : ChainState
+        Where to start.
+    end_time : float
+        Where to stop.
+    bond : Potential
+        The bonds' potential.
+
+    Returns
+    -------
+    times, speeds : list of float
+        Contacts in order; empty if the integration fails.
+    """
+    from scipy.integrate import solve_ivp
+
+    count = int(_PARTICLES_PER_TIME * np.sqrt(bond.stiffness) * (end_time - state.time))
+    count = min(count + _MORE_PARTICLES, state.velocities.size)
+    u, v = state.displacements[:count].copy(), state.velocities[:count].copy()
+    size = float(np.max(np.abs(v)))
+
+    def motion(_time, y):
+        pull = -bond.force(np.diff(y[:count]))
+        acceleration = np.zeros(count)
+        acceleration[:-1] += pull
+        acceleration[1:] -= pull
+        return np.concatenate((y[count:], acceleration))
+
+    def distance(_time, y):
+        return y[0]
+
+    distance.terminal = True  # type: ignore[attr-defined]
+    distance.direction = -1  # type: ignore[attr-defined]
+
+    times: list[float] = []
+    speeds: list[float] = []
+    time = state.time
+    while True:
+        # At a contact the position is zero but for rounding, which must not count as another.
+        if u[0] <= 1e-14 * size and v[0] < 0.0:
+            times.append(time)
+            speeds.append(-float(v[0]))
+            v[0] = -v[0]
+        u[0] = max(u[0], 0.0)
+        if time >= end_time:
+            return times, speeds
+        with np.errstate(all="ignore"):
+            path = solve_ivp(
+                motion,
+                (time, end_time),
+                np.concatenate((u, v)),
+                method="DOP853",
+                rtol=_RELATIVE_TOLERANCE,
+                atol=_RELATIVE_TOLERANCE * size,
+                events=distance,
+            )
+        if not path.success:
+            return [], []
+        u, v = path.y[:count, -1], path.y[count:, -1]
+        time = float(path.t[-1])
+        if path.status == 1:
+            u[0] = 0.0
+        elif path.status == 0:
+            return times, speeds

@@ -1,0 +1,98 @@
+"""Contacts of particle 1 with the wall: how many, when, how fast, how far apart."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def contact_intervals(contact_times: ArrayLike) -> NDArray[np.float64]:
+    """
+    Return the times between successive contacts.
+
+    Parameters
+    ----------
+    contact_times : array_like of shape (f,)
+        Times of the contacts, the first included.
+
+    Returns
+    -------
+    numpy.ndarray of shape (f - 1,)
+        Intervals t_(q+1) - t_q.
+    """
+    return np.diff(np.asarray(contact_times, dtype=float))
+
+
+@dataclass(frozen=True)
+class ContactStatistics:
+    """
+    A list of contacts in a few numbers; None where there is nothing to average.
+
+    Attributes
+    ----------
+    count : int
+        f, the first contact included.
+    per_particle : float
+        f/n.
+    last_time : float or None
+        From the first contact to the last: the duration of the collision.
+    mean_interval, median_interval : float or None
+        Time between contacts.
+    mean_speed : float or None
+        Mean incoming speed in units of the impact speed v0.
+    """
+
+    count: int
+    per_particle: float
+    last_time: float | None
+    mean_interval: float | None
+    median_interval: float | None
+    mean_speed: float | None
+
+    def to_dict(self) -> dict[str, float | int | None]:
+        """
+        Return the numbers by name.
+
+        Returns
+        -------
+        dict
+            For JSON.
+        """
+        return asdict(self)
+
+
+def contact_statistics(
+    contact_times: ArrayLike,
+    contact_speeds: ArrayLike,
+    particles: int,
+    impact_velocity: float,
+) -> ContactStatistics:
+    """
+    Summarise a list of contacts.
+
+    Parameters
+    ----------
+    contact_times, contact_speeds : array_like of shape (f,)
+        When particle 1 hit the wall and how fast (> 0) it came in.
+    particles : int
+        Particles in the chain.
+    impact_velocity : float
+        Impact speed v0.
+
+    Returns
+    -------
+    ContactStatistics
+        Count, f/n, duration, intervals and mean incoming speed.
+    """
+    times = np.asarray(contact_times, dtype=float)
+    speeds = np.asarray(contact_speeds, dtype=float)
+    intervals = contact_intervals(times)
+    some = intervals.size > 0
+    return ContactStatistics(
+        count=int(times.size),
+        per_particle=times.size / particles,
+        last_time=float(times[-1] - times[0]) if times.size else None,
+        mean_interval=float(np.mean(intervals)) if some else None,
+        median_interval=float(np.median(intervals)) if some else None,
+        mean_speed=float(np.mean(speeds) / impact_velocity) if times.size else None,
+    )

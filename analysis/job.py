@@ -1,0 +1,236 @@
+"""A folder with a LAMMPS job: which file is the dump, the data file, the scene, the script."""
+
+import gzip
+import re
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.chain_frames import ChainLayout
+from analysis.collision import EndArgument, analyze_frames
+from analysis.dumps import Dump
+from analysis.results import CollisionAnalysis
+from analysis.timestep import infer_timestep, read_timestep
+from lammps_inputs.errors import InputError
+from lammps_inputs.potentials import Potential
+from lammps_inputs.scene import Scene
+
+_HEAD = 4096
+_ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
+_DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
+_SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Job:
+    """
+    The files of a job.
+
+    Attributes
+    ----------
+    dump : pathlib.Path
+        LAMMPS dump of style custom.
+    data : pathlib.Path or None
+        LAMMPS data file.
+    scene : pathlib.Path or None
+        ``scene.toml``.
+    scripts, logs : tuple of pathlib.Path
+        Input scripts and LAMMPS logs.
+    """
+
+    dump: Path
+    data: Path | None = None
+    scene: Path | None = None
+    scripts: tuple[Path, ...] = ()
+    logs: tuple[Path, ...] = ()
+
+
+def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
+    """
+    Find the files of a job, by content and not by name.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Folder of the job.
+    data, dump : pathlib.Path, optional
+        Files to take, instead of those found.
+
+    Returns
+    -------
+    Job
+        Its files.
+
+    Raises
+    ------
+    InputError
+        If there is no dump, or more than one to choose from.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
+    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
+    for path in sorted(folder.iterdir()):
+        kind = _recognise(path) if path.is_file() else None
+        if kind is not None:
+            kinds[kind].append(path)
+    if dump is None:
+        dump = _only_one(kinds["dump"], "dump", folder)
+    if dump is None:
+        empty = [path.name for path in _empty_dumps(folder)]
+        hint = f" ({', '.join(empty)} is empty)" if empty else ""
+        raise InputError(
+            f"{folder} holds no LAMMPS dump of style custom{hint}; write one with "
+            "'dump ID all custom N FILE id x vx', or name it (--dump)"
+        )
+    scene = folder / "scene.toml"
+    return Job(
+        dump=dump,
+        data=data or _only_one(kinds["data"], "data", folder),
+        scene=scene if scene.exists() else None,
+        scripts=tuple(kinds["script"]),
+        logs=tuple(kinds["log"]),
+    )
+
+
+def count_atoms(path: Path) -> int:
+    """
+    Return the number of atoms that a data file declares.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        LAMMPS data file.
+
+    Returns
+    -------
+    int
+        Number of atoms.
+
+    Raises
+    ------
+    InputError
+        If it is not a data file.
+    """
+    found = _ATOM_COUNT.search(_read_head(path))
+    if found is None:
+        raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
+    return int(found[1])
+
+
+def analyze_job(
+    job: Job,
+    *,
+    bond: Potential | None = None,
+    impact_velocity: float | None = None,
+    timestep: float | None = None,
+    end_argument: EndArgument | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> CollisionAnalysis:
+    """
+    Analyse the dump of a job, with what its other files know.
+
+    Parameters
+    ----------
+    job : Job
+        Files of the job.
+    bond : Potential, optional
+        The bonds' potential; that of ``scene.toml`` by default.
+    impact_velocity : float, optional
+        v0; that of ``scene.toml`` or of the first frame by default.
+    timestep : float, optional
+        Simulated time per step, for dumps that do not carry the time; from the log, the script or
+        the flight of the last particle by default.
+    end_argument : callable, optional
+        See :func:`~analysis.collision.analyze_frames`.
+    progress : callable, optional
+        Called with the number of bytes of the dump read so far.
+
+    Returns
+    -------
+    CollisionAnalysis
+        All results.
+
+    Raises
+    ------
+    InputError
+        If the files do not fit together or do not show a collision.
+    """
+    dump = Dump(job.dump)
+    layout = ChainLayout.from_frame(dump.first())
+    notes: list[str] = []
+    if job.scene is not None:
+        scene = Scene.from_file(job.scene)
+        bond = bond or scene.bond
+        impact_velocity = impact_velocity or scene.impact_velocity
+        _expect_count(scene.particles, job.scene, layout.particles, job.dump)
+    if job.data is not None:
+        _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
+    if timestep is None and not layout.time_known:
+        timestep = read_timestep(job.logs, job.scripts)
+        if timestep is None:
+            timestep = infer_timestep(dump, layout)
+            if timestep is not None:
+                notes.append(
+                    f"the dump does not carry the time; a step was found to be {timestep:.6g} "
+                    "long from the flight of the last particle; --timestep gives it exactly"
+                )
+    return analyze_frames(
+        dump.frames(progress),
+        bond=bond,
+        impact_velocity=impact_velocity,
+        timestep=timestep,
+        end_argument=end_argument,
+        notes=notes,
+        is_truncated=lambda: dump.truncated,
+    )
+
+
+def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
+    if expected != found:
+        raise InputError(
+            f"{dump} holds {found} particles, {source} {expected}; expected the dump of that job"
+        )
+
+
+def _read_head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+        if head.startswith(b"\x1f\x8b"):
+            with gzip.open(path, "rb") as stream:
+                head = stream.read(64)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    except (EOFError, zlib.error):
+        return b""
+    return head
+
+
+def _recognise(path: Path) -> str | None:
+    head = _read_head(path)
+    if head.startswith(b"ITEM:") or head[8:18] == b"DUMPCUSTOM":
+        return "dump"
+    if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
+        return "data"
+    if head.startswith(b"LAMMPS ("):
+        return "log"
+    if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:
+        return "script"
+    return None
+
+
+def _empty_dumps(folder: Path) -> Iterable[Path]:
+    return [
+        path
+        for path in sorted(folder.iterdir())
+        if path.is_file() and path.stat().st_size == 0 and re.search("dump|lammpstrj", path.name)
+    ]
+
+
+def _only_one(paths: list[Path], kind: str, folder: Path) -> Path | None:
+    if len(paths) > 1:
+        names = ", ".join(path.name for path in paths)
+        raise InputError(f"{folder} holds several {kind} files ({names}); name one (--{kind})")
+    return paths[0] if paths else None

@@ -1,0 +1,154 @@
+"""How much energy comes back: the coefficient of restitution and where the rest went."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lammps_inputs.potentials import Potential
+
+
+def kinematic_restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.float64]:
+    r"""
+    Return the kinematic coefficient :math:`e = \bar v / v_0`, a ratio of speeds.
+
+    For a chain that has left the wall :math:`e = \sqrt\eta`; while it still approaches, e < 0.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities, positive away from the wall.
+    impact_velocity : float
+        Impact speed v0 > 0.
+
+    Returns
+    -------
+    numpy.ndarray of shape (...)
+        Mean velocity over impact speed.
+    """
+    return np.mean(np.asarray(velocities, dtype=float), axis=-1) / impact_velocity
+
+
+def restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.float64]:
+    r"""
+    Return the coefficient of restitution :math:`\eta = (\bar v / v_0)^2`, a ratio of energies.
+
+    This is K_r/K_i of Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003), eq. (1): final over
+    initial kinetic energy of the centre of mass. After the last contact it never changes again.
+    For the ratio of speeds that others call restitution see :func:`kinematic_restitution`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities at any moment after the last contact.
+    impact_velocity : float
+        Impact speed v0 > 0.
+
+    Returns
+    -------
+    numpy.ndarray of shape (...)
+        Coefficient of restitution, between 0 and 1 for a finished collision.
+    """
+    return np.square(kinematic_restitution(velocities, impact_velocity))
+
+
+@dataclass(frozen=True)
+class EnergySplit:
+    """
+    Energy of a chain, part by part, in units of mass times speed squared.
+
+    Attributes
+    ----------
+    translation : ndarray of shape (...)
+        Kinetic energy of the centre of mass, n V^2/2.
+    internal_kinetic : ndarray of shape (...)
+        Kinetic energy relative to the centre of mass.
+    bonds : ndarray of shape (...)
+        Potential energy of all bonds.
+    """
+
+    translation: NDArray[np.float64]
+    internal_kinetic: NDArray[np.float64]
+    bonds: NDArray[np.float64]
+
+    @property
+    def vibration(self) -> NDArray[np.float64]:
+        """Internal energy: all that is not translation."""
+        return self.internal_kinetic + self.bonds
+
+    @property
+    def total(self) -> NDArray[np.float64]:
+        """Translation and vibration together."""
+        return self.translation + self.vibration
+
+
+def bond_strains(displacements: ArrayLike) -> NDArray[np.float64]:
+    """
+    Return the strains s_i = u_(i+1) - u_i of all bonds.
+
+    Parameters
+    ----------
+    displacements : array_like of shape (..., n)
+        u_i = x_i - (i - 1).
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n - 1)
+        Bond lengths less one.
+    """
+    return np.diff(np.asarray(displacements, dtype=float), axis=-1)
+
+
+def energy_split(displacements: ArrayLike, velocities: ArrayLike, bond: Potential) -> EnergySplit:
+    """
+    Split the energy of a chain into translation and vibration.
+
+    Parameters
+    ----------
+    displacements : array_like of shape (..., n)
+        u_i = x_i - (i - 1).
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    bond : Potential
+        The bonds' potential.
+
+    Returns
+    -------
+    EnergySplit
+        Its parts, one value per frame.
+    """
+    v = np.asarray(velocities, dtype=float)
+    mean = np.mean(v, axis=-1)
+    return EnergySplit(
+        translation=0.5 * v.shape[-1] * mean**2,
+        internal_kinetic=0.5 * np.sum((v - mean[..., None]) ** 2, axis=-1),
+        bonds=np.sum(bond.energy(bond_strains(displacements)), axis=-1),
+    )
+
+
+def momentum_residual(
+    velocities: ArrayLike, impact_velocity: float, contact_speeds: ArrayLike
+) -> float:
+    """
+    Return how far the momentum is from what the contacts gave, in units of n v0.
+
+    Each contact reverses particle 1 and so gives 2 v_q: the balance is
+    P = -n v0 + 2 sum(v_q), whatever the bonds do.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (n,)
+        Velocities after the contacts.
+    impact_velocity : float
+        Impact speed v0.
+    contact_speeds : array_like of shape (contacts,)
+        Incoming speeds of particle 1, all positive, the first contact included.
+
+    Returns
+    -------
+    float
+        (P - expected P)/(n v0); rounding for a perfect list of contacts.
+    """
+    v = np.asarray(velocities, dtype=float)
+    expected = -v.size * impact_velocity + 2.0 * np.sum(contact_speeds)
+    return float((np.sum(v) - expected) / (v.size * impact_velocity))

@@ -1,0 +1,125 @@
+"""What the analysis of a collision returns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.contact_detection import DetectedContacts
+from analysis.contacts import ContactStatistics
+from analysis.restitution import EnergySplit
+from lammps_inputs.potentials import Potential
+
+
+@dataclass(frozen=True)
+class History:
+    """
+    The collision in time, thinned evenly where the dump has very many frames.
+
+    Times are counted from the first contact.
+
+    Attributes
+    ----------
+    times : ndarray of shape (frames,)
+        Of the whole states.
+    displacements, velocities : ndarray of shape (frames, n)
+        Whole states.
+    series_times : ndarray of shape (rows,)
+        Of the quantities below.
+    momentum : ndarray of shape (rows,)
+        Sum of the velocities.
+    translation, vibration : ndarray of shape (rows,)
+        Energies; where the bond is not known, vibration is its kinetic part only.
+    bond_min, bond_max : ndarray of shape (rows,)
+        Shortest and longest bond in the frame.
+    """
+
+    times: NDArray[np.float64]
+    displacements: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    series_times: NDArray[np.float64]
+    momentum: NDArray[np.float64]
+    translation: NDArray[np.float64]
+    vibration: NDArray[np.float64]
+    bond_min: NDArray[np.float64]
+    bond_max: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CollisionAnalysis:
+    """
+    What the frames of a collision say. Units: bond length, particle mass and stiffness 1.
+
+    Attributes
+    ----------
+    particles : int
+        Number of particles n.
+    bond : Potential or None
+        The bonds' potential, if known.
+    velocity : float
+        Impact speed v0.
+    restitution : float
+        eta = (mean v/v0)^2, the ratio of energies.
+    kinematic_restitution : float
+        e = mean v/v0, the ratio of speeds.
+    restitution_error : float or None
+        What the digits of the dump and, where the bond is known, the failure to conserve energy
+        allow; None where neither can be told.
+    contact_times, contact_speeds : ndarray of shape (f,)
+        Times from the first contact, and incoming speeds.
+    contact_statistics : ContactStatistics
+        The same in a few numbers.
+    contacts : int or None
+        f; None where the frames are too far apart to count.
+    detection : DetectedContacts
+        How the contacts were found.
+    mode_frequencies, mode_energies : ndarray of shape (n,)
+        omega_j, and E_j in the last frame.
+    anharmonic_remainder : float or None
+        Bond energy in the last frame that the modes leave out.
+    energy_start, energy_end : EnergySplit or None
+        First and last frame; None where the bond is not known.
+    energy_drift : float or None
+        (E_end - E_start)/E_start.
+    momentum_residual : float
+        Momentum in the last frame less what the contacts gave, in units of n v0.
+    bond_min, bond_max : float
+        Shortest and longest bond in any frame.
+    frames : int
+        Number of frames read.
+    time_start, time_end : float
+        First and last frame, from the first contact.
+    ending : str or None
+        Argument that no contact can follow the last frame, if there is one.
+    history : History
+        The collision in time.
+    caveats : tuple of str
+        What limits the numbers above, one sentence each.
+    """
+
+    particles: int
+    bond: Potential | None
+    velocity: float
+    restitution: float
+    kinematic_restitution: float
+    restitution_error: float | None
+    contact_times: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]
+    contact_statistics: ContactStatistics
+    contacts: int | None
+    detection: DetectedContacts
+    mode_frequencies: NDArray[np.float64]
+    mode_energies: NDArray[np.float64]
+    anharmonic_remainder: float | None
+    energy_start: EnergySplit | None
+    energy_end: EnergySplit | None
+    energy_drift: float | None
+    momentum_residual: float
+    bond_min: float
+    bond_max: float
+    frames: int
+    time_start: float
+    time_end: float
+    ending: str | None
+    history: History
+    caveats: tuple[str, ...]

@@ -1,0 +1,215 @@
+r"""
+What can be said without a simulation, each with its source and the limit of its validity.
+
+NH is Nagahiro and Hayakawa, Phys. Rev. E 67, 036609 (2003); equation numbers are those of the
+paper. Where the paper has a slip, the function gives the corrected formula and says so. Units:
+bond length and particle mass 1; energies of modes are given for impact speed v0.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.modes import mode_frequencies
+
+# NH eqs. (10)-(12): interval, contacts per particle and incoming speed of the n = 2 chain,
+# assumed for every contact of a long one.
+PAIR_INTERVAL = math.pi / math.sqrt(2.0)
+PAIR_CONTACTS_PER_PARTICLE = 2.0 * math.sqrt(2.0) / math.pi
+PAIR_SPEED = math.pi / (2.0 * math.sqrt(2.0))
+
+# (8/pi^2) (pi/24^(1/3)) integral of sin^2(y^3)/y^2, the integral in closed form being
+# -2^(1/3) Gamma(-1/3) cos(pi/6)/6.
+HARMONIC_DISSIPATION_COEFFICIENT = (
+    (8.0 / math.pi**2)
+    * (math.pi / 24.0 ** (1.0 / 3.0))
+    * (-(2.0 ** (1.0 / 3.0)) * math.gamma(-1.0 / 3.0) * math.cos(math.pi / 6.0) / 6.0)
+)
+
+
+def contact_mode_energies(
+    particles: int, contact_times: ArrayLike, contact_speeds: ArrayLike
+) -> NDArray[np.float64]:
+    r"""
+    Return the mode energies that a list of contacts leaves in a harmonic chain (k = 1).
+
+    Contact q gives particle 1 the momentum 2 v_q, and so mode j
+    :math:`2 v_q \sqrt{2/n} \cos(\pi j/2n)`; free motion only turns phases:
+
+    .. math:: E_j = \frac{4}{n} \cos^2\frac{\pi j}{2n}
+              \left| \sum_q v_q e^{i \omega_j t_q} \right|^2, \qquad j \ge 1.
+
+    NH eq. (9) is this with equal speeds and intervals. Exact for harmonic bonds, given all
+    contacts; costs O(f n).
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+    contact_times, contact_speeds : array_like of shape (f,)
+        When particle 1 hits the wall and how fast it comes in.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n - 1,)
+        E_j for j = 1..n-1.
+    """
+    j = np.arange(1, particles)
+    omega = mode_frequencies(particles)[1:]
+    speeds = np.asarray(contact_speeds, dtype=float)
+    total = np.zeros(particles - 1, dtype=complex)
+    for time, speed in zip(np.asarray(contact_times, dtype=float), speeds, strict=True):
+        total += speed * np.exp(1j * omega * time)
+    return 4.0 / particles * np.cos(0.5 * np.pi * j / particles) ** 2 * np.abs(total) ** 2
+
+
+def basile_dumont_energies(
+    particles: int,
+    impact_velocity: float = 1.0,
+    interval: float = PAIR_INTERVAL,
+    contacts: float | None = None,
+    contact_speed: float | None = None,
+) -> NDArray[np.float64]:
+    r"""
+    Return the mode energies of Basile and Dumont, for contacts all alike.
+
+    .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
+              \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
+
+    NH eq. (9), after Basile and Dumont, Phys. Rev. E 61, 2015 (2000), with
+    :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
+    interval shortened by :func:`pair_interval` it is NH eq. (15), the low-speed theory.
+
+    Valid for harmonic bonds, to the extent that intervals and incoming speeds are constant.
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+    impact_velocity : float
+        Impact speed v0.
+    interval : float
+        Time between contacts; that of the n = 2 chain by default.
+    contacts : float, optional
+        f; 0.900 n by default, from the n = 2 chain.
+    contact_speed : float, optional
+        Incoming speed v at each contact; 1.111 v0 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n - 1,)
+        E_j for j = 1..n-1.
+    """
+    count = PAIR_CONTACTS_PER_PARTICLE * particles if contacts is None else contacts
+    speed = PAIR_SPEED * impact_velocity if contact_speed is None else contact_speed
+    shape = np.cos(0.5 * np.pi * np.arange(1, particles) / particles) ** 2
+    half_phase = 0.5 * mode_frequencies(particles)[1:] * interval
+    # count * sinc(count x)/sinc(x) stays finite where both sines vanish.
+    ratio = count * np.sinc(count * half_phase / np.pi) / np.sinc(half_phase / np.pi)
+    return 4.0 / particles * speed**2 * shape * ratio**2
+
+
+def harmonic_dissipation_law(particles: ArrayLike) -> NDArray[np.float64]:
+    r"""
+    Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (14).
+
+    The large-n form of :func:`basile_dumont_energies` with the n = 2 interval, count and speed:
+    with :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes
+    :math:`\int_0^\infty (8/\pi^2 j^2) \sin^2(\pi^3 j^3/24 n^2)\,dj`. It is the limit of that
+    approximation, not of the chain, for which n^(2/3) (1 - eta) is about 0.69 at n = 200..2000.
+
+    Parameters
+    ----------
+    particles : array_like
+        Number of particles n.
+
+    Returns
+    -------
+    numpy.ndarray
+        1 - eta.
+    """
+    return HARMONIC_DISSIPATION_COEFFICIENT * np.asarray(particles, dtype=float) ** (-2.0 / 3.0)
+
+
+def low_speed_dissipation_slope(alpha: float) -> float:
+    r"""
+    Return C = 4 alpha of :math:`1 - \eta = C v_0/v^*` in the low-speed theory.
+
+    NH eq. (18) corrected: the paper prints :math:`C = 32\alpha/\pi^2` (2.61 for lj) because it
+    drops :math:`v^2 = (\pi^2/8) v_0^2`, which its own 0.652 needs; with it C is 4 alpha (3.24).
+    Neither describes the chain, whose simulated slope is 0.66 (NH): the theory is right about
+    the power of v0 and wrong about the constant.
+
+    Parameters
+    ----------
+    alpha : float
+        From ``pair_interval_slope``.
+
+    Returns
+    -------
+    float
+        C.
+    """
+    return 4.0 * alpha
+
+
+def dissipation_exponent(anharmonic_order: int) -> int:
+    """
+    Return r - 2: the power of v0/v* with which nonlinear dissipation grows, NH eq. (20).
+
+    Valid at low speed, for bonds U = s^2/2 + c s^r + ..., and for the dissipation in excess of
+    that of the harmonic chain.
+
+    Parameters
+    ----------
+    anharmonic_order : int
+        Order r >= 3 of the lowest anharmonic term.
+
+    Returns
+    -------
+    int
+        The exponent.
+    """
+    return anharmonic_order - 2
+
+
+@dataclass(frozen=True)
+class HardSphereLimit:
+    """
+    The collision of a chain of hard spheres, which is the limit v0 >> v*.
+
+    Attributes
+    ----------
+    restitution : float
+        Exactly 1: velocities are only exchanged.
+    contacts : int
+        n: each particle's velocity is handed down to the wall once.
+    exchanges : int
+        n(n + 1)/2 reversals and pair exchanges in all.
+    """
+
+    restitution: float
+    contacts: int
+    exchanges: int
+
+
+def hard_sphere_limit(particles: int) -> HardSphereLimit:
+    """
+    Return restitution and counts of a chain of hard spheres, NH section III.
+
+    Sorting n velocities from -v0 to +v0 takes one wall contact for each and one pair exchange
+    for each pair. The limit holds for bonds with a hard core at infinite speed.
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n.
+
+    Returns
+    -------
+    HardSphereLimit
+        eta = 1, f = n and n(n + 1)/2 exchanges.
+    """
+    return HardSphereLimit(1.0, particles, particles * (particles + 1) // 2)
