@@ -1,6 +1,5 @@
 """Files that appear when they are complete, and never half written."""
 
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -66,6 +65,6 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     try:
         yield aside
         for path in sorted(aside.iterdir()):
-            os.replace(path, folder / path.name)
+            path.replace(folder / path.name)
     finally:
         shutil.rmtree(aside, ignore_errors=True)

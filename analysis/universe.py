@@ -54,8 +54,8 @@ class ChainDumpReader(ReaderBase):
         return len(self._offsets)
 
     def close(self):
-        """Forget the position in the file; it is not held open between passes."""
-        self._frames = None
+        """Close the file."""
+        self._frames.close()
 
     def _reopen(self):
         self._frames = self._dump.frames()
@@ -63,13 +63,12 @@ class ChainDumpReader(ReaderBase):
         self.ts.frame = -1
 
     def _read_frame(self, frame):
+        self._frames.close()
         self._frames = self._dump.frames(start=self._offsets[frame])
         self.ts.frame = frame - 1
         return self._read_next_timestep()
 
     def _read_next_timestep(self, ts=None):
-        if self._frames is None:
-            self._reopen()
         frame = next(self._frames, None)
         if frame is None:
             raise EOFError
@@ -93,9 +92,9 @@ class ChainDumpReader(ReaderBase):
         ):
             values = np.zeros((self.n_atoms, 3), dtype=np.float32)
             for axis, choices in enumerate(names):
-                name = next((choice for choice in choices if choice in frame.columns), None)
-                if name is not None:
-                    values[:, axis] = ts.data[name]
+                for name in choices:
+                    if name in frame.columns:
+                        values[:, axis] = ts.data[name]
             setattr(ts, target, values)
         return ts
 

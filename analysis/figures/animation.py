@@ -1,0 +1,111 @@
+"""A collision as a moving picture: particles on their line, and how fast each one goes."""
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.atomic_write import written_aside
+from analysis.figures.style import BLACK, GREY, new_figure
+from lammps_inputs.errors import InputError
+
+_FRAMES_PER_SECOND = 25
+
+
+def animate_collision(
+    times: ArrayLike,
+    displacements: ArrayLike,
+    velocities: ArrayLike,
+    path: Path | str,
+    *,
+    impact_velocity: float,
+    frames: int = 150,
+    title: str = "",
+) -> Path:
+    """
+    Write a collision as GIF, or as MP4 where ffmpeg is installed.
+
+    Above, the velocity of each particle; below, the chain itself, coloured by velocity.
+
+    Parameters
+    ----------
+    times : array_like of shape (frames,)
+        Time since the first contact.
+    displacements, velocities : array_like of shape (frames, n)
+        States; those between are interpolated.
+    path : pathlib.Path or str
+        ``.gif`` or ``.mp4``.
+    impact_velocity : float
+        Impact speed v0.
+    frames : int
+        Frames of the picture, 25 a second, evenly spaced in time.
+    title : str
+        Settings, drawn above.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the ending of the file is unknown, or MP4 is asked for without ffmpeg.
+    """
+    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+
+    path = Path(path)
+    if path.suffix not in (".gif", ".mp4"):
+        raise InputError(f"cannot write the animation {path}; expected a name in .gif or .mp4")
+    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise InputError(f"{path} needs ffmpeg, which is not installed; write a .gif instead")
+
+    time = np.asarray(times, dtype=float)
+    n = np.shape(displacements)[1]
+    moments = np.linspace(time[0], time[-1], frames)
+    x = _interpolate(time, np.asarray(displacements, dtype=float), moments) + np.arange(n)
+    v = _interpolate(time, np.asarray(velocities, dtype=float), moments) / impact_velocity
+
+    figure, (upper, lower) = new_figure(
+        2, 1, figsize=(7.0, 3.6), sharex=True, height_ratios=(3.0, 1.0)
+    )
+    size = float(np.clip(3000.0 / n, 3.0, 60.0))
+    limit = max(1.2, float(np.max(np.abs(v))))
+    style = {"cmap": "cividis", "vmin": -limit, "vmax": limit, "s": size, "linewidths": 0.0}
+    (line,) = upper.plot(x[0], v[0], color=GREY, linewidth=0.7)
+    points = upper.scatter(x[0], v[0], c=v[0], **style)
+    beads = lower.scatter(x[0], np.zeros(n), c=v[0], **style)
+    upper.axhline(0.0, color=BLACK, linewidth=0.6)
+    for ax in (upper, lower):
+        ax.axvline(0.0, color=BLACK, linewidth=3.0)
+    width = float(np.max(x))
+    upper.set_xlim(-0.02 * width, 1.02 * width)
+    upper.set_ylim(-1.1 * limit, 1.1 * limit)
+    upper.set_ylabel(r"velocity $v_i/v_0$")
+    lower.set_yticks([])
+    lower.grid(visible=False)
+    lower.set_xlabel("distance from the wall (bond lengths)")
+    caption = upper.set_title(title, loc="left", fontsize=10)
+
+    def draw(k):
+        line.set_data(x[k], v[k])
+        points.set_offsets(np.column_stack((x[k], v[k])))
+        points.set_array(v[k])
+        beads.set_offsets(np.column_stack((x[k], np.zeros(n))))
+        beads.set_array(v[k])
+        caption.set_text(f"{title}   t = {moments[k]:.1f}".strip())
+        return line, points, beads, caption
+
+    # The layout is found once: finding it for every frame would take most of the time.
+    draw(0)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")
+    animation = FuncAnimation(figure, draw, frames=frames, blit=False)
+    writer = PillowWriter if path.suffix == ".gif" else FFMpegWriter
+    with written_aside(path) as aside:
+        animation.save(str(aside), writer=writer(fps=_FRAMES_PER_SECOND), dpi=100)
+    return path
+
+
+def _interpolate(times, values, moments):
+    return np.column_stack([np.interp(moments, times, column) for column in values.T])

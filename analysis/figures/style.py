@@ -1,0 +1,108 @@
+"""What the figures have in common: colours that everyone can tell apart, sizes, captions."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito (2008), "Color universal design".
+BLUE = "#0072B2"
+ORANGE = "#E69F00"
+GREEN = "#009E73"
+VERMILION = "#D55E00"
+PURPLE = "#CC79A7"
+SKY = "#56B4E9"
+BLACK = "#000000"
+GREY = "#8A8A8A"
+CYCLE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+SETTINGS: Any = {
+    "figure.figsize": (6.0, 3.9),
+    "figure.dpi": 110,
+    "figure.constrained_layout.use": True,
+    "savefig.dpi": 200,
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 4.0,
+}
+
+
+def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure, Any]":
+    """
+    Make a figure in the common style, without a window and without global state.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Panels.
+    **options
+        For ``Figure.subplots``; `figsize` goes to the figure.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+        The figure.
+    axes : Axes or ndarray of Axes
+        Its panels.
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    size = options.pop("figsize", None)
+    with mpl.rc_context(SETTINGS):
+        figure = Figure(figsize=size)
+        FigureCanvasAgg(figure)
+        return figure, figure.subplots(rows, columns, **options)
+
+
+def choose_axes(ax: "Axes | None") -> "Axes":
+    """
+    Return the axes given, or those of a new figure.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes or None
+        Axes to draw into.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Axes.
+    """
+    return new_figure()[1] if ax is None else ax
+
+
+def legend_above(ax: "Axes", columns: int = 3) -> None:
+    """
+    Put the legend above the panel, where it cannot cover data.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Panel with labelled artists.
+    columns : int
+        Entries side by side.
+    """
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.3,
+        handlelength=1.6,
+        columnspacing=1.4,
+        frameon=False,
+        fontsize=9,
+    )

@@ -1,0 +1,120 @@
+"""World lines of a collision, with the sound that the first contact sends out."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_MOST_LINES = 40
+
+
+def plot_trajectories(
+    times: ArrayLike,
+    displacements: ArrayLike,
+    *,
+    contact_times: ArrayLike = (),
+    sound_speed: float = 1.0,
+    end_time: float | None = None,
+    magnification: float | None = None,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """
+    Draw positions against time.
+
+    Parameters
+    ----------
+    times : array_like of shape (frames,)
+        Time since the first contact.
+    displacements : array_like of shape (frames, n)
+        u_i = x_i - (i - 1).
+    contact_times : array_like of shape (f,)
+        Contacts, marked at the wall.
+    sound_speed : float
+        Speed of small waves, sqrt(U''(1)): the cone of the first contact is drawn with it,
+        there and back.
+    end_time : float, optional
+        Where to stop; a little after the last contact by default.
+    magnification : float, optional
+        Factor on the displacements, so that they can be seen in a long chain; by default as
+        large as shows them well and lets no lines cross. The label of the axis names it.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw into.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes.
+    """
+    ax = choose_axes(ax)
+    time = np.asarray(times, dtype=float)
+    u = np.asarray(displacements, dtype=float)
+    n = u.shape[1]
+    contacts = np.asarray(contact_times, dtype=float)
+    if end_time is None:
+        last = contacts[-1] if contacts.size else time[-1]
+        end_time = float(min(time[-1], 1.15 * last if last > 0.0 else time[-1]))
+    shown = time <= end_time
+    factor = _choose_magnification(u[shown]) if magnification is None else magnification
+    x = factor * u[shown] + np.arange(n)
+    stride = max(1, int(np.ceil(n / _MOST_LINES)))
+    picked = np.unique(np.append(np.arange(0, n, stride), n - 1))
+    lines = ax.plot(time[shown], x[:, picked], color=GREY, linewidth=0.7)
+    lines[0].set_label("particles" if stride == 1 else f"one particle in {stride}")
+    ax.plot(time[shown], x[:, 0], color=BLUE, linewidth=1.2, label="particle 1")
+    if n > 1:
+        signal, place = _sound_path(time[shown], x, sound_speed)
+        ax.plot(
+            signal, place, color=ORANGE, linewidth=1.6, linestyle="--", label="sound, small waves"
+        )
+    if contacts.size:
+        within = contacts[contacts <= end_time]
+        ax.plot(
+            within,
+            np.zeros_like(within),
+            color=VERMILION,
+            marker="o",
+            markersize=3.0 if contacts.size < 60 else 1.8,
+            linestyle="none",
+            label="contacts",
+            zorder=3,
+            clip_on=False,
+        )
+    ax.set_xlim(min(0.0, time[0]), end_time)
+    ax.set_ylim(bottom=-0.02 * n)
+    ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")
+    magnified = "" if factor == 1.0 else f",\ndisplacements magnified {factor:g} times"
+    ax.set_ylabel("distance from the wall (bond lengths)" + magnified)
+    legend_above(ax, columns=4)
+    return ax
+
+
+def _choose_magnification(displacements):
+    """Return 1, 2, 5, 10, ...: displacements up to a fifth of the chain, bonds longer than 0."""
+    n = displacements.shape[1]
+    squeeze = -float(np.min(np.diff(displacements, axis=1), initial=0.0))
+    largest = float(np.max(np.abs(displacements)))
+    limit = min(0.2 * n / largest if largest > 0.0 else 1.0, 0.9 / squeeze if squeeze else np.inf)
+    if limit < 2.0:
+        return 1.0
+    decade = 10.0 ** np.floor(np.log10(limit))
+    return float(decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= limit))
+
+
+def _sound_path(times, x, sound_speed):
+    """Follow the signal in the material, up to the free end and back, through all frames."""
+    n = x.shape[1]
+    fine = np.linspace(0.0, min(2.0 * (n - 1) / sound_speed, times[-1]), 20 * n)
+    material = sound_speed * fine
+    material = np.where(material > n - 1, 2.0 * (n - 1) - material, material)
+    lower = np.clip(material.astype(int), 0, n - 2)
+    part = material - lower
+    place = np.empty_like(fine)
+    for k, (time, i, p) in enumerate(zip(fine, lower, part, strict=True)):
+        near = np.interp(time, times, x[:, i])
+        place[k] = (1.0 - p) * near + p * np.interp(time, times, x[:, i + 1])
+    return fine, place

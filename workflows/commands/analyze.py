@@ -1,0 +1,199 @@
+"""``chaincor analyze``: from the dump of a LAMMPS job to the physics of the collision."""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lammps_inputs.potentials import NAMED_POTENTIALS, Potential
+
+if TYPE_CHECKING:
+    from analysis.results import CollisionAnalysis
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--data", type=click.Path(path_type=Path), help="LAMMPS data file [default: found]")
+@click.option("--dump", type=click.Path(path_type=Path), help="LAMMPS dump [default: found]")
+@click.option(
+    "--timestep",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="H",
+    help="simulated time per step, for dumps without the time [default: from log or script]",
+)
+@click.option(
+    "--potential",
+    type=click.Choice([*NAMED_POTENTIALS, "table"]),
+    help="bond potential [default: that of scene.toml]",
+)
+@click.option("--toda-b", type=float, metavar="B", help="steepness b of the toda bond")
+@click.option("--power-order", type=int, metavar="R", help="order of the power bond")
+@click.option("--power-c", type=float, metavar="C", help="coefficient of the power bond")
+@click.option("--bond-file", type=click.Path(path_type=Path), help="bond table, for table")
+@click.option(
+    "--velocity",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="V",
+    help="impact speed, absolute [default: from scene.toml or the first frame]",
+)
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="OUT", help="write plots and CSV"
+)
+@click.option(
+    "--animation",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="write a moving picture (.gif; .mp4 with ffmpeg)",
+)
+@click.option(
+    "--xyz", type=click.Path(path_type=Path), metavar="FILE", help="write extended XYZ for viewers"
+)
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+def analyze(
+    folder: Path,
+    data: Path | None,
+    dump: Path | None,
+    timestep: float | None,
+    velocity: float | None,
+    output: Path | None,
+    animation: Path | None,
+    xyz: Path | None,
+    as_json: bool,
+    **bond_options: Any,
+) -> None:
+    """
+    Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.
+
+    DIR is the folder of a job: one made by 'chaincor inputs' or your own, with a dump of at least
+    'id x vx' (text, gzip or binary) and, if you like, the data file. Lengths are in units of the
+    natural bond length, the wall is at x = 0.
+    """
+    from analysis.exports import write_extended_xyz
+    from analysis.job import analyze_job, find_job
+    from analysis.report import to_json_object, write_report
+    from workflows.engines.ending import argue_end
+
+    job = find_job(folder, data=data, dump=dump)
+    with _progress(job.dump) as progress:
+        analysis = analyze_job(
+            job,
+            bond=_bond(bond_options),
+            impact_velocity=velocity,
+            timestep=timestep,
+            end_argument=argue_end,
+            progress=progress,
+        )
+    if output is not None:
+        write_report(analysis, output)
+    if animation is not None:
+        _animate(analysis, animation)
+    if xyz is not None:
+        write_extended_xyz(job.dump, xyz, 1.0 if timestep is None else timestep)
+    if as_json:
+        click.echo(json.dumps(to_json_object(analysis), allow_nan=False))
+    else:
+        click.echo(describe(analysis))
+
+
+def describe(analysis: "CollisionAnalysis") -> str:
+    """
+    Describe the results for people.
+
+    Parameters
+    ----------
+    analysis : CollisionAnalysis
+        The results.
+
+    Returns
+    -------
+    str
+        Some lines, the caveats at the end.
+    """
+    statistics = analysis.contact_statistics
+    bond = analysis.bond
+    speed = f"v0 = {analysis.velocity:.6g}"
+    if bond is not None and bond.natural_speed is not None:
+        speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
+    name = "unknown" if bond is None else bond.name
+    contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
+    error = analysis.restitution_error
+    lines = [
+        f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
+        "",
+        f"restitution (energy)   eta = {analysis.restitution:.12g}"
+        + ("" if error is None else f" +- {error:.1e}"),
+        f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
+        f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
+        f"f/n                    {statistics.per_particle:.4g}",
+        f"interval               {_number(statistics.mean_interval)} on average, "
+        f"median {_number(statistics.median_interval)}",
+        f"incoming speed         {_number(statistics.mean_speed)} v0 on average",
+        f"momentum residual      {analysis.momentum_residual:.1e} n v0",
+    ]
+    if analysis.energy_end is not None:
+        share = 100.0 * float(analysis.energy_end.vibration / analysis.energy_end.total)
+        lines += [
+            f"energy drift           {analysis.energy_drift:.1e}",
+            f"vibration              {share:.4g} % of the energy, "
+            f"anharmonic remainder {analysis.anharmonic_remainder:.3g}",
+        ]
+    strongest = sorted(enumerate(analysis.mode_energies[1:], start=1), key=lambda e: -e[1])[:3]
+    total = float(analysis.mode_energies.sum())
+    shares = ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
+    if strongest:
+        lines += [
+            f"strongest modes        {shares}",
+            f"bond lengths           {analysis.bond_min:.4g} to {analysis.bond_max:.4g}",
+        ]
+    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in analysis.caveats)])
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"
+
+
+def _bond(options: dict[str, Any]) -> Potential | None:
+    """Return the bond the options name, checked as in a scene; None where they name none."""
+    from lammps_inputs.errors import SceneError
+    from lammps_inputs.scene import Scene
+
+    given = {key: value for key, value in options.items() if value is not None}
+    if not given:
+        return None
+    if "potential" not in given:
+        raise SceneError(f"{', '.join(given)} given without --potential; expected its potential")
+    return Scene(**given).bond
+
+
+def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
+    from analysis.figures.animation import animate_collision
+    from analysis.report import describe as caption
+
+    history = analysis.history
+    animate_collision(
+        history.times,
+        history.displacements,
+        history.velocities,
+        path,
+        impact_velocity=analysis.velocity,
+        title=caption(analysis),
+    )
+
+
+@contextmanager
+def _progress(dump: Path) -> Iterator[Callable[[int], None] | None]:
+    """Show how much of the dump has been read; quiet when stderr is not a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal or not dump.exists():
+        yield None
+        return
+    columns = (TextColumn("reading {task.description}"), BarColumn(), DownloadColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
+        task = bar.add_task(dump.name, total=dump.stat().st_size)
+        yield lambda position: bar.update(task, completed=position)
