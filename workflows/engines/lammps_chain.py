@@ -224,7 +224,7 @@ class LammpsChain:
             self.commands(
                 "variable clock internal 0.0\n"
                 "variable time atom v_clock\n"
-                "variable displacement atom x-id+1\n"
+                "variable displacement atom x-(id-1)\n"
             )
         self._lammps.set_internal_variable("clock", time)
         append = "yes" if self._dump_started else "no"
