@@ -91,11 +91,16 @@ def collect_caveats(
             f"the energy drifts by {drift:.1e} of itself between the first frame and the last: "
             "the run is no more accurate than that"
         )
-    caveats.append(
-        "restitution_error covers the digits of the dump"
-        + (" and the drift of the energy" if drift is not None else "")
-        + ", not the error of the integration"
-    )
+    if bond is None:
+        caveats.append(
+            "restitution_error covers the digits of the dump, not the error of the integration"
+        )
+    else:
+        caveats.append(
+            "restitution_error covers the digits of the dump, the drift of the energy and the "
+            "momentum missed between frames, not how errors of the integration grow; a second "
+            "run with half the timestep would show that"
+        )
     return caveats
 
 

@@ -122,14 +122,17 @@ def analyze_frames(
     )
     # A given impact speed is exact; one that was read has the resolution of the dump.
     v0_resolution = reading.resolution if impact_velocity is None else 0.0
+    error = _restitution_precision(v, velocity, last_resolution, v0_resolution)
+    error += abs(drift or 0.0)
+    # Momentum that the exact motion between frames would not have given.
+    error += 2.0 * abs(float(kinematic_restitution(v, velocity))) * detection.total_miss / n
     return CollisionAnalysis(
         particles=n,
         bond=bond,
         velocity=velocity,
         restitution=float(restitution(v, velocity)),
         kinematic_restitution=float(kinematic_restitution(v, velocity)),
-        restitution_error=_restitution_precision(v, velocity, last_resolution, v0_resolution)
-        + abs(drift or 0.0),
+        restitution_error=error,
         contact_times=times,
         contact_speeds=detection.speeds,
         contact_statistics=statistics,

@@ -55,6 +55,8 @@ class DetectedContacts:
     worst_miss : float
         Largest difference between the momentum of the found contacts and that of the dump, in
         units of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
+    total_miss : float
+        Sum of these differences without their signs.
     largest_gap : float
         Longest time between two frames with a contact in between.
     """
@@ -64,6 +66,7 @@ class DetectedContacts:
     method: str
     unresolved: int
     worst_miss: float
+    total_miss: float
     largest_gap: float
 
 
@@ -90,6 +93,7 @@ class ContactDetector:
     _speeds: list[float] = field(default_factory=list)
     _unresolved: int = 0
     _worst_miss: float = 0.0
+    _total_miss: float = 0.0
     _largest_gap: float = 0.0
 
     def add_known(self, time: float, speed: float) -> None:
@@ -141,6 +145,7 @@ class ContactDetector:
             "interpolation" if self.bond is None else "reintegration",
             self._unresolved,
             self._worst_miss,
+            self._total_miss,
             self._largest_gap,
         )
 
@@ -177,6 +182,7 @@ class ContactDetector:
         times, speeds = times[:count], speeds[:count]
         miss = abs(2.0 * sum(speeds) - given) / self.impact_velocity
         self._worst_miss = max(self._worst_miss, miss)
+        self._total_miss += miss
         if not times or not miss < _LARGEST_MISS:
             self._interpolate(before, after, 0.5 * given)
             self._unresolved += 1

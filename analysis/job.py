@@ -167,6 +167,12 @@ def analyze_job(
         _expect_count(scene.particles, job.scene, layout.particles, job.dump)
     if job.data is not None:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
+    if any(_uses_reflecting_wall(path) for path in (*job.scripts, *job.logs)):
+        notes.append(
+            "the run used fix wall/reflect: each contact then costs an error of first order in "
+            "the timestep, usually 1e-3 to 1e-2 of restitution in all, which energy and momentum "
+            "hardly show"
+        )
     if timestep is None and not layout.time_known:
         timestep = read_timestep(job.logs, job.scripts)
         if timestep is None:
@@ -184,6 +190,13 @@ def analyze_job(
         end_argument=end_argument,
         notes=notes,
         is_truncated=lambda: dump.truncated,
+    )
+
+
+def _uses_reflecting_wall(path: Path) -> bool:
+    return (
+        re.search(r"^\s*fix\s.*\swall/reflect\s", path.read_text(errors="replace"), re.M)
+        is not None
     )
 
 

@@ -62,9 +62,10 @@ class CollisionAnalysis:
         eta = (mean v/v0)^2, the ratio of energies.
     kinematic_restitution : float
         e = mean v/v0, the ratio of speeds.
-    restitution_error : float or None
-        What the digits of the dump and, where the bond is known, the failure to conserve energy
-        allow; None where neither can be told.
+    restitution_error : float
+        What the digits of the dump allow; where the bond is known also the drift of the energy
+        and the momentum that the exact motion between frames would not have given. Errors of the
+        run that these do not show are not in it.
     contact_times, contact_speeds : ndarray of shape (f,)
         Times from the first contact, and incoming speeds.
     contact_statistics : ContactStatistics
@@ -102,7 +103,7 @@ class CollisionAnalysis:
     velocity: float
     restitution: float
     kinematic_restitution: float
-    restitution_error: float | None
+    restitution_error: float
     contact_times: NDArray[np.float64]
     contact_speeds: NDArray[np.float64]
     contact_statistics: ContactStatistics

@@ -54,8 +54,8 @@ class ChainDumpReader(ReaderBase):
         return len(self._offsets)
 
     def close(self):
-        """Close the file."""
-        self._frames.close()
+        """Let go of the file."""
+        self._frames = iter(())
 
     def _reopen(self):
         self._frames = self._dump.frames()
@@ -63,7 +63,6 @@ class ChainDumpReader(ReaderBase):
         self.ts.frame = -1
 
     def _read_frame(self, frame):
-        self._frames.close()
         self._frames = self._dump.frames(start=self._offsets[frame])
         self.ts.frame = frame - 1
         return self._read_next_timestep()

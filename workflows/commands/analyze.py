@@ -123,8 +123,7 @@ def describe(analysis: "CollisionAnalysis") -> str:
     lines = [
         f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
         "",
-        f"restitution (energy)   eta = {analysis.restitution:.12g}"
-        + ("" if error is None else f" +- {error:.1e}"),
+        f"restitution (energy)   eta = {analysis.restitution:.12g} +- {error:.1e}",
         f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
         f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
         f"f/n                    {statistics.per_particle:.4g}",
