@@ -40,6 +40,10 @@ class BarrierError(RunError):
     """A bond was stretched over its energy barrier and runs away to minus infinity."""
 
 
+class TimestepError(RunError):
+    """The step is too large for the bonds it has to resolve."""
+
+
 class UnfinishedCollisionError(RunError):
     """The cap on the length of a collision was reached and hits may still come."""
 
@@ -58,6 +62,7 @@ __all__ = [
     "LostAtomsError",
     "MissingLibraryError",
     "RunError",
+    "TimestepError",
     "ToleranceError",
     "UnfinishedCollisionError",
 ]

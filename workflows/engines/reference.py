@@ -1,0 +1,161 @@
+"""The stepping engine: symmetric compositions of Verlet steps with contacts located to rounding."""
+
+import math
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines import reference_motion as motion
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.ending import argue_end, longest_collision
+from workflows.engines.kernels import kernels_for
+from workflows.engines.outcome import Frames, Outcome
+from workflows.engines.reference_chain import Chain, drifts_and_kicks
+from workflows.engines.reference_outcome import (
+    LastContact,
+    displacements_from,
+    finish,
+    refuse_strain,
+    refuse_unfinished,
+    run_single_particle,
+)
+
+# After a vain argument for the end, particle 1 must stay away so many times longer for the next.
+PATIENCE_GROWTH = 1.15
+
+
+def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry a chain through its collision, step by step.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    numerics : Numerics
+        Scheme and step; tables have no meaning here.
+    frame_interval : float, optional
+        Time between snapshots. Each is reached by a copy of the chain, so that asking for
+        frames changes no result.
+
+    Returns
+    -------
+    Outcome
+        With the state right after the last contact.
+
+    Raises
+    ------
+    UnfinishedCollisionError
+        If contacts may still come after the longest collision that makes sense.
+    BarrierError
+        If a bond of odd order is stretched over its barrier.
+    CrossingError
+        If two particles would pass through each other; a harmonic chain is flagged and carried on.
+    TimestepError
+        If the step is too large for the bonds it must resolve.
+    """
+    if scene.particles == 1:
+        return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
+    kernels = kernels_for(scene.bond)
+    composition = COMPOSITIONS[numerics.scheme]
+    chain = Chain.at_first_contact(scene, composition)
+    scheme = drifts_and_kicks(composition)
+    # Without a step to take, this only loads or compiles the loops, which is not integration.
+    chain.advance(kernels, 0, numerics.timestep, scheme)
+    started = time.perf_counter()
+    ending, frames = _collide(scene, chain, kernels, scheme, numerics.timestep, frame_interval)
+    seconds = time.perf_counter() - started
+    ledger = chain.ledger
+    return finish(
+        scene,
+        LastContact(
+            strains=chain.last[0],
+            velocities=chain.last[1],
+            contact_times=chain.contacts[0, : ledger.contacts].copy(),
+            contact_speeds=chain.contacts[1, : ledger.contacts].copy(),
+        ),
+        scheme=numerics.scheme,
+        timestep=numerics.timestep,
+        ending=ending,
+        duration=float(ledger.steps * numerics.timestep),
+        strain_range=(float(ledger.strain_min), float(ledger.strain_max)),
+        end_strains=chain.strain,
+        end_velocities=chain.velocity,
+        seconds=seconds,
+        force_evaluations=int(ledger.evaluations),
+        frames=frames,
+    )
+
+
+def _collide(scene, chain, kernels, scheme, step, frame_interval):
+    """Step until the end is argued; return the argument and the frames."""
+    bond, ledger = scene.bond, chain.ledger
+    longest = longest_collision(scene.particles, bond.stiffness)
+    last_step = math.ceil(longest / step)
+    frames = _Recorder(chain, kernels, scheme, step, frame_interval)
+    while True:
+        status = chain.advance(kernels, int(min(last_step, frames.next_step())), step, scheme)
+        if status in (motion.OUTSIDE, motion.CROWDED):
+            refuse_strain(
+                scene,
+                float(ledger.strain_min),
+                float(ledger.strain_max),
+                float(ledger.steps * step),
+                f"take a smaller timestep than {step:g}",
+            )
+        if status == motion.FULL:
+            chain.contacts = np.concatenate((chain.contacts, np.zeros_like(chain.contacts)), axis=1)
+        if status == motion.ARGUE:
+            away = ledger.steps * step - ledger.last_contact
+            argument = argue_end(
+                float(ledger.wall_distance), chain.strain, chain.velocity, away, bond
+            )
+            if argument is not None:
+                return argument, frames.collected()
+            ledger.argue_after = PATIENCE_GROWTH * away
+        if status == motion.DONE:
+            if ledger.steps >= last_step:
+                refuse_unfinished(scene, longest)
+            frames.record()
+
+
+class _Recorder:
+    """Takes snapshots at multiples of an interval, with copies of the chain."""
+
+    def __init__(self, chain, kernels, scheme, step, interval):
+        self._chain, self._kernels, self._scheme = chain, kernels, scheme
+        self._step, self._interval = step, interval
+        self._times: list[float] = []
+        self._displacements: list[NDArray[np.float64]] = []
+        self._velocities: list[NDArray[np.float64]] = []
+
+    def _next_time(self) -> float:
+        return math.inf if self._interval is None else len(self._times) * self._interval
+
+    def next_step(self) -> float:
+        """Return the grid step from which the next snapshot is taken."""
+        return math.inf if self._interval is None else self._next_time() // self._step
+
+    def record(self) -> None:
+        """Take all snapshots that lie within the step about to be done."""
+        begin = self._chain.ledger.steps * self._step
+        while self.next_step() <= self._chain.ledger.steps:
+            now = self._next_time()
+            copy = self._chain.copy()
+            copy.carry(self._kernels, begin, max(now - begin, 0.0), self._scheme)
+            self._times.append(now)
+            self._displacements.append(
+                displacements_from(float(copy.ledger.wall_distance), copy.strain)
+            )
+            self._velocities.append(copy.velocity)
+
+    def collected(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        return Frames(
+            np.array(self._times), np.array(self._displacements), np.array(self._velocities)
+        )

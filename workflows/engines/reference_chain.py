@@ -1,0 +1,191 @@
+"""A chain in motion, as the loops of the stepping engine need it."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.scene import Scene
+from workflows.engines import reference_motion as motion
+from workflows.engines.compositions import Composition
+from workflows.engines.kernels import Kernels
+
+# The end is argued when particle 1 has been away for so many mean intervals between contacts.
+PATIENCE = 1.5
+
+
+@dataclass
+class Chain:
+    """
+    A chain in motion, with what its loops need to work on.
+
+    Attributes
+    ----------
+    ledger : numpy.record
+        The scalars, see ``reference_motion.LEDGER``.
+    strain, velocity : ndarray of shape (n - 1,) and (n,)
+        The state, with the ledger's distance of particle 1 from the wall.
+    contacts : ndarray of shape (2, capacity)
+        Times and incoming speeds.
+    last, kept, near : pair of ndarray
+        Strains and velocities after the last contact, before the step, and of the particles near
+        the wall while a contact is searched.
+    """
+
+    ledger: np.record
+    strain: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    contacts: NDArray[np.float64]
+    last: tuple[NDArray[np.float64], NDArray[np.float64]]
+    kept: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    near: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+
+    @classmethod
+    def at_first_contact(cls, scene: Scene, composition: Composition) -> "Chain":
+        """
+        Return the chain right after its first contact, at t = 0.
+
+        Parameters
+        ----------
+        scene : Scene
+            At least two particles.
+        composition : Composition
+            Whose stages decide how far a step reaches.
+
+        Returns
+        -------
+        Chain
+            Particle 1 at the wall and reflected, everything else approaching.
+        """
+        particles, speed = scene.particles, scene.impact_velocity
+        strain = np.zeros(particles - 1)
+        velocity = np.full(particles, -speed)
+        velocity[0] = speed
+        contacts = np.zeros((2, 2 * particles + 2 * motion.SPARE_CONTACTS))
+        contacts[1, 0] = speed
+        reach = min(particles - 1, composition.stages + 1)
+        ledger = np.zeros(1, motion.LEDGER).view(np.recarray)[0]
+        ledger.impact_velocity = speed
+        ledger.momentum = (2 - particles) * speed
+        ledger.patience = PATIENCE
+        ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * scene.bond.stiffness)
+        ledger.strain_floor, ledger.strain_ceiling = _allowed_strains(scene)
+        ledger.contacts = 1
+        ledger.active = min(particles - 1, max(reach, motion.FRONT_MARGIN))
+        return cls(
+            ledger,
+            strain,
+            velocity,
+            contacts,
+            last=(strain.copy(), velocity.copy()),
+            kept=(strain.copy(), velocity.copy()),
+            near=(np.empty(reach), np.empty(reach + 1)),
+        )
+
+    def copy(self) -> "Chain":
+        """
+        Return a copy that can be moved without moving this one.
+
+        Returns
+        -------
+        Chain
+            The same state; scratch arrays are shared.
+        """
+        return Chain(
+            self.ledger.copy(),
+            self.strain.copy(),
+            self.velocity.copy(),
+            self.contacts.copy(),
+            (self.last[0].copy(), self.last[1].copy()),
+            self.kept,
+            self.near,
+        )
+
+    def advance(self, kernels: Kernels, goal: int, step: float, scheme: tuple) -> int:
+        """
+        Take steps.
+
+        Parameters
+        ----------
+        kernels : Kernels
+            The loops.
+        goal : int
+            How many steps shall be done, from the first contact on.
+        step : float
+            The composed step.
+        scheme : tuple of ndarray
+            Drifts and kicks in units of the step.
+
+        Returns
+        -------
+        int
+            Why it came back, see ``reference_motion``.
+        """
+        return kernels.advance(
+            self.ledger,
+            self.strain,
+            self.velocity,
+            self.contacts,
+            self.last,
+            self.kept,
+            self.near,
+            goal,
+            step,
+            scheme,
+            kernels.parameters,
+        )
+
+    def carry(self, kernels: Kernels, begin: float, step: float, scheme: tuple) -> None:
+        """
+        Take one step of any size.
+
+        Parameters
+        ----------
+        kernels : Kernels
+            The loops.
+        begin : float
+            Time at which it starts.
+        step : float
+            Its size.
+        scheme : tuple of ndarray
+            Drifts and kicks in units of the step.
+        """
+        kernels.carry(
+            self.ledger,
+            self.strain,
+            self.velocity,
+            self.contacts,
+            self.last,
+            self.kept,
+            self.near,
+            begin,
+            step,
+            scheme,
+            kernels.parameters,
+        )
+
+
+def drifts_and_kicks(composition: Composition) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Merge the neighbouring drifts of composed Verlet steps.
+
+    Parameters
+    ----------
+    composition : Composition
+        Weights w_k of the steps.
+
+    Returns
+    -------
+    tuple of ndarray, of shape (stages + 1,) and (stages,)
+        Drifts w_1/2, (w_1 + w_2)/2, ..., w_s/2 and kicks w_k, in units of the step.
+    """
+    kicks = np.array(composition.weights)
+    padded = np.concatenate(([0.0], kicks, [0.0]))
+    return 0.5 * (padded[:-1] + padded[1:]), kicks
+
+
+def _allowed_strains(scene: Scene) -> tuple[float, float]:
+    """Strains at which a run must stop; harmonic particles may pass through each other."""
+    floor = -math.inf if scene.bond.anharmonic_order is None else -1.0
+    return floor, getattr(scene.bond, "barrier_strain", math.inf)

@@ -1,0 +1,232 @@
+"""From the state after the last contact to an outcome, shared by the in-house engines."""
+
+import math
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.scene import Scene
+from workflows.engines.ending import find_fragments
+from workflows.engines.outcome import Frames, Outcome
+from workflows.errors import (
+    BarrierError,
+    CrossingError,
+    TimestepError,
+    UnfinishedCollisionError,
+)
+
+
+@dataclass(frozen=True)
+class LastContact:
+    """
+    The chain right after its last contact, with particle 1 at the wall, and all contacts so far.
+
+    Attributes
+    ----------
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+    velocities : ndarray of shape (n,)
+        Velocities, positive away from the wall.
+    contact_times, contact_speeds : ndarray of shape (contacts,)
+        Times since the first contact and incoming speeds.
+    """
+
+    strains: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    contact_times: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]
+
+
+def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return u_i = x_i - (i - 1).
+
+    Parameters
+    ----------
+    wall_distance : float
+        x of particle 1.
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Displacements.
+    """
+    return np.cumsum(np.concatenate(([wall_distance], strains)))
+
+
+def finish(
+    scene: Scene,
+    last: LastContact,
+    *,
+    scheme: str,
+    timestep: float | None,
+    ending: str,
+    duration: float,
+    strain_range: tuple[float, float],
+    end_strains: NDArray[np.float64],
+    end_velocities: NDArray[np.float64],
+    seconds: float,
+    force_evaluations: int,
+    frames: Frames | None = None,
+    energy_end: float | None = None,
+) -> Outcome:
+    """
+    Put an outcome together.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collided.
+    last : LastContact
+        The state that counts.
+    scheme, timestep, ending, duration, seconds, force_evaluations, frames
+        As in `Outcome`.
+    strain_range : tuple of float
+        Smallest and largest strain met.
+    end_strains, end_velocities : ndarray of shape (n - 1,) and (n,)
+        The state at the end of the run, whose fragments are counted.
+    energy_end : float, optional
+        Energy after the last contact, where strains do not hold it to all digits.
+
+    Returns
+    -------
+    Outcome
+        The outcome.
+    """
+    speed = scene.impact_velocity
+    if energy_end is None:
+        energy_end = 0.5 * float(last.velocities @ last.velocities)
+        energy_end += float(np.sum(scene.bond.energy(last.strains)))
+    low, high = strain_range
+    return Outcome(
+        engine="reference",
+        wall="event",
+        scheme=scheme,
+        timestep=timestep,
+        displacements=displacements_from(0.0, last.strains),
+        velocities=last.velocities,
+        contact_times=last.contact_times,
+        contact_speeds=last.contact_speeds,
+        impulses=2.0 * last.contact_speeds,
+        ending=ending,
+        duration=duration,
+        bond_min=1.0 + low,
+        bond_max=1.0 + high,
+        energy_start=0.5 * scene.particles * speed**2,
+        energy_end=energy_end,
+        fragments=len(find_fragments(end_strains, end_velocities, scene.bond).starts),
+        seconds=seconds,
+        force_evaluations=force_evaluations,
+        crossed=low <= -1.0,
+        frames=frames,
+    )
+
+
+def run_single_particle(
+    scene: Scene, scheme: str, timestep: float | None, frame_interval: float | None
+) -> Outcome:
+    """
+    Return the outcome for one particle, which bounces once and keeps its speed.
+
+    Parameters
+    ----------
+    scene : Scene
+        With one particle.
+    scheme, timestep
+        As in `Outcome`.
+    frame_interval : float or None
+        Whether a snapshot is asked for: the collision is over at t = 0, so there is one.
+
+    Returns
+    -------
+    Outcome
+        The outcome.
+    """
+    velocities = np.array([scene.impact_velocity])
+    frames = None
+    if frame_interval is not None:
+        frames = Frames(np.zeros(1), np.zeros((1, 1)), velocities.reshape(1, 1).copy())
+    return finish(
+        scene,
+        LastContact(np.empty(0), velocities, np.zeros(1), velocities.copy()),
+        scheme=scheme,
+        timestep=timestep,
+        ending="energy",
+        duration=0.0,
+        strain_range=(0.0, 0.0),
+        end_strains=np.empty(0),
+        end_velocities=velocities,
+        seconds=0.0,
+        force_evaluations=0,
+        frames=frames,
+    )
+
+
+def refuse_strain(scene: Scene, low: float, high: float, time: float, remedy: str) -> NoReturn:
+    """
+    Raise the error that names what is wrong with the strains of a chain.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    low, high : float
+        Smallest and largest strain met.
+    time : float
+        When, since the first contact.
+    remedy : str
+        What to do where the numerics are at fault.
+
+    Raises
+    ------
+    BarrierError
+        If a bond is beyond its energy barrier.
+    CrossingError
+        If a bond that can be shorter than nothing is.
+    TimestepError
+        If a bond that cannot be is, or a strain is not a number.
+    """
+    bond = scene.bond
+    barrier = getattr(bond, "barrier_strain", math.inf)
+    if high >= barrier:
+        raise BarrierError(
+            f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
+            f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
+            "without bound; lower the speed"
+        )
+    if low <= -1.0 and bond.strain_min == -math.inf:
+        raise CrossingError(
+            f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
+            f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
+        )
+    raise TimestepError(
+        f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "
+        f"{1.0 + low:.6g} to {1.0 + high:.6g}); {remedy}"
+    )
+
+
+def refuse_unfinished(scene: Scene, longest: float) -> NoReturn:
+    """
+    Raise the error for a collision that does not end.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    longest : float
+        The cap that was reached.
+
+    Raises
+    ------
+    UnfinishedCollisionError
+        Always.
+    """
+    raise UnfinishedCollisionError(
+        f"the wall may still be hit {longest:.6g} after the first contact, ten times longer than "
+        f"sound needs to cross {scene.particles} particles and come back; such a chain may be "
+        "bound to the wall: lower or raise the speed"
+    )

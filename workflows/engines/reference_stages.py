@@ -1,0 +1,147 @@
+r"""
+One Verlet step of the chain, as loops for the compiler and as NumPy expressions.
+
+State is the distance of particle 1 from the wall, the bond strains :math:`s_i = u_{i+1} - u_i` and
+the velocities :math:`v_i`: a slow chain then loses no digits to its absolute coordinates. The step
+is the position form, drift - kick - drift:
+
+.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + k\,(F(s_{i-1}) - F(s_i)),
+
+in which the drifts of neighbouring steps merge, so that one stage of a composition is one drift
+and one kick, done in a single pass over the chain.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lammps_inputs.potentials import Potential
+
+
+def looped_stage(force: Callable) -> Callable:
+    """
+    Return one stage as a loop over the bonds, for a compiler.
+
+    Parameters
+    ----------
+    force : callable
+        -dU/dr of one strain: ``force(strain, p, q)``.
+
+    Returns
+    -------
+    callable
+        ``stage(strain, velocity, drift, kick, p, q)``: changes its arrays in place.
+    """
+
+    def stage(strain, velocity, drift, kick, p, q):
+        # The force of the bond behind is carried along: reading ahead and writing behind is a
+        # pattern that LLVM vectorises, and one pass costs less memory traffic than two.
+        bonds = strain.shape[0]
+        behind = 0.0
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, p, q)
+            velocity[i] += kick * (behind - ahead)
+            behind = ahead
+        velocity[bonds] += kick * behind
+
+    return stage
+
+
+def looped_drift(strain, velocity, drift):
+    """
+    Move the particles freely, as a loop.
+
+    Parameters
+    ----------
+    strain : ndarray of shape (n - 1,)
+        Changed in place.
+    velocity : ndarray of shape (n,)
+        Velocities.
+    drift : float
+        Time.
+    """
+    for i in range(strain.shape[0]):
+        strain[i] += drift * (velocity[i + 1] - velocity[i])
+
+
+def looped_outside(strain, low, high):
+    """
+    Count the strains outside a range, as a loop; what is not a number is outside.
+
+    Parameters
+    ----------
+    strain : ndarray of shape (n - 1,)
+        Strains.
+    low, high : float
+        The range.
+
+    Returns
+    -------
+    int
+        How many are outside.
+    """
+    outside = 0
+    for i in range(strain.shape[0]):
+        outside += not (low <= strain[i] <= high)
+    return outside
+
+
+def array_stage(bond: Potential) -> Callable:
+    """
+    Return one stage in NumPy, for forces that cannot be compiled.
+
+    Parameters
+    ----------
+    bond : Potential
+        Its `force` is called with arrays.
+
+    Returns
+    -------
+    callable
+        As :func:`looped_stage` returns it.
+    """
+
+    def stage(strain, velocity, drift, kick, _p, _q):
+        strain += drift * np.diff(velocity)
+        impulse = kick * bond.force(strain)
+        velocity[:-1] -= impulse
+        velocity[1:] += impulse
+
+    return stage
+
+
+def array_drift(strain, velocity, drift):
+    """
+    Move the particles freely, in NumPy.
+
+    Parameters
+    ----------
+    strain : ndarray of shape (n - 1,)
+        Changed in place.
+    velocity : ndarray of shape (n,)
+        Velocities.
+    drift : float
+        Time.
+    """
+    strain += drift * np.diff(velocity)
+
+
+def array_outside(strain, low, high):
+    """
+    Count the strains outside a range, in NumPy; what is not a number is outside.
+
+    Parameters
+    ----------
+    strain : ndarray of shape (n - 1,)
+        Strains.
+    low, high : float
+        The range.
+
+    Returns
+    -------
+    int
+        How many are outside.
+    """
+    return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
