@@ -89,6 +89,7 @@ def tabulate(
     bond_range: tuple[float, float],
     style: TableStyle = "spline",
     rows: int | None = None,
+    force_error: float | None = None,
 ) -> BondTable:
     """
     Sample a potential over the bond lengths a scene needs, and a margin beyond.
@@ -103,6 +104,8 @@ def tabulate(
         LAMMPS's interpolation.
     rows : int or None
         Number of rows; None takes as many as the force needs, see :func:`choose_rows`.
+    force_error : float or None
+        Largest force error wanted, where `rows` is None.
 
     Returns
     -------
@@ -120,7 +123,8 @@ def tabulate(
             f"the bond range is {shortest:g} to {longest:g}; expected two finite lengths in order"
         )
     if rows is None:
-        rows = choose_rows(bond, _with_margin(bond, bond_range, FEWEST_ROWS), style)
+        span = _with_margin(bond, bond_range, FEWEST_ROWS)
+        rows = choose_rows(bond, span, style, force_error)
     low, high = _with_margin(bond, bond_range, rows)
     lengths = np.linspace(low, high, rows)
     strains = lengths - 1.0
@@ -156,7 +160,12 @@ def _with_margin(
     return low, longest + margin
 
 
-def choose_rows(bond: Potential, span: tuple[float, float], style: TableStyle) -> int:
+def choose_rows(
+    bond: Potential,
+    span: tuple[float, float],
+    style: TableStyle,
+    force_error: float | None = None,
+) -> int:
     """
     Return how many rows bring the interpolated force to its target error.
 
@@ -171,6 +180,8 @@ def choose_rows(bond: Potential, span: tuple[float, float], style: TableStyle) -
         First and last length of the table.
     style : str
         LAMMPS's interpolation.
+    force_error : float or None
+        Largest force error wanted; None: ``FORCE_TARGET`` of the largest force in the range.
 
     Returns
     -------
@@ -187,8 +198,11 @@ def choose_rows(bond: Potential, span: tuple[float, float], style: TableStyle) -
     else:
         between = 0.5 * (forces[1:] + forces[:-1])
     scale = float(np.max(np.abs(forces)))
-    error = float(np.max(np.abs(between - bond.force(middles - 1.0)))) / max(scale, 1e-300)
-    needed = _PROBE_ROWS * (error / FORCE_TARGET[style]) ** (1.0 / _ERROR_ORDER[style])
+    error = float(np.max(np.abs(between - bond.force(middles - 1.0))))
+    target = FORCE_TARGET[style] * scale
+    if force_error is not None:
+        target = max(target, force_error)
+    needed = _PROBE_ROWS * (error / max(target, 1e-300)) ** (1.0 / _ERROR_ORDER[style])
     return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
 
 

@@ -31,6 +31,9 @@ class Numerics:
         Rows of the bond table; None lets the range of the scene decide.
     bond_range : tuple of float or None
         Shortest and longest bond the table must hold; None lets the engine find it.
+    force_error : float or None
+        Force error the rows are chosen for, where `table_points` is None; None: as small as a
+        table of reasonable length can have.
     """
 
     wall: Wall = "event"
@@ -39,6 +42,7 @@ class Numerics:
     table: TableStyle = "spline"
     table_points: int | None = None
     bond_range: tuple[float, float] | None = None
+    force_error: float | None = None
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Numerics":

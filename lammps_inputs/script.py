@@ -57,6 +57,7 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
         "table_keyword": KEYWORD,
         "tabulated": table is not None,
         "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
+        "scripted": False,
         "wall": numerics.wall,
         "timestep": number(numerics.timestep),
     }
@@ -106,6 +107,7 @@ def render_job(
     *,
     quiet_factor: float,
     cap: float,
+    look_steps: int,
     dump_steps: int | None = None,
 ) -> str:
     """
@@ -123,6 +125,8 @@ def render_job(
         Quiet time, per particle of a fragment, after which the collision is over.
     cap : float
         Simulated time at which an unfinished collision is given up.
+    look_steps : int
+        Steps between two looks for the end.
     dump_steps : int or None
         Steps between frames of a dump; None for no dump.
 
@@ -147,12 +151,13 @@ def render_job(
     finite_convex = convex < float("inf")
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
     values |= {
+        "scripted": True,
         "title": f"A {scene.bond.name} chain of {scene.particles} particles meets a wall",
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
         "quiet_factor": number(quiet_factor),
         "cap": number(cap),
-        "look_steps": max(1, round(0.1 * (scene.particles + 10) / numerics.timestep)),
+        "look_steps": look_steps,
         "dump_steps": dump_steps,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,

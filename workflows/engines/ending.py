@@ -28,6 +28,8 @@ QUIET_ROUND_TRIPS = 1.1
 # A collision lasts about two sound crossings; ten times that means something else is going on.
 CAP_CROSSINGS = 20.0
 
+LOOKS_PER_CROSSING = 10.0
+
 
 def quiet_time(particles: int, stiffness: float) -> float:
     """
@@ -65,6 +67,25 @@ def longest_collision(particles: int, stiffness: float) -> float:
         Time after which an unfinished collision is a named failure.
     """
     return CAP_CROSSINGS * (particles + 5.0) / stiffness**0.5
+
+
+def look_interval(particles: int, stiffness: float) -> float:
+    """
+    Return the time between two looks for the end.
+
+    Parameters
+    ----------
+    particles : int
+        Particles of the chain.
+    stiffness : float
+        U''(1).
+
+    Returns
+    -------
+    float
+        A tenth of the time sound takes to cross the chain and a little more.
+    """
+    return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DUMP_FILE
-from workflows.engines.ending import argue_end, find_fragments, longest_collision
+from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
 from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
@@ -26,9 +26,6 @@ from workflows.errors import (
     RunError,
     UnfinishedCollisionError,
 )
-
-# Times between two looks for the end, in units of the time sound takes to cross the chain.
-_LOOKS_PER_CROSSING = 10.0
 
 # A range that has to be guessed: the bond nearest the wall is compressed by about the energy of
 # two particles that meet at 2 v0, and stretched about as fast as they came.
@@ -101,7 +98,9 @@ def _run_in_folder(
         return _collide(scene, numerics, None, frame_interval, ask_every_step, folder)
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     for _ in range(_MOST_WIDENINGS):
-        table = tabulate(bond, bond_range, numerics.table, numerics.table_points)
+        table = tabulate(
+            bond, bond_range, numerics.table, numerics.table_points, numerics.force_error
+        )
         try:
             return _collide(scene, numerics, table, frame_interval, ask_every_step, folder)
         except BondRangeError as error:
@@ -196,7 +195,7 @@ def _choose_flight(
     bound = None
     if not ask_every_step and scene.particles > 1:
         lengths = (0.0, 2.0) if table is None else (table.lengths[0], table.lengths[-1])
-        bound = BlindBound(scene.bond, lengths)
+        bound = BlindBound(scene.bond, lengths, numerics.timestep)
     return VerletFlight(chain, numerics.wall == "reflect", bound)
 
 
@@ -226,8 +225,8 @@ class _Collision:
         """Go from contact to contact until no further one can come."""
         n, stiffness = self.scene.particles, self.bond.stiffness
         cap = longest_collision(n, stiffness)
-        look_interval = (n + 10.0) / stiffness**0.5 / _LOOKS_PER_CROSSING
-        next_look = look_interval
+        interval = look_interval(n, stiffness)
+        next_look = interval
         while self.ending is None:
             contact = self.flight.advance(min(next_look, self.next_frame))
             if contact is not None:
@@ -238,7 +237,7 @@ class _Collision:
             if now >= self.next_frame:
                 self._take_frame()
             if now >= next_look:
-                next_look = now + look_interval
+                next_look = now + interval
                 self._look_for_end()
                 if now > cap and self.ending is None:
                     raise UnfinishedCollisionError(

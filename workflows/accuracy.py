@@ -1,0 +1,375 @@
+"""Tolerance in, numerics and error bar out: choosing, proving, refining."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene, Scheme
+from workflows.cost_model import cost_model
+from workflows.engines import lammps, modal, reference
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.ending import look_interval
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import COARSER_SHARE, TABLE_SENSITIVITY, error_bar, rounding_error
+from workflows.errors import CrossingError, RunError
+from workflows.result import ErrorBar
+from workflows.step_search import (
+    Converged,
+    converge,
+    error_near,
+    eta_of,
+    find_step,
+    largest_step,
+    run_in_house,
+)
+
+# The range of bonds is settled long before eta is.
+_SCOUTING_GOAL = 1e-4
+# The step may use this share of the tolerance, the table that one; the rest is for rounding.
+_STEP_SHARE = 0.5
+_TABLE_SHARE = 0.1
+# The yardstick for choosing a step must be sharper than the tolerance.
+_TRUTH_SHARE = 0.03
+_MOST_REFINEMENTS = 5
+
+_ENGINES: dict[str, Callable[..., Outcome]] = {"lammps": lammps.run, "reference": reference.run}
+
+
+@dataclass(frozen=True)
+class Scouting:
+    """
+    What a short in-house run says about a collision before LAMMPS runs it.
+
+    Attributes
+    ----------
+    bond_min, bond_max : float
+        Shortest and longest bond.
+    last_contact_time, duration : float
+        Length of the collision, and of the run to the end that was argued.
+    contacts : int
+        Hits on the wall.
+    seconds : float
+        What the scouting cost.
+    """
+
+    bond_min: float
+    bond_max: float
+    last_contact_time: float
+    duration: float
+    contacts: int
+    seconds: float
+
+    def table_range(self, scene: Scene) -> tuple[float, float]:
+        """
+        Return the lengths a bond table must hold.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+
+        Returns
+        -------
+        tuple of float
+            Shortest and longest bond; where bonds may have broken, with room for the pieces to
+            fly on until LAMMPS looks for the end.
+        """
+        longest = self.bond_max
+        if math.isfinite(scene.bond.dissociation) and longest - 1.0 > scene.bond.convex_strain:
+            flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
+            longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
+        return self.bond_min, longest
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    A run that was asked to meet a tolerance.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    bar : ErrorBar
+        Its error.
+    reason : str or None
+        Why the tolerance is not met, where it is not.
+    details : dict
+        Scouting, choice and proof, for the record.
+    """
+
+    outcome: Outcome
+    bar: ErrorBar
+    reason: str | None
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+def run_engine(scene: Scene, numerics: Numerics) -> Outcome:
+    """
+    Run a scene with the engine it names.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Explicit settings.
+
+    Returns
+    -------
+    Outcome
+        Raw outcome.
+    """
+    return _ENGINES[scene.engine](scene, numerics)
+
+
+def without_outputs(scene: Scene) -> Scene:
+    """
+    Return the scene without files to write, for runs that only serve an error bar.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Scene
+        A copy.
+    """
+    return scene.replace(**dict.fromkeys(("dump", "save", "arrays")))
+
+
+def _scouting_from(found: Converged) -> Scouting:
+    outcome = found.outcome
+    return Scouting(
+        bond_min=outcome.bond_min,
+        bond_max=outcome.bond_max,
+        last_contact_time=float(outcome.contact_times[-1]),
+        duration=outcome.duration,
+        contacts=len(outcome.contact_times),
+        seconds=found.seconds,
+    )
+
+
+def scout(scene: Scene) -> Scouting | None:
+    """
+    Find the bond lengths of a collision that LAMMPS will run with a table.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Scouting or None
+        None where no table is needed, or where the in-house integrator cannot tell.
+    """
+    if scene.engine != "lammps" or isinstance(scene.bond, Harmonic):
+        return None
+    found = converge(scene, _SCOUTING_GOAL)
+    return None if found is None else _scouting_from(found)
+
+
+def scouting_details(found: Scouting | None) -> dict[str, Any]:
+    """
+    Return the scouting for the record.
+
+    Parameters
+    ----------
+    found : Scouting or None
+        From :func:`scout`.
+
+    Returns
+    -------
+    dict
+        Under the key ``scouting``; empty where there was none.
+    """
+    return {} if found is None else {"scouting": asdict(found)}
+
+
+def meet(scene: Scene, tolerance: float) -> Answer:
+    """
+    Run a scene with the cheapest numerics that meet a tolerance, and prove that they do.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision, without explicit numerics.
+    tolerance : float
+        Absolute error asked of eta.
+
+    Returns
+    -------
+    Answer
+        With the reason where the tolerance could not be met.
+    """
+    if scene.engine == "lammps":
+        return _meet_with_lammps(scene, tolerance)
+    if isinstance(scene.bond, Harmonic):
+        outcome = modal.run(scene)
+        return _answer(scene, tolerance, outcome, 0.0, {})
+    return _meet_in_house(scene, tolerance)
+
+
+def _answer(
+    scene: Scene, tolerance: float, outcome: Outcome, step: float, details: dict[str, Any]
+) -> Answer:
+    bar = error_bar(outcome, scene, step)
+    assert bar.total is not None
+    reason = None
+    if bar.total > tolerance:
+        parts = {"step": step, "table": bar.table, "rounding": bar.rounding}
+        largest = max(parts, key=lambda name: parts[name])
+        remedy = {
+            "step": "the collision is too sensitive for the steps that were tried",
+            "table": "a longer bond table would be needed",
+            "rounding": f"the {outcome.engine} engine's coordinates have no more digits at this "
+            "speed; the engine 'reference' has no such floor",
+        }[largest]
+        reason = (
+            f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
+            f"{parts[largest]:.2g}, is {largest}: {remedy}"
+        )
+    return Answer(outcome, bar, reason, details)
+
+
+# ---- in-house ------------------------------------------------------------------------------------
+
+
+def _meet_in_house(scene: Scene, tolerance: float) -> Answer:
+    """Start from the usual step of a scheme and refine until three steps agree."""
+    scheme: Scheme = "order4" if tolerance > 3e-4 else "order6" if tolerance > 1e-6 else "order8"
+    order, share = COMPOSITIONS[scheme].order, COARSER_SHARE[scheme]
+    usual = DEFAULT_TIMESTEPS[scheme] * (tolerance / {4: 1e-4, 6: 1e-6, 8: 1e-9}[order]) ** (
+        1.0 / order
+    )
+    step = min(usual, 0.5 * largest_step(scheme, scene.bond.stiffness))
+    tries: list[dict[str, float]] = []
+    best: tuple[float, Outcome] | None = None
+    for _ in range(4 * _MOST_REFINEMENTS):
+        try:
+            fine = run_in_house(scene, scheme, step)
+            eta = eta_of(scene, fine)
+            error = share * error_near(scene, scheme, 2.0 * step, eta)
+        except CrossingError:
+            raise
+        except RunError as failure:
+            if step < 1e-4:
+                raise
+            error, last_failure = math.inf, failure
+        else:
+            if best is None or error < best[0]:
+                best = (error, fine)
+        tries.append({"timestep": step, "step_error": error})
+        if error + rounding_error("reference", scene) <= tolerance or step < 1e-5:
+            break
+        wanted = (0.5 * tolerance / error) ** (1.0 / order) if math.isfinite(error) else 0.5
+        step *= min(max(wanted, 0.3), 0.8)
+    if best is None:
+        raise last_failure
+    return _answer(scene, tolerance, best[1], best[0], {"tries": tries})
+
+
+# ---- LAMMPS --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    numerics: Numerics
+    seconds: float
+
+
+def _meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
+    started = time.perf_counter()
+    floor = rounding_error("lammps", scene)
+    # Below the rounding floor a finer step buys nothing.
+    reachable = max(tolerance - floor, floor)
+    truth = _yardstick(scene, reachable)
+    scouting = _scouting_from(truth)
+    candidate = _cheapest(scene, reachable, truth, scouting)
+    chosen = time.perf_counter() - started
+    plain = without_outputs(scene)
+    tries: list[dict[str, Any]] = []
+    numerics = candidate.numerics
+    order = COMPOSITIONS[numerics.scheme].order
+    for attempt in range(_MOST_REFINEMENTS):
+        coarse = lammps.run(plain, replace(numerics, timestep=2.0 * numerics.timestep))
+        fine = lammps.run(scene, numerics)
+        difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        expected = error_near(scene, numerics.scheme, numerics.timestep, truth.restitution)
+        step = max(COARSER_SHARE[numerics.scheme] * difference, expected) + truth.error
+        bar = error_bar(fine, scene, step)
+        assert bar.total is not None
+        tries.append({"timestep": numerics.timestep, "step_error": step})
+        if bar.total <= tolerance or attempt == _MOST_REFINEMENTS - 1 or step < 0.3 * floor:
+            break
+        if step > _STEP_SHARE * reachable:
+            wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
+            numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
+        elif numerics.force_error is not None:
+            numerics = replace(numerics, force_error=0.1 * numerics.force_error)
+    details = scouting_details(scouting)
+    details["choice"] = {
+        "seconds": chosen,
+        "expected_seconds": candidate.seconds,
+        "in_house_restitution": truth.restitution,
+        "in_house_error": truth.error,
+        "tries": tries,
+    }
+    return _answer(scene, tolerance, fine, step, details)
+
+
+def _yardstick(scene: Scene, tolerance: float) -> Converged:
+    """Return the in-house eta that steps are chosen by."""
+    goal = _TRUTH_SHARE * tolerance
+    if isinstance(scene.bond, Harmonic):
+        outcome = modal.run(scene)
+        if outcome.crossed:
+            raise CrossingError(
+                f"particles of a harmonic chain pass through each other at velocity "
+                f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+                "absolute bond length); expected less than about 0.69: use engine 'reference'"
+            )
+        return Converged(outcome, eta_of(scene, outcome), 1e-13, outcome.seconds)
+    found = converge(scene, goal)
+    if found is None:
+        raise RunError(
+            f"no step was found that resolves this collision to {goal:.1g}; expected bonds that "
+            "are not compressed to nothing: lower the speed or use engine 'reference'"
+        )
+    return found
+
+
+def _cheapest(scene: Scene, tolerance: float, truth: Converged, scouting: Scouting) -> _Candidate:
+    """Return the numerics of least expected cost whose step error meets its share."""
+    force_error = None
+    if not isinstance(scene.bond, Harmonic):
+        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY["spline"]
+    candidates = []
+    model = cost_model()
+    for scheme in COMPOSITIONS:
+        goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
+        coarse = find_step(scene, scheme, goal, truth.restitution)  # type: ignore[arg-type]
+        if coarse is None:
+            continue
+        numerics = Numerics(
+            scheme=scheme,  # type: ignore[arg-type]
+            timestep=0.5 * coarse,
+            bond_range=scouting.table_range(scene),
+            force_error=force_error,
+        )
+        seconds = model.integration(scene, numerics, scouting.duration)
+        seconds += model.integration(scene, replace(numerics, timestep=coarse), scouting.duration)
+        candidates.append(_Candidate(numerics, seconds))
+    if not candidates:
+        raise RunError(
+            f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
+            "tolerance or a lower speed; the engine 'reference' may do it"
+        )
+    return min(candidates, key=lambda candidate: candidate.seconds)

@@ -1,0 +1,108 @@
+"""The command line: one module per command, loaded only when it is called."""
+
+import importlib
+import sys
+
+import click
+
+from lammps_inputs.errors import ChaincorError
+
+# name -> one line of help, so that `chaincor --help` need not import any command.
+_COMMANDS = {
+    "run": "Run one collision and print its restitution with an error bar.",
+    "inputs": "Write a self-contained LAMMPS job.",
+    "analyze": "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
+    "validate": "Compare LAMMPS, the in-house integrator and your own.",
+    "tradeoff": "Measure error against time for every engine, wall, scheme, step and table.",
+    "sweep": "Run many collisions into a store, resumable.",
+    "reproduce": "Recompute the paper's curves.",
+    "doctor": "Say whether this machine can run chaincor, and what is missing.",
+}
+
+
+class _LazyGroup(click.Group):
+    """A group whose commands are imported from ``workflows.commands`` when they are called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in _COMMANDS:
+            return None
+        module = importlib.import_module(f"workflows.commands.{cmd_name}")
+        return getattr(module, cmd_name)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
+            known = ", ".join(_COMMANDS)
+            raise click.UsageError(f"there is no command '{args[0]}'; expected one of {known}")
+        return super().resolve_command(ctx, args)
+
+
+def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        from workflows.versions import versions
+
+        for name, version in versions().items():
+            click.echo(f"{name} {version}")
+        ctx.exit()
+
+
+@click.group(
+    cls=_LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_print_version,
+    help="Print the versions of chaincor and its libraries.",
+)
+def _chaincor() -> None:
+    """How much energy a one-dimensional chain keeps when it hits a wall."""
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """
+    Run the command line and exit.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        Command and options; those of the process by default.
+    """
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: list[str] | None) -> int:
+    """Return the exit status: 0 done, 1 failed run or validation, 2 bad input, 130 interrupted."""
+    try:
+        status = _chaincor.main(args=arguments, prog_name="chaincor", standalone_mode=False)
+    except click.ClickException as error:
+        text = " ".join(error.format_message().split())
+        click.echo(f"chaincor: {text}", err=True)
+        return error.exit_code
+    except click.exceptions.Exit as leave:
+        return leave.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("chaincor: interrupted", err=True)
+        return 130
+    except ChaincorError as error:
+        click.echo(f"chaincor: {' '.join(str(error).split())}", err=True)
+        return error.exit_status
+    except BrokenPipeError:
+        return 1
+    except OSError as error:
+        where = f" {error.filename!r}" if error.filename else ""
+        reason = error.strerror or type(error).__name__
+        click.echo(f"chaincor: cannot use the file{where}: {reason}", err=True)
+        return 1
+    return status if isinstance(status, int) else 0

@@ -1,0 +1,150 @@
+"""One collision from a scene to its result: the function that everything else calls."""
+
+import math
+import time
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from analysis.modes import mode_energies
+from analysis.restitution import momentum_residual, restitution
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from workflows import accuracy
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
+from workflows.result import Collision, ErrorBar
+from workflows.versions import versions
+
+
+def collide(scene: Scene, tolerance: float | None = None) -> Collision:
+    """
+    Carry out one collision.
+
+    With explicit numerics the scene is run as it says, and once more at half the step for the
+    error bar. Otherwise the cheapest numerics that meet the tolerance are chosen, and the result
+    is proved by a second step.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides, with which engine.
+    tolerance : float, optional
+        Absolute error asked of eta; overrides the scene's.
+
+    Returns
+    -------
+    Collision
+        The result. Where a tolerance could not be met, `tolerance_met` is False and `reason`
+        says why.
+
+    Raises
+    ------
+    InputError
+        If a tolerance is given together with explicit numerics.
+    RunError
+        If no number that can be trusted came out; each cause has a name.
+    """
+    started = time.perf_counter()
+    if tolerance is not None:
+        scene = scene.replace(tolerance=tolerance)
+    if scene.explicit:
+        outcome, bar, found = _run_as_given(scene)
+        asked, reason = None, None
+    else:
+        asked = scene.tolerance or DEFAULT_TOLERANCE
+        answer = accuracy.meet(scene, asked)
+        outcome, bar, found, reason = answer.outcome, answer.bar, answer.details, answer.reason
+    return _result(scene, outcome, bar, asked, reason, found, started)
+
+
+def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
+    numerics = Numerics.from_scene(scene)
+    scout = accuracy.scout(scene)
+    if scout is not None:
+        numerics = replace(numerics, bond_range=scout.table_range(scene))
+    outcome = accuracy.run_engine(scene, numerics)
+    step = None
+    if scene.error:
+        finer = accuracy.run_engine(accuracy.without_outputs(scene), numerics.halved())
+        share = REFLECT_SHARE if numerics.wall == "reflect" else FINER_SHARE
+        step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer))
+    return outcome, error_bar(outcome, scene, step), accuracy.scouting_details(scout)
+
+
+def _restitution(scene: Scene, outcome: Outcome) -> float:
+    return float(restitution(outcome.velocities, scene.impact_velocity))
+
+
+@cache
+def _all_versions() -> dict[str, str]:
+    return versions()
+
+
+def _result(
+    scene: Scene,
+    outcome: Outcome,
+    bar: ErrorBar,
+    asked: float | None,
+    reason: str | None,
+    found: dict[str, Any],
+    started: float,
+) -> Collision:
+    v0, v_star = scene.impact_velocity, scene.bond.natural_speed
+    eta = _restitution(scene, outcome)
+    certificate = outcome.details.get("table")
+    scouted = found.get("scouting")
+    bond_min, bond_max, source = outcome.bond_min, outcome.bond_max, "every step"
+    if outcome.engine == "lammps":
+        source = "LAMMPS, at contacts and at looks between them"
+        if scouted is not None:
+            bond_min = min(bond_min, scouted["bond_min"])
+            bond_max = max(bond_max, scouted["bond_max"])
+            source = "in-house scouting run, every step, and LAMMPS at contacts"
+    total = bar.total
+    met = None if asked is None or total is None else total <= asked
+    return Collision(
+        restitution=eta,
+        restitution_error=total,
+        kinematic_restitution=math.sqrt(eta),
+        contacts=len(outcome.contact_times),
+        last_contact_time=float(outcome.contact_times[-1]),
+        engine=outcome.engine,
+        wall=outcome.wall,
+        scheme=outcome.scheme,
+        timestep=outcome.timestep,
+        table=certificate["style"] if certificate else None,
+        table_points=certificate["rows"] if certificate else None,
+        potential=scene.label,
+        particles=scene.particles,
+        velocity=v0,
+        speed=None if v_star is None else v0 / v_star,
+        v_star=v_star,
+        bond_min=bond_min,
+        bond_max=bond_max,
+        bond_range_source=source,
+        energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
+        momentum_residual=abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses)),
+        ending=outcome.ending,
+        duration=outcome.duration,
+        fragments=outcome.fragments,
+        crossed=outcome.crossed,
+        tolerance=asked,
+        tolerance_met=met,
+        reason=reason,
+        error_parts=bar,
+        seconds=outcome.seconds,
+        seconds_total=time.perf_counter() - started,
+        scene_sha256=scene.sha256,
+        versions=_all_versions(),
+        contact_times=outcome.contact_times,
+        contact_speeds=outcome.contact_speeds,
+        mode_energies=np.asarray(
+            mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
+        ),
+        velocities=outcome.velocities,
+        displacements=outcome.displacements,
+        details=outcome.details | found,
+    )

@@ -1,0 +1,27 @@
+"""``chaincor inputs``: a job that ``lmp -in in.chain`` runs."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from workflows.commands.scene_options import scene_from, scene_options
+
+
+@click.command()
+@scene_options("engine", "tolerance", "error", "save", "arrays", "dump")
+@click.option("-o", "--output", metavar="DIR", required=True, help="folder for the job")
+@click.option("--frames", is_flag=True, help="also dump the motion while the job runs")
+@click.option("--force", is_flag=True, help="replace a job that is in the folder already")
+def inputs(scene_file: str | None, output: str, frames: bool, force: bool, **options: Any) -> None:
+    """
+    Write a self-contained LAMMPS job: `cd DIR && lmp -in in.chain` runs it.
+
+    The job steps with Verlet, with the event wall (default) or the reflecting one.
+    """
+    from workflows.job import write_job
+
+    scene = scene_from(scene_file, options)
+    files = write_job(scene, Path(output), dump=frames, replace_existing=force)
+    for file in files:
+        click.echo(file)

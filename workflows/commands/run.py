@@ -1,0 +1,84 @@
+"""``chaincor run``: one collision."""
+
+import json
+from typing import Any
+
+import click
+
+from workflows.commands.scene_options import scene_from, scene_options
+from workflows.result import Collision
+
+
+@click.command()
+@scene_options()
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@click.pass_context
+def run(ctx: click.Context, scene_file: str | None, as_json: bool, **options: Any) -> None:
+    """
+    Run one collision and print its restitution with an error bar.
+
+    Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
+    """
+    from workflows.collide import collide
+
+    scene = scene_from(scene_file, options)
+    result = collide(scene)
+    if scene.arrays is not None:
+        result.save_arrays(scene.arrays)
+    if as_json:
+        click.echo(json.dumps(result.to_dict(), allow_nan=False))
+    else:
+        click.echo(describe(result))
+    if result.tolerance_met is False:
+        click.echo(f"chaincor: {result.reason}", err=True)
+        ctx.exit(1)
+
+
+def _with_error(value: float, error: float | None) -> str:
+    if error is None:
+        return f"{value:.12g} (no error bar asked for)"
+    digits = 1
+    while digits < 16 and error < 2.0 * 10.0**-digits:
+        digits += 1
+    return f"{value:.{digits}f} +- {error:.1e}"
+
+
+def describe(result: Collision) -> str:
+    """
+    Describe a result for people.
+
+    Parameters
+    ----------
+    result : Collision
+        The result.
+
+    Returns
+    -------
+    str
+        A few lines.
+    """
+    speed = f"v0 = {result.velocity:.6g}"
+    if result.speed is not None:
+        speed += f" = {result.speed:.6g} v*"
+    step = "" if result.timestep is None else f", H = {result.timestep:.4g}"
+    table = "" if result.table is None else f", {result.table} table of {result.table_points} rows"
+    lines = [
+        f"{result.particles} particles, {result.potential} bonds, {speed}",
+        "",
+        f"restitution (energy)   eta = {_with_error(result.restitution, result.restitution_error)}",
+        f"restitution (speed)    e   = {result.kinematic_restitution:.6g}",
+        f"contacts               {result.contacts}, the last at t = {result.last_contact_time:.6g}",
+        f"bond lengths           {result.bond_min:.4g} to {result.bond_max:.4g}",
+        f"energy drift           {result.energy_drift:.1e}",
+        f"momentum residual      {result.momentum_residual:.1e} n v0",
+    ]
+    if result.fragments > 1:
+        lines.append(f"fragments              {result.fragments}: bonds broke")
+    if result.crossed:
+        lines.append("crossed                particles passed through each other on paper")
+    lines += [
+        "",
+        f"run by {result.engine}: {result.wall} wall, {result.scheme}{step}{table}",
+        f"time {result.seconds:.3g} s for the number, {result.seconds_total:.3g} s in all",
+    ]
+    return "\n".join(lines)

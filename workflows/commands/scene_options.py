@@ -1,0 +1,97 @@
+"""Command-line options for the fields of a scene, made from the scene's own description."""
+
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import click
+
+from lammps_inputs.potentials import Potential
+from lammps_inputs.scene import Scene, read_scene_fields
+
+
+def _plain_types(annotation: Any) -> list[Any]:
+    """Take Optional and Annotated apart."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _plain_types(get_args(annotation)[0])
+    if origin in (Union, types.UnionType):
+        return [t for part in get_args(annotation) for t in _plain_types(part)]
+    return [] if annotation in (type(None), Potential) else [annotation]
+
+
+def _option(name: str) -> Callable[[Callable], Callable]:
+    field = Scene.model_fields[name]
+    (kind,) = _plain_types(field.annotation)
+    text = field.description or ""
+    default = field.default
+    if default is not None and "[default" not in text and not isinstance(default, bool):
+        text += (
+            f" [default: {default:g}]" if isinstance(default, float) else f" [default: {default}]"
+        )
+    dashed = name.replace("_", "-")
+    if kind is bool:
+        return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
+    if get_origin(kind) is Literal:
+        return click.option(f"--{dashed}", name, type=click.Choice(get_args(kind)), help=text)
+    types_and_names = {int: (click.INT, "N"), float: (click.FLOAT, "X"), Path: (None, "FILE")}
+    option_type, metavar = types_and_names[kind]
+    if name == "save":
+        metavar = "DIR"
+    # Paths stay text here: the scene turns them into paths and says what is wrong with them.
+    return click.option(f"--{dashed}", name, type=option_type, metavar=metavar, help=text)
+
+
+def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
+    """
+    Add an argument SCENE.toml and an option for each field of a scene to a command.
+
+    Parameters
+    ----------
+    *leave_out : str
+        Fields that the command has no use for.
+
+    Returns
+    -------
+    callable
+        A decorator; the command gets ``scene_file`` and the fields as keyword arguments.
+    """
+
+    def decorate(command: Callable) -> Callable:
+        for name in reversed([n for n in Scene.model_fields if n not in leave_out]):
+            command = _option(name)(command)
+        return click.argument("scene_file", metavar="[SCENE.toml]", required=False)(command)
+
+    return decorate
+
+
+def scene_from(scene_file: str | None, options: dict[str, Any]) -> Scene:
+    """
+    Build the scene from a file, if there is one, and the options, which win over the file.
+
+    Parameters
+    ----------
+    scene_file : str or None
+        A TOML file.
+    options : dict
+        Fields given on the command line; None where they are not.
+
+    Returns
+    -------
+    Scene
+        The validated scene.
+
+    Raises
+    ------
+    SceneError
+        If file and options together are not a scene.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}
+    if "speed" in given or "velocity" in given:
+        fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
+    if "potential" in given and given["potential"] != fields.get("potential"):
+        own = ("toda_b", "power_order", "power_c", "bond_file")
+        fields = {k: v for k, v in fields.items() if k not in own}
+    return Scene(**(fields | given))

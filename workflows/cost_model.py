@@ -1,0 +1,118 @@
+"""What a run costs, from measurements: used to choose the cheapest numerics for a tolerance."""
+
+import json
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from platformdirs import user_config_path
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines.compositions import COMPOSITIONS
+
+_FILE = "cost_model.json"
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """
+    Seconds taken by the parts of a LAMMPS run.
+
+    Attributes
+    ----------
+    measured_on : str
+        Date and machine of the measurement.
+    step : float
+        One Verlet step inside a run, apart from its bonds.
+    harmonic_bond, linear_bond, spline_bond : float
+        One bond in one step, by kind of bond.
+    stage : float
+        Added by one stage of a composition: a ``timestep`` and a ``run 1`` command.
+    contact : float
+        Added by one contact with Verlet: blind windows, the shortened step, the reversal.
+    setup : float
+        A new instance with its data file, and what comes with every run.
+    table_row : float
+        Writing and reading one row of a bond table.
+    """
+
+    measured_on: str
+    step: float
+    harmonic_bond: float
+    linear_bond: float
+    spline_bond: float
+    stage: float
+    contact: float
+    setup: float
+    table_row: float
+
+    def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
+        """
+        Return the expected seconds of integration.
+
+        Parameters
+        ----------
+        scene : Scene
+            Potential and number of particles.
+        numerics : Numerics
+            Scheme, step and table.
+        duration : float
+            Simulated time.
+
+        Returns
+        -------
+        float
+            Seconds.
+        """
+        harmonic = scene.label == "harmonic"
+        per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
+        stages = COMPOSITIONS[numerics.scheme].stages
+        evaluations = stages * duration / numerics.timestep
+        per_stage = self.step + per_bond * (scene.particles - 1)
+        if numerics.scheme == "verlet":
+            return evaluations * per_stage + 0.9 * scene.particles * self.contact
+        # A contact costs about one more composed step.
+        return (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
+
+    def save(self, path: Path) -> None:
+        """
+        Write the model.
+
+        Parameters
+        ----------
+        path : pathlib.Path
+            The file; its folder is made.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(asdict(self), indent=2) + "\n")
+
+
+def user_cost_model_path() -> Path:
+    """
+    Return where ``chaincor tradeoff --calibrate`` keeps this machine's model.
+
+    Returns
+    -------
+    pathlib.Path
+        A file in the user's settings folder.
+    """
+    return user_config_path("chaincor") / _FILE
+
+
+@cache
+def cost_model() -> CostModel:
+    """
+    Return this machine's model, or the one that comes with the program.
+
+    Returns
+    -------
+    CostModel
+        Measured costs.
+    """
+    try:
+        return CostModel(**json.loads(user_cost_model_path().read_text()))
+    except (OSError, ValueError, TypeError):
+        text = resources.files("workflows").joinpath(_FILE).read_text()
+        return CostModel(**json.loads(text))

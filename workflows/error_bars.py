@@ -1,0 +1,95 @@
+"""Error bars of the restitution: what a second step, a table and rounding say about it."""
+
+import sys
+
+from lammps_inputs.scene import Scene
+from workflows.engines.outcome import Outcome
+from workflows.result import ErrorBar
+
+# With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares below
+# are larger, because near-grazing contacts make the convergence irregular; they are what the
+# study of honest bars (tests/benchmarks/honest_bars.py) was found to need.
+COARSER_SHARE = {"verlet": 0.5, "order4": 0.25, "order6": 0.125, "order8": 0.125}
+
+# With the number at step h and a run at h/2 the difference is the error, less its 2^p-th part.
+FINER_SHARE = 1.5
+# The stock wall's error does not shrink regularly: a difference says only its size.
+REFLECT_SHARE = 3.0
+
+# Largest |change of eta| * v0 / |force error| over potentials, speeds and rows, measured; the
+# kinks of a linear table also cost the integrator its order.
+TABLE_SENSITIVITY = {"spline": 0.5, "linear": 5.0}
+
+# Absolute coordinates up to n are rounded to n eps/2, against displacements of order v0.
+ROUNDING_SENSITIVITY = {"lammps": 1.0, "reference": 0.0}
+# The arithmetic itself: the squared mean of n velocities over hundreds of contacts.
+ARITHMETIC_FLOOR = 1e-14
+
+
+def table_error(outcome: Outcome, scene: Scene) -> float:
+    """
+    Return the error of eta due to the bond table, from its certificate.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        A run; without a table its error is zero.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        Force error in units of v0 (the scale of all forces), times the measured sensitivity.
+    """
+    certificate = outcome.details.get("table")
+    if certificate is None:
+        return 0.0
+    sensitivity = TABLE_SENSITIVITY[certificate["style"]]
+    return sensitivity * certificate["force_error"] / scene.impact_velocity
+
+
+def rounding_error(engine: str, scene: Scene) -> float:
+    """
+    Return the error of eta due to rounding.
+
+    Parameters
+    ----------
+    engine : str
+        ``lammps`` holds absolute coordinates; the others hold displacements or strains.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        n eps/v0 for absolute coordinates, and the arithmetic's floor, which grows with n.
+    """
+    n = scene.particles
+    absolute = ROUNDING_SENSITIVITY.get(engine, 0.0) * n * sys.float_info.epsilon
+    return absolute / scene.impact_velocity + ARITHMETIC_FLOOR * n
+
+
+def error_bar(outcome: Outcome, scene: Scene, step: float | None) -> ErrorBar:
+    """
+    Gather the error bar of a run.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    scene : Scene
+        The collision.
+    step : float or None
+        Error due to the finite step, where it was measured.
+
+    Returns
+    -------
+    ErrorBar
+        Its parts.
+    """
+    return ErrorBar(
+        step=step,
+        table=table_error(outcome, scene),
+        rounding=rounding_error(outcome.engine, scene),
+    )

@@ -1,0 +1,100 @@
+"""Writing a self-contained LAMMPS job for a scene."""
+
+import math
+import shutil
+import tempfile
+from pathlib import Path
+
+from lammps_inputs.bond_table import tabulate
+from lammps_inputs.chain_data import format_chain_data, initial_chain
+from lammps_inputs.errors import InputError
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, render_job
+from workflows import accuracy
+from workflows.engines.ending import longest_collision, look_interval, quiet_time
+from workflows.engines.lammps import guess_bond_range
+
+
+def write_job(
+    scene: Scene, folder: Path, *, dump: bool = False, replace_existing: bool = False
+) -> list[Path]:
+    """
+    Write the input script, the chain, its bond table and the scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; its numerics default to the event wall and Verlet steps.
+    folder : pathlib.Path
+        Where the job goes.
+    dump : bool
+        Whether the job dumps its motion.
+    replace_existing : bool
+        Whether to write over a job that is there already.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the folder holds a job already, or cannot be made.
+    SceneError
+        If the scheme cannot be scripted.
+    """
+    if scene.wall is None and scene.scheme is None:
+        scene = scene.replace(scheme="verlet")
+    numerics = Numerics.from_scene(scene)
+    scouting = accuracy.scout(scene)
+    table = None
+    if not isinstance(scene.bond, Harmonic):
+        bond_range = (
+            guess_bond_range(scene.bond, scene.impact_velocity)
+            if scouting is None
+            else scouting.table_range(scene)
+        )
+        table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
+    steps_per_frame = scene.particles / scene.dump_frames / numerics.timestep
+    look = look_interval(scene.particles, scene.bond.stiffness)
+    texts = {
+        SCRIPT_FILE: render_job(
+            scene,
+            numerics,
+            table,
+            quiet_factor=quiet_time(1, scene.bond.stiffness),
+            cap=longest_collision(scene.particles, scene.bond.stiffness),
+            look_steps=math.ceil(look / numerics.timestep),
+            dump_steps=max(1, round(steps_per_frame)) if dump else None,
+        ),
+        DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
+    }
+    if table is not None:
+        texts[TABLE_FILE] = table.to_text()
+    if isinstance(scene.potential, str):
+        texts[SCENE_FILE] = scene.to_toml()
+    return _write_files(texts, folder, replace_existing)
+
+
+def _write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
+    present = [name for name in texts if (folder / name).exists()]
+    if present and not replace_existing:
+        raise InputError(
+            f"the folder {str(folder)!r} has {', '.join(present)} already; expected a new or empty "
+            "folder: give another, or --force to replace the job"
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".partial-", dir=folder) as aside:
+            for name, text in texts.items():
+                (Path(aside) / name).write_text(text, encoding="utf-8")
+            for name in texts:
+                shutil.move(Path(aside) / name, folder / name)
+    except OSError as error:
+        raise InputError(
+            f"cannot write the job into {str(folder)!r}: {error.strerror}; give another folder"
+        ) from None
+    return [folder / name for name in texts]

@@ -1,0 +1,215 @@
+"""The frozen result of one collision: what is printed, stored and plotted."""
+
+import math
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Arrays go to NPZ files, not into the JSON object.
+ARRAY_FIELDS = (
+    "contact_times",
+    "contact_speeds",
+    "mode_energies",
+    "velocities",
+    "displacements",
+)
+
+
+@dataclass(frozen=True)
+class ErrorBar:
+    """
+    Error of the restitution, cause by cause; None where it was not measured.
+
+    Attributes
+    ----------
+    step : float or None
+        From the run at another step.
+    table : float
+        From the certified force error of the bond table.
+    rounding : float
+        From coordinates held as absolute numbers, or from the arithmetic.
+    """
+
+    step: float | None
+    table: float
+    rounding: float
+
+    @property
+    def total(self) -> float | None:
+        """Sum of the parts; None if the step error is unknown."""
+        if self.step is None:
+            return None
+        return self.step + self.table + self.rounding
+
+
+@dataclass(frozen=True)
+class Collision:
+    r"""
+    Result of one collision.
+
+    Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
+    the bond stiffness; times count from the first contact; velocities are positive away from the
+    wall. The final state is the one right after the last contact.
+
+    Attributes
+    ----------
+    restitution : float
+        :math:`\eta = (\bar v/v_0)^2`, the ratio of translational energies.
+    restitution_error : float or None
+        Error bar of eta; None where it was not asked for.
+    kinematic_restitution : float
+        :math:`e = \sqrt\eta`, the ratio of speeds.
+    contacts : int
+        How often particle 1 hit the wall.
+    last_contact_time : float
+        Time of the last contact.
+    engine, wall, scheme : str
+        What was run.
+    timestep : float or None
+        Composed step H; None for exact propagators.
+    table, table_points : str or None, int or None
+        Interpolation and rows of the bond table, where there was one.
+    potential : str
+        Name of the bond.
+    particles : int
+        Chain length n.
+    velocity : float
+        Impact speed v0.
+    speed : float or None
+        v0 in units of v*.
+    v_star : float or None
+        Speed scale of the nonlinearity; None for harmonic.
+    bond_min, bond_max : float
+        Shortest and longest bond.
+    bond_range_source : str
+        Where these come from.
+    energy_drift : float
+        (E_end - E_start)/E_start.
+    momentum_residual : float
+        |sum of wall impulses - change of momentum| / (n v0).
+    ending : str
+        The argument by which no further contact can come: ``energy`` or ``quiet``.
+    duration : float
+        Simulated time.
+    fragments : int
+        Connected pieces at the end.
+    crossed : bool
+        Whether particles passed through each other (harmonic chains, in-house engine only).
+    tolerance : float or None
+        Error that was asked for; None with explicit numerics.
+    tolerance_met : bool or None
+        Whether `restitution_error` is within it.
+    reason : str or None
+        Why not, where it is not.
+    error_parts : ErrorBar
+        The error bar, cause by cause.
+    seconds, seconds_total : float
+        Wall-clock time of the integration that gave the number, and of everything.
+    scene_sha256 : str
+        Hash of all that decides the result.
+    versions : dict
+        Versions of chaincor and of the libraries behind the number.
+    details : dict
+        What only some runs have: certificate of the table, choice of numerics, scouting.
+    contact_times, contact_speeds : ndarray of shape (contacts,)
+        When and how fast particle 1 hit the wall.
+    mode_energies : ndarray of shape (n,)
+        Harmonic energies E_j of the free chain's modes; j = 0 is the translation.
+    velocities, displacements : ndarray of shape (n,)
+        Final state; displacement is u_i = x_i - (i - 1).
+    """
+
+    restitution: float
+    restitution_error: float | None
+    kinematic_restitution: float
+    contacts: int
+    last_contact_time: float
+    engine: str
+    wall: str
+    scheme: str
+    timestep: float | None
+    table: str | None
+    table_points: int | None
+    potential: str
+    particles: int
+    velocity: float
+    speed: float | None
+    v_star: float | None
+    bond_min: float
+    bond_max: float
+    bond_range_source: str
+    energy_drift: float
+    momentum_residual: float
+    ending: str
+    duration: float
+    fragments: int
+    crossed: bool
+    tolerance: float | None
+    tolerance_met: bool | None
+    reason: str | None
+    error_parts: ErrorBar
+    seconds: float
+    seconds_total: float
+    scene_sha256: str
+    versions: dict[str, str]
+    contact_times: NDArray[np.float64] = field(repr=False)
+    contact_speeds: NDArray[np.float64] = field(repr=False)
+    mode_energies: NDArray[np.float64] = field(repr=False)
+    velocities: NDArray[np.float64] = field(repr=False)
+    displacements: NDArray[np.float64] = field(repr=False)
+    details: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return everything but the arrays, ready for JSON.
+
+        Returns
+        -------
+        dict
+            Field names and plain values; numbers that are not finite become None.
+        """
+        plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ARRAY_FIELDS}
+        plain["error_parts"] = {
+            f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
+        }
+        return {key: _finite(value) for key, value in plain.items()}
+
+    def arrays(self) -> dict[str, NDArray[np.float64]]:
+        """
+        Return the arrays.
+
+        Returns
+        -------
+        dict
+            Field names and arrays.
+        """
+        return {name: getattr(self, name) for name in ARRAY_FIELDS}
+
+    def save_arrays(self, path: Path) -> None:
+        """
+        Write the arrays to an NPZ file, aside first, so that an older one is not lost half-way.
+
+        Parameters
+        ----------
+        path : pathlib.Path
+            The file.
+        """
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside = path.with_name(f".{path.name}.partial")
+        with aside.open("wb") as file:
+            np.savez_compressed(file, **self.arrays())
+        aside.replace(path)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return value
