@@ -15,16 +15,14 @@ from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_chain import Chain, drifts_and_kicks
 from workflows.engines.reference_outcome import (
+    PATIENCE_GROWTH,
     LastContact,
     displacements_from,
     finish,
-    refuse_strain,
-    refuse_unfinished,
     run_single_particle,
+    strain_error,
+    unfinished_error,
 )
-
-# After a vain argument for the end, particle 1 must stay away so many times longer for the next.
-PATIENCE_GROWTH = 1.15
 
 
 def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
@@ -99,7 +97,7 @@ def _collide(scene, chain, kernels, scheme, step, frame_interval):
     while True:
         status = chain.advance(kernels, int(min(last_step, frames.next_step())), step, scheme)
         if status in (motion.OUTSIDE, motion.CROWDED):
-            refuse_strain(
+            raise strain_error(
                 scene,
                 float(ledger.strain_min),
                 float(ledger.strain_max),
@@ -118,7 +116,7 @@ def _collide(scene, chain, kernels, scheme, step, frame_interval):
             ledger.argue_after = PATIENCE_GROWTH * away
         if status == motion.DONE:
             if ledger.steps >= last_step:
-                refuse_unfinished(scene, longest)
+                raise unfinished_error(scene, longest)
             frames.record()
 
 

@@ -10,9 +10,7 @@ from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
 from workflows.engines.compositions import Composition
 from workflows.engines.kernels import Kernels
-
-# The end is argued when particle 1 has been away for so many mean intervals between contacts.
-PATIENCE = 1.5
+from workflows.engines.reference_outcome import PATIENCE
 
 
 @dataclass

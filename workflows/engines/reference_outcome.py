@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +12,15 @@ from workflows.engines.outcome import Frames, Outcome
 from workflows.errors import (
     BarrierError,
     CrossingError,
+    RunError,
     TimestepError,
     UnfinishedCollisionError,
 )
+
+# The end is argued when particle 1 has been away for so many mean intervals between contacts, and
+# after each vain argument again when that time has grown by the factor.
+PATIENCE = 1.5
+PATIENCE_GROWTH = 1.15
 
 
 @dataclass(frozen=True)
@@ -166,9 +171,9 @@ def run_single_particle(
     )
 
 
-def refuse_strain(scene: Scene, low: float, high: float, time: float, remedy: str) -> NoReturn:
+def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
     """
-    Raise the error that names what is wrong with the strains of a chain.
+    Name what is wrong with the strains of a chain.
 
     Parameters
     ----------
@@ -181,37 +186,34 @@ def refuse_strain(scene: Scene, low: float, high: float, time: float, remedy: st
     remedy : str
         What to do where the numerics are at fault.
 
-    Raises
-    ------
-    BarrierError
-        If a bond is beyond its energy barrier.
-    CrossingError
-        If a bond that can be shorter than nothing is.
-    TimestepError
-        If a bond that cannot be is, or a strain is not a number.
+    Returns
+    -------
+    RunError
+        `BarrierError` if a bond is beyond its energy barrier, `CrossingError` if a bond that can
+        be shorter than nothing is, `TimestepError` if one that cannot is, or is not a number.
     """
     bond = scene.bond
     barrier = getattr(bond, "barrier_strain", math.inf)
     if high >= barrier:
-        raise BarrierError(
+        return BarrierError(
             f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
             f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
             "without bound; lower the speed"
         )
     if low <= -1.0 and bond.strain_min == -math.inf:
-        raise CrossingError(
+        return CrossingError(
             f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
             f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
         )
-    raise TimestepError(
+    return TimestepError(
         f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "
         f"{1.0 + low:.6g} to {1.0 + high:.6g}); {remedy}"
     )
 
 
-def refuse_unfinished(scene: Scene, longest: float) -> NoReturn:
+def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
     """
-    Raise the error for a collision that does not end.
+    Name a collision that does not end.
 
     Parameters
     ----------
@@ -220,12 +222,12 @@ def refuse_unfinished(scene: Scene, longest: float) -> NoReturn:
     longest : float
         The cap that was reached.
 
-    Raises
-    ------
+    Returns
+    -------
     UnfinishedCollisionError
-        Always.
+        To be raised.
     """
-    raise UnfinishedCollisionError(
+    return UnfinishedCollisionError(
         f"the wall may still be hit {longest:.6g} after the first contact, ten times longer than "
         f"sound needs to cross {scene.particles} particles and come back; such a chain may be "
         "bound to the wall: lower or raise the speed"

@@ -1,0 +1,173 @@
+r"""
+The flight of a harmonic chain from contact to contact, in its modes.
+
+A mode is kept as the velocity :math:`p_j` and the strain-like amplitude
+:math:`e_j = \omega_j q_j`, so that its motion is a rotation and a long wave of large amplitude
+takes no digits from a short one. Particle 1, with :math:`c_j` the shapes at its place, follows
+
+.. math:: \dot x = \sum_j c_j p_j, \quad \ddot x = -\sum_j c_j \omega_j e_j, \quad
+          x^{(m + 2)} = \sum_j c_j (-\omega_j^2) \dots
+
+and its Taylor series over one time unit is exact: with :math:`\omega \le 2` and energy E the rest
+after m terms is below :math:`2^{m - 1} \sqrt{2 E} / m!`, which at m = 26 is 8e-20 times the root.
+"""
+
+import numpy as np
+from numba import njit
+
+# Terms of the Taylor series and the time over which it holds.
+TERMS = 26
+WINDOW = 1.0
+
+_SETTLED = 4e-16
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving):
+    """
+    Expand the path of particle 1 in time.
+
+    Parameters
+    ----------
+    strain_modes, velocity_modes : ndarray of shape (n,)
+        e_j and p_j.
+    omega, shape : ndarray of shape (n,)
+        Frequencies and shapes at particle 1.
+    wall_distance : float
+        x of particle 1.
+    moving : ndarray of shape (2, n)
+        Scratch.
+
+    Returns
+    -------
+    ndarray of shape (TERMS,)
+        Taylor coefficients.
+    """
+    coefficients = np.empty(TERMS)
+    coefficients[0] = wall_distance
+    for j in range(omega.shape[0]):
+        moving[0, j] = shape[j] * velocity_modes[j]
+        moving[1, j] = -shape[j] * omega[j] * strain_modes[j]
+    factorial = 1.0
+    for m in range(1, TERMS):
+        factorial *= m
+        row = (m - 1) % 2
+        total = 0.0
+        for j in range(omega.shape[0]):
+            total += moving[row, j]
+            moving[row, j] *= -omega[j] * omega[j]
+        coefficients[m] = total / factorial
+    return coefficients
+
+
+@njit(cache=True, error_model="numpy")
+def first_root(coefficients, end):
+    """
+    Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
+
+    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive
+    root of x + v d - B d^2/2; near a zero that is Newton's step.
+
+    Parameters
+    ----------
+    coefficients : ndarray
+        Of rising powers. A zero constant term is a departure, and divided out.
+    end : float
+        Where the search ends.
+
+    Returns
+    -------
+    float
+        The zero, or -1 where there is none up to `end`.
+    """
+    first = 1 if coefficients[0] == 0.0 else 0
+    terms = coefficients[first:]
+    curvature = 0.0
+    for m in range(terms.shape[0] - 1, 1, -1):
+        curvature = curvature * end + m * (m - 1) * abs(terms[m])
+    time = 0.0
+    while time <= end:
+        value = 0.0
+        slope = 0.0
+        for m in range(terms.shape[0] - 1, -1, -1):
+            slope = slope * time + value
+            value = value * time + terms[m]
+        if value <= 0.0:
+            return time
+        reach = np.sqrt(slope * slope + 2.0 * curvature * value)
+        if slope < 0.0:
+            move = 2.0 * value / (reach - slope)
+        elif curvature > 0.0:
+            move = (slope + reach) / curvature
+        else:
+            return -1.0
+        if move <= _SETTLED * time:
+            return time
+        time += move
+    return -1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def rotate(strain_modes, velocity_modes, omega, time):
+    """
+    Let all modes move freely, in place.
+
+    Parameters
+    ----------
+    strain_modes, velocity_modes : ndarray of shape (n,)
+        e_j and p_j.
+    omega : ndarray of shape (n,)
+        Frequencies.
+    time : float
+        How long.
+    """
+    for j in range(omega.shape[0]):
+        cosine = np.cos(omega[j] * time)
+        sine = np.sin(omega[j] * time)
+        strain = strain_modes[j]
+        strain_modes[j] = strain * cosine + velocity_modes[j] * sine
+        velocity_modes[j] = velocity_modes[j] * cosine - strain * sine
+
+
+@njit(cache=True, error_model="numpy")
+def fly(strain_modes, velocity_modes, omega, shape, wall_distance, longest):
+    """
+    Move the chain to its next contact, or for a given time.
+
+    Parameters
+    ----------
+    strain_modes, velocity_modes : ndarray of shape (n,)
+        e_j and p_j; changed in place, the reflection not included.
+    omega, shape : ndarray of shape (n,)
+        Frequencies and shapes at particle 1.
+    wall_distance : float
+        x of particle 1; zero for a departure.
+    longest : float
+        When to stop looking; whole windows are flown.
+
+    Returns
+    -------
+    flown : float
+        Time flown.
+    wall_distance : float
+        x of particle 1; zero at a contact.
+    incoming : float
+        Velocity of particle 1 at the contact; positive where there is none.
+    """
+    moving = np.empty((2, omega.shape[0]))
+    flown = 0.0
+    while flown < longest:
+        path = expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving)
+        root = first_root(path, WINDOW)
+        if root >= 0.0:
+            rotate(strain_modes, velocity_modes, omega, root)
+            incoming = 0.0
+            for j in range(omega.shape[0]):
+                incoming += shape[j] * velocity_modes[j]
+            return flown + root, 0.0, -abs(incoming)
+        wall_distance = 0.0
+        for m in range(TERMS - 1, -1, -1):
+            wall_distance = wall_distance * WINDOW + path[m]
+        rotate(strain_modes, velocity_modes, omega, WINDOW)
+        flown += WINDOW
+    return flown, wall_distance, 1.0
