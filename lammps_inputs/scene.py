@@ -3,7 +3,7 @@
 import hashlib
 import json
 import tomllib
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -211,19 +211,12 @@ class Scene(BaseModel):
         """The potential of the bonds."""
         if isinstance(self.potential, Potential):
             return self.potential
-        if self.potential == "toda":
-            return Toda() if self.toda_b is None else Toda(self.toda_b)
-        if self.potential == "power":
-            assert self.power_order is not None
-            assert self.power_c is not None
-            return Power(self.power_order, self.power_c)
         if self.potential == "table":
             from lammps_inputs.bond_table import read_bond_table
 
             assert self.bond_file is not None
             return read_bond_table(self.bond_file)
-        plain = {"harmonic": Harmonic(), "lj": LennardJones(), "log": Logarithmic()}
-        return plain[self.potential]
+        return _named_bond(self.potential, self.toda_b, self.power_order, self.power_c)
 
     @property
     def impact_velocity(self) -> float:
@@ -332,8 +325,8 @@ class Scene(BaseModel):
         }
 
     @cached_property
-    def sha256(self) -> str:
-        """Hash of everything that decides the result (not of where outputs are written)."""
+    def canonical_fields(self) -> dict[str, Any]:
+        """Everything that decides the result, in one way of many to write it (JSON-ready)."""
         defaults = {"potential": self.label, "particles": self.particles, "engine": self.engine}
         fields = defaults | {
             key: value for key, value in self._plain_fields().items() if key not in OUTPUT_KEYS
@@ -348,8 +341,37 @@ class Scene(BaseModel):
             fields["bond_file"] = hashlib.sha256(self.bond_file.read_bytes()).hexdigest()
         if not self.explicit and self.tolerance is None:
             fields["tolerance"] = DEFAULT_TOLERANCE
-        canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
-        return hashlib.sha256(canonical.encode()).hexdigest()
+        return fields
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of everything that decides the result (not of where outputs are written)."""
+        return _hash_of(self.canonical_fields)
+
+    @cached_property
+    def collision_sha256(self) -> str:
+        """Hash of the same without the tolerance: one collision, however exactly it is asked."""
+        return _hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
+
+
+@cache
+def _named_bond(
+    name: str, toda_b: float | None, power_order: int | None, power_c: float | None
+) -> Potential:
+    """Return a shared bond: finding v* takes longer than the rest of making a scene."""
+    if name == "toda":
+        return Toda() if toda_b is None else Toda(toda_b)
+    if name == "power":
+        assert power_order is not None
+        assert power_c is not None
+        return Power(power_order, power_c)
+    plain = {"harmonic": Harmonic, "lj": LennardJones, "log": Logarithmic}
+    return plain[name]()
+
+
+def _hash_of(fields: dict[str, Any]) -> str:
+    canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
