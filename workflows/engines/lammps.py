@@ -24,6 +24,7 @@ from workflows.errors import (
     BondRangeError,
     CrossingError,
     RunError,
+    TimestepError,
     UnfinishedCollisionError,
 )
 
@@ -33,6 +34,8 @@ _GUESS_ENERGY = 3.0
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
+# A stable integration does not double the energy.
+_MOST_ENERGY = 2.0
 
 
 def run(
@@ -104,6 +107,7 @@ def _run_in_folder(
         try:
             return _collide(scene, numerics, table, frame_interval, ask_every_step, folder)
         except BondRangeError as error:
+            _refuse_impossible(scene, error)
             bond_range = _widened(bond, table, error.length)
     raise BondRangeError(
         f"bonds still leave a table from {bond_range[0]:g} to {bond_range[1]:g}; expected a "
@@ -139,6 +143,20 @@ def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, fl
         low = further
     longest = min(_GUESS_STRETCH * impact_velocity, 0.9 * bond.strain_max)
     return 1.0 + low, 1.0 + longest
+
+
+def _refuse_impossible(scene: Scene, error: BondRangeError) -> None:
+    """Refuse a bond that holds, or would need, more energy than the chain came with."""
+    n, v0 = scene.particles, scene.impact_velocity
+    # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
+    speed = (2.0 * n) ** 0.5 * v0
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness)
+    energy = float(scene.bond.energy(np.array(error.length - 1.0)))
+    if error.length > longest or energy > _MOST_ENERGY * 0.5 * n * v0**2:
+        raise TimestepError(
+            f"{error}; with the energy of this chain no bond can be that long or short, so the "
+            "timestep is too large for a stable integration: use a smaller one"
+        )
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
@@ -228,7 +246,10 @@ class _Collision:
         interval = look_interval(n, stiffness)
         next_look = interval
         while self.ending is None:
-            contact = self.flight.advance(min(next_look, self.next_frame))
+            try:
+                contact = self.flight.advance(min(next_look, self.next_frame))
+            except BondRangeError as error:
+                raise self._named(error) from None
             if contact is not None:
                 self.contacts.append((contact.time, contact.speed))
                 self.after_contact = self._state()
@@ -244,6 +265,18 @@ class _Collision:
                         f"after a time of {now:g} particle 1 may still hit the wall; expected an "
                         f"end within {cap:g}: check the potential, or use a smaller timestep"
                     )
+
+    def _named(self, error: BondRangeError) -> BondRangeError:
+        """Say which bond it was, and when: LAMMPS tells only its length."""
+        lengths = np.abs(np.diff(self.chain.x))
+        bond = int(np.argmin(np.abs(lengths - error.length))) + 1
+        side = "below" if error.length < 1.0 else "beyond"
+        named = BondRangeError(
+            f"bond {bond} is {error.length:.6g} long, {side} the end of its table, after step "
+            f"{self.chain.stages_done} at time {self.flight.time:.6g}"
+        )
+        named.length = error.length
+        return named
 
     def _watch_bonds(self) -> None:
         if self.scene.particles == 1:

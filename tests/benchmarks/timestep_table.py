@@ -1,0 +1,98 @@
+"""Print the composed step H that each published reference value needs, order 8 in LAMMPS.
+
+Run: python -m tests.benchmarks.timestep_table
+"""
+
+import argparse
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from analysis.restitution import restitution
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines import lammps
+from workflows.errors import RunError
+
+REFERENCE_VALUES = Path(__file__).parents[1] / "reference_values.json"
+# From coarse to fine; the first that is good enough, with every finer one good as well, is needed.
+TIMESTEPS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07, 0.05, 0.035, 0.025, 0.018, 0.0125)
+FAST = 2.0  # units of v*
+LIMITS = {"slow": 1e-8, "fast": 2e-8}
+
+
+def reference_cases() -> list[dict[str, Any]]:
+    """Return the cases of reference_values.json."""
+    return json.loads(REFERENCE_VALUES.read_text())["cases"]
+
+
+def case_scene(case: dict[str, Any]) -> Scene:
+    """Return the scene of a case, whose keys are named by meaning."""
+    keys = {"b": "toda_b", "r": "power_order", "c": "power_c", "speed_over_vstar": "speed"}
+    keys |= {name: name for name in ("potential", "particles", "velocity")}
+    return Scene(**{keys[name]: value for name, value in case.items() if name in keys})
+
+
+def case_limit(case: dict[str, Any]) -> float:
+    """Return the error of eta that a case may have."""
+    return LIMITS["fast" if case.get("speed_over_vstar", 0.0) >= FAST else "slow"]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of a case: its step, the error of eta, whether the contacts agree, its time."""
+
+    timestep: float
+    error: float
+    same_contacts: bool
+    seconds: float
+
+
+def attempt(case: dict[str, Any], timestep: float) -> Trial:
+    """Run a case with order 8 at one step."""
+    scene = case_scene(case)
+    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=timestep))
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    return Trial(
+        timestep,
+        abs(float(eta) - case["restitution"]),
+        len(outcome.contact_times) == case["contacts"],
+        outcome.seconds,
+    )
+
+
+def largest_timestep(case: dict[str, Any]) -> Trial:
+    """Return the coarsest trial that is good and below which the next two are good as well."""
+    good: list[Trial] = []
+    for timestep in TIMESTEPS:
+        try:
+            trial = attempt(case, timestep)
+        except RunError:
+            good = []
+            continue
+        good = [*good, trial] if trial.error <= case_limit(case) and trial.same_contacts else []
+        if len(good) == 3:
+            return good[0]
+    raise AssertionError(f"no step of {TIMESTEPS} is good for {case}")
+
+
+def main() -> None:
+    """Print the table."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    print("| potential | n | speed | eta | H | error | contacts | seconds |")
+    print("|---|---|---|---|---|---|---|---|")
+    for case in reference_cases():
+        trial = largest_timestep(case)
+        name = case["potential"] + (f" {case['r']}" if "r" in case else "")
+        speed = f"{case['speed_over_vstar']} v*" if "speed_over_vstar" in case else case["velocity"]
+        print(
+            f"| {name} | {case['particles']} | {speed} | {case['restitution']:.9f} "
+            f"| {trial.timestep:g} | {trial.error:.1e} | {case['contacts']} "
+            f"| {trial.seconds:.2f} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
