@@ -71,7 +71,7 @@ def finish(
     timestep: float | None,
     ending: str,
     duration: float,
-    strain_range: tuple[float, float],
+    bond_range: tuple[float, float],
     end_strains: NDArray[np.float64],
     end_velocities: NDArray[np.float64],
     seconds: float,
@@ -90,8 +90,8 @@ def finish(
         The state that counts.
     scheme, timestep, ending, duration, seconds, force_evaluations, frames
         As in `Outcome`.
-    strain_range : tuple of float
-        Smallest and largest strain met.
+    bond_range : tuple of float
+        Shortest and longest bond met.
     end_strains, end_velocities : ndarray of shape (n - 1,) and (n,)
         The state at the end of the run, whose fragments are counted.
     energy_end : float, optional
@@ -106,7 +106,7 @@ def finish(
     if energy_end is None:
         energy_end = 0.5 * float(last.velocities @ last.velocities)
         energy_end += float(np.sum(scene.bond.energy(last.strains)))
-    low, high = strain_range
+    low, high = bond_range
     return Outcome(
         engine="reference",
         wall="event",
@@ -119,14 +119,14 @@ def finish(
         impulses=2.0 * last.contact_speeds,
         ending=ending,
         duration=duration,
-        bond_min=1.0 + low,
-        bond_max=1.0 + high,
+        bond_min=low,
+        bond_max=high,
         energy_start=0.5 * scene.particles * speed**2,
         energy_end=energy_end,
         fragments=len(find_fragments(end_strains, end_velocities, scene.bond).starts),
         seconds=seconds,
         force_evaluations=force_evaluations,
-        crossed=low <= -1.0,
+        crossed=low <= 0.0,
         frames=frames,
     )
 
@@ -162,7 +162,7 @@ def run_single_particle(
         timestep=timestep,
         ending="energy",
         duration=0.0,
-        strain_range=(0.0, 0.0),
+        bond_range=(1.0, 1.0),
         end_strains=np.empty(0),
         end_velocities=velocities,
         seconds=0.0,

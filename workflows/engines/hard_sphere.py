@@ -1,0 +1,106 @@
+r"""
+The limit of high speed: bonds that act like hard spheres.
+
+Where the impact is so fast that the cohesion of the bonds does not matter, two neighbours that
+meet exchange velocities. All particles then carry one of the two velocities -v0 and v0, and each
+exchange hands on the one for the other, as if the particles passed through each other: after
+n(n - 1)/2 exchanges and n contacts with the wall every particle leaves with v0 and at its natural
+place, so that the restitution is exactly 1.
+
+The spheres' diameter d is the length at which a bond stops two particles that meet with velocities
+v0 and -v0, whose energy of relative motion is v0^2: :math:`U(d) = v_0^2`. It decides the times of
+the contacts, k (1 - d)/v0, and nothing else.
+
+How far from 1 the restitution of the bonds themselves is falls as a power of the speed that grows
+with the bond's steepness; the adaptive engine measures it (see the tests).
+"""
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from lammps_inputs.potentials import Potential
+from lammps_inputs.scene import Scene
+from workflows.engines.outcome import Outcome
+from workflows.engines.reference_outcome import LastContact, finish, run_single_particle
+from workflows.errors import CrossingError
+
+SCHEME = "hard-sphere"
+
+
+def run(scene: Scene) -> Outcome:
+    """
+    Return the outcome of a collision in the limit of high speed.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides; only n, v0 and the diameter of its bonds matter.
+
+    Returns
+    -------
+    Outcome
+        Scheme ``hard-sphere``, no timestep, restitution 1. The bonds' diameter is the shortest
+        bond.
+
+    Raises
+    ------
+    CrossingError
+        If the bond cannot stop two particles that meet at this speed.
+    """
+    particles, speed = scene.particles, scene.impact_velocity
+    if particles == 1:
+        return run_single_particle(scene, SCHEME, None, None)
+    diameter = stopping_length(scene.bond, speed)
+    times = np.arange(particles) * (1.0 - diameter) / speed
+    strains, velocities = np.zeros(particles - 1), np.full(particles, speed)
+    return finish(
+        scene,
+        LastContact(strains, velocities, times, np.full(particles, speed)),
+        scheme=SCHEME,
+        timestep=None,
+        ending="energy",
+        duration=float(times[-1]),
+        bond_range=(diameter, 1.0),
+        end_strains=strains,
+        end_velocities=velocities,
+        seconds=0.0,
+        force_evaluations=0,
+    )
+
+
+def stopping_length(bond: Potential, speed: float) -> float:
+    """
+    Return the length at which a bond stops two particles that meet with +-v0.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+    speed : float
+        v0.
+
+    Returns
+    -------
+    float
+        d with U(d) = v0^2, 0 <= d < 1; zero where it is below the rounding of a strain.
+
+    Raises
+    ------
+    CrossingError
+        If U at zero length is finite and too low.
+    """
+
+    def excess(strain):
+        return float(bond.energy(np.array(strain))) - speed**2
+
+    shortest = math.nextafter(-1.0, 0.0)
+    if excess(shortest) <= 0.0:
+        if bond.strain_min == -1.0:
+            return 0.0
+        raise CrossingError(
+            f"a {bond.name} bond cannot stop two particles that meet at velocity {speed:.6g}; "
+            "expected a bond that keeps them apart: lower the speed"
+        )
+    return 1.0 + float(brentq(excess, shortest, 0.0, xtol=1e-300, rtol=1e-15))

@@ -1,0 +1,278 @@
+r"""
+The loops of the adaptive engine: Dormand and Prince's order 8 with contacts by the step itself.
+
+The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
+is its strain or, for bonds that shrink without bound, the logarithm of its length:
+
+.. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
+          \dot v_i = F(y_{i-1}) - F(y_i).
+
+A contact is located on the step: the step from the state before it to the moment of contact is
+taken with the same method, so that no interpolation limits it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+# Why `advance` came back.
+ARGUE, FULL, STUCK, OUTSIDE, LATE = range(5)
+
+# Step-size control: aim below the error allowed, change by no more than this in one step.
+SAFETY = 0.9
+SHRINK, GROW = 0.2, 8.0
+ORDER = 8
+# Steps refused one after the other before the method is stuck: 0.2^60 spans 42 orders.
+MOST_REFUSALS = 80
+
+LEDGER = np.dtype(
+    [
+        ("time", "f8"),
+        ("step", "f8"),  # to be tried next
+        ("momentum", "f8"),
+        ("last_contact", "f8"),
+        ("argue_after", "f8"),
+        ("patience", "f8"),
+        ("longest", "f8"),  # time at which the run stops
+        ("next_frame", "f8"),
+        ("frame_interval", "f8"),
+        ("lowest", "f8"),  # smallest and largest bond coordinate met
+        ("highest", "f8"),
+        ("floor", "f8"),  # coordinates outside these stop the run
+        ("ceiling", "f8"),
+        ("contacts", "i8"),
+        ("frames", "i8"),
+        ("steps", "i8"),
+        ("evaluations", "i8"),
+    ]
+)
+
+
+def strain_bond(kernel: Callable) -> Callable:
+    """
+    Return what moves a bond whose coordinate is its strain.
+
+    Parameters
+    ----------
+    kernel : callable
+        -dU/dr of one strain, ``kernel(strain, p, q)``.
+
+    Returns
+    -------
+    callable
+        ``bond(strain, p, q)``: force and 1/(dr/dy), here 1.
+    """
+
+    def bond(strain, p, q):
+        return kernel(strain, p, q), 1.0
+
+    return bond
+
+
+def log_length_bond(log_length, _p, _q):
+    """
+    Return force and 1/(dr/dy) of the log bond at y = ln r: exp(-y) - 1 and exp(-y).
+
+    Parameters
+    ----------
+    log_length : float
+        y.
+
+    Returns
+    -------
+    tuple of float
+        Both, exact at any length.
+    """
+    force = np.expm1(-log_length)
+    return force, 1.0 + force
+
+
+def looped_rates(bond: Callable) -> Callable:
+    """
+    Return the equations of motion as a loop, for a compiler.
+
+    Parameters
+    ----------
+    bond : callable
+        ``bond(y, p, q)``: force and 1/(dr/dy).
+
+    Returns
+    -------
+    callable
+        ``rates(state, out, p, q)``.
+    """
+
+    def rates(state, out, p, q):
+        bonds = state.shape[0] // 2 - 1
+        velocity = bonds + 1
+        out[0] = state[velocity]
+        behind = 0.0
+        for i in range(bonds):
+            ahead, inverse_stretch = bond(state[1 + i], p, q)
+            out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
+            out[velocity + i] = behind - ahead
+            behind = ahead
+        out[velocity + bonds] = behind
+
+    return rates
+
+
+def array_rates(force: Callable) -> Callable:
+    """
+    Return the equations of motion in NumPy, for forces of the strain that cannot be compiled.
+
+    Parameters
+    ----------
+    force : callable
+        -dU/dr of an array of strains.
+
+    Returns
+    -------
+    callable
+        As :func:`looped_rates` returns it.
+    """
+
+    def rates(state, out, _p, _q):
+        particles = state.shape[0] // 2
+        velocity = state[particles:]
+        forces = force(state[1:particles])
+        out[0] = velocity[0]
+        out[1:particles] = np.diff(velocity)
+        out[particles:] = 0.0
+        out[particles:-1] -= forces
+        out[particles + 1 :] += forces
+
+    return rates
+
+
+def build_flight(rates: Callable, contact_search: Callable, register: Callable) -> Callable:
+    """
+    Put the loops of the adaptive engine together.
+
+    Parameters
+    ----------
+    rates : callable
+        The equations of motion, ``rates(state, out, p, q)``.
+    contact_search : callable
+        ``build_contact_search`` without its `probe` and `register`.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
+
+    Returns
+    -------
+    callable
+        ``advance(ledger, state, last, contacts, frames, scale, method, work, parameters)``: moves
+        the chain until something needs the caller. `state` and `last` (right after the last
+        contact) have shape (2n,), `contacts` (2, capacity), `frames` (capacity, 2n), `scale` (2n,)
+        the local error allowed; `method` is (A, B, E3, E5); `work` is
+        scratch, (state, slopes, state, slopes) with one slope more than stages.
+    """
+
+    @register
+    def take(start, result, slopes, step, method, parameters):
+        # One step; slopes[0] must hold the rates at the start.
+        a, b = method[0], method[1]
+        stages = b.shape[0]
+        for s in range(1, stages):
+            result[:] = start
+            for j in range(s):
+                if a[s, j] != 0.0:
+                    result += (step * a[s, j]) * slopes[j]
+            rates(result, slopes[s], parameters[0], parameters[1])
+        result[:] = start
+        for j in range(stages):
+            if b[j] != 0.0:
+                result += (step * b[j]) * slopes[j]
+        rates(result, slopes[stages], parameters[0], parameters[1])
+
+    @register
+    def estimate(slopes, step, method, scale):
+        # Hairer's combination of the embedded orders 5 and 3, largest over the components.
+        third, fifth = method[2], method[3]
+        errors = np.zeros((2, scale.shape[0]))
+        for j in range(third.shape[0]):
+            errors[0] += third[j] * slopes[j]
+            errors[1] += fifth[j] * slopes[j]
+        low = np.max(np.abs(errors[0]) / scale)
+        high = np.max(np.abs(errors[1]) / scale)
+        if high == 0.0:
+            return low * 0.0
+        return step * high * high / np.sqrt(high * high + 0.01 * low * low)
+
+    @register
+    def probe(time, _wall_distance, kept, near, method, parameters):
+        trial, slopes = near
+        take(kept, trial, slopes, time, method, parameters)
+        particles = kept.shape[0] // 2
+        return trial[0], trial[particles], slopes[method[1].shape[0], particles]
+
+    find_contact = contact_search(probe=probe, register=register)
+
+    def advance(ledger, state, last, contacts, frames, scale, method, work, parameters):
+        kept, slopes, trial, trial_slopes = work
+        near = (trial, trial_slopes)
+        particles = state.shape[0] // 2
+        final = method[1].shape[0]
+        refusals = 0
+        rates(state, slopes[0], parameters[0], parameters[1])
+        while ledger.time < ledger.longest:
+            step = ledger.step
+            if (
+                ledger.contacts == contacts.shape[1]
+                or (frames.shape[0] - ledger.frames) * ledger.frame_interval <= step
+            ):
+                return FULL
+            kept[:] = state
+            take(kept, state, slopes, step, method, parameters)
+            ledger.evaluations += final
+            error = estimate(slopes, step, method, scale)
+            if not error < 1.0:
+                state[:] = kept
+                factor = SAFETY * error ** (-1.0 / ORDER)
+                ledger.step = step * (factor if factor > SHRINK else SHRINK)
+                refusals += 1
+                if refusals > MOST_REFUSALS:
+                    return STUCK
+                continue
+            grow = SAFETY * error ** (-1.0 / ORDER) if error > 0.0 else GROW
+            ledger.step = step * min(1.0 if refusals > 0 else GROW, grow)
+            refusals = 0
+            ledger.steps += 1
+
+            start = (kept[0], kept[particles], slopes[0, particles])
+            end = (state[0], state[particles], slopes[final, particles])
+            trial_slopes[0] = slopes[0]
+            contact = find_contact(step, start, end, kept, near, method, parameters)
+            taken = contact if contact >= 0.0 else step
+            while ledger.next_frame < ledger.time + taken:
+                time = ledger.next_frame - ledger.time
+                take(kept, trial, trial_slopes, time, method, parameters)
+                frames[ledger.frames] = trial
+                ledger.frames += 1
+                ledger.next_frame = ledger.frames * ledger.frame_interval
+            ledger.time += taken
+            if contact >= 0.0:
+                take(kept, state, trial_slopes, contact, method, parameters)
+                speed = abs(state[particles])
+                state[0] = 0.0
+                state[particles] = speed
+                ledger.momentum += 2.0 * speed
+                ledger.last_contact = ledger.time
+                ledger.argue_after = ledger.patience * ledger.time / ledger.contacts
+                contacts[0, ledger.contacts] = ledger.time
+                contacts[1, ledger.contacts] = speed
+                ledger.contacts += 1
+                last[:] = state
+                rates(state, slopes[0], parameters[0], parameters[1])
+            else:
+                slopes[0] = slopes[final]
+            bonds = state[1:particles]
+            ledger.lowest = min(ledger.lowest, np.min(bonds))
+            ledger.highest = max(ledger.highest, np.max(bonds))
+            if not (ledger.lowest > ledger.floor and ledger.highest < ledger.ceiling):
+                return OUTSIDE
+            if ledger.momentum > 0.0 and ledger.time - ledger.last_contact >= ledger.argue_after:
+                return ARGUE
+        return LATE
+
+    return advance
