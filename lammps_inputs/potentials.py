@@ -52,6 +52,10 @@ def power_force(strain, c, order):
     return -strain * (1.0 + order * c * strain ** (order - 2))
 
 
+# Parameters whose squares and inverse squares floating point can hold.
+_SMALLEST, _LARGEST = 1e-100, 1e100
+
+
 class Potential(ABC):
     """
     A bond between neighbours, with natural length 1.
@@ -188,6 +192,8 @@ class Potential(ABC):
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
+        while excess(near) >= 0.0 and near < -1e-100:  # a bond this steep has its root closer
+            near *= 1e-3
         for _ in range(200):
             far = near * 1.1
             if far <= self.strain_min:
@@ -270,9 +276,12 @@ class Toda(Potential):
     force_kernel = staticmethod(toda_force)
 
     def __post_init__(self):
-        """Refuse a b that is not a positive number."""
-        if not (math.isfinite(self.b) and self.b > 0):
-            raise PotentialError(f"toda_b is {self.b!r}; expected a positive number, such as 10")
+        """Refuse a b that is not a positive number, or whose square is none."""
+        if not _SMALLEST <= self.b <= _LARGEST:
+            raise PotentialError(
+                f"toda_b is {self.b!r}; expected a positive number from {_SMALLEST:g} to "
+                f"{_LARGEST:g}, such as 10"
+            )
 
     @property
     def parameters(self):
@@ -290,6 +299,12 @@ class Toda(Potential):
     def curvature(self, strain):
         """Return exp(-b s)."""
         return np.exp(-self.b * np.asarray(strain, dtype=float))
+
+    def _find_compressed_strain(self):
+        """Scale the root at b = 1: U(s; b) = U(b s; 1)/b^2."""
+        if self.b == 1.0:
+            return super()._find_compressed_strain()
+        return Toda(1.0)._find_compressed_strain() / self.b
 
 
 @dataclass(frozen=True)
@@ -328,10 +343,11 @@ class Power(Potential):
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
-        if not (math.isfinite(self.c) and self.c * sign > 0):
+        if not _SMALLEST <= self.c * sign <= _LARGEST:
             raise PotentialError(
-                f"power_c is {self.c!r}; order {self.order} needs a {word} number, "
-                f"such as {sign}.0, so that compression stiffens the bond"
+                f"power_c is {self.c!r}; order {self.order} needs a {word} number, such as "
+                f"{sign}.0, so that compression stiffens the bond (and from {_SMALLEST:g} to "
+                f"{_LARGEST:g} in size)"
             )
 
     @property
