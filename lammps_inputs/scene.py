@@ -7,6 +7,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 import tomli_w
 from pydantic import (
     BaseModel,
@@ -332,7 +333,7 @@ class Scene(BaseModel):
             key: value for key, value in self._plain_fields().items() if key not in OUTPUT_KEYS
         }
         if isinstance(self.potential, Potential):
-            fields["potential"] = f"object {self.label}"
+            fields["potential"] = f"object {self.label} {_force_digest(self.potential)}"
         fields.pop("speed", None)
         fields["velocity"] = self.impact_velocity
         if self.potential == "toda":
@@ -372,6 +373,12 @@ def _named_bond(
 def _hash_of(fields: dict[str, Any]) -> str:
     canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _force_digest(bond: Potential) -> str:
+    """Hash the force of a potential that has no name, at strains that every bond allows."""
+    strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
+    return hashlib.sha256(bond.force(strains).tobytes()).hexdigest()[:16]
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:

@@ -1,0 +1,314 @@
+"""Scenes: every bad input is one clear line; TOML and hashes are stable."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lammps_inputs.errors import InputError, PotentialError, SceneError
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import LennardJones, Power, Toda, UserBond
+from lammps_inputs.scene import Scene
+
+BAD = [
+    # fields, what the line must say
+    ({"colour": 3}, "unknown key 'colour'; expected one of potential, toda_b"),
+    ({"potential": "morse"}, "expected one of harmonic, lj, toda, log, power, table"),
+    ({"potential": 3}, "expected one of harmonic"),
+    ({"particles": 0}, "particles is 0: .*greater than or equal to 1"),
+    ({"particles": -5}, "particles is -5"),
+    ({"particles": 2.5}, "particles is 2.5: .*integer"),
+    ({"particles": True}, "particles is True: expected a whole number"),
+    ({"particles": 10**9}, "particles is 1000000000"),
+    ({"particles": "many"}, "particles is 'many'"),
+    ({"particles": None}, "particles is None"),
+    ({"speed": math.nan}, "speed is nan: .*finite"),
+    ({"speed": math.inf}, "speed is inf"),
+    ({"speed": 0.0}, "speed is 0.0: .*greater than 0"),
+    ({"speed": -0.4}, "speed is -0.4"),
+    ({"speed": True}, "speed is True: expected a number"),
+    ({"speed": 1e200}, "the impact velocity would be 1.28489e\\+199"),
+    ({"speed": 5e-324}, "the impact velocity would be 0"),
+    ({"velocity": math.nan}, "velocity is nan"),
+    ({"velocity": -math.inf}, "velocity is -inf"),
+    ({"velocity": 1e200}, "the impact velocity would be 1e\\+200"),
+    ({"speed": 0.4, "velocity": 0.1}, "speed and velocity are both given; give one"),
+    ({"potential": "harmonic", "speed": 0.4}, "harmonic bond does not have; give velocity"),
+    ({"potential": "lj", "toda_b": 5.0}, "toda_b goes with potential 'toda', not 'lj'"),
+    ({"potential": "toda", "toda_b": 0.0}, "toda_b is 0.0"),
+    ({"potential": "toda", "toda_b": 1e300}, "toda_b is 1e\\+300"),
+    ({"potential": "toda", "power_c": 1.0}, "power_c goes with potential 'power'"),
+    ({"potential": "power"}, "needs power_order and power_c"),
+    ({"potential": "power", "power_order": 3}, "needs power_order and power_c"),
+    ({"potential": "power", "power_order": 2, "power_c": 1.0}, "power_order is 2"),
+    ({"potential": "power", "power_order": 3, "power_c": 1.0}, "power_c is 1.0; .*negative"),
+    ({"potential": "power", "power_order": 4, "power_c": -1.0}, "power_c is -1.0; .*positive"),
+    ({"potential": "power", "power_order": 4, "power_c": 1e-320}, "power_c is 1e-320"),
+    ({"potential": "table"}, "potential 'table' needs bond_file"),
+    ({"potential": "table", "bond_file": "absent.table"}, "cannot read the bond table"),
+    ({"bond_file": "some.table"}, "bond_file goes with potential 'table'"),
+    ({"engine": "gromacs"}, "engine is 'gromacs'"),
+    ({"wall": "soft"}, "wall is 'soft'"),
+    ({"scheme": "order10"}, "scheme is 'order10'"),
+    ({"table": "bicubic"}, "table is 'bicubic'"),
+    ({"table_points": 2}, "table_points is 2"),
+    ({"tolerance": 0.0}, "tolerance is 0.0"),
+    ({"tolerance": 2.0}, "tolerance is 2.0"),
+    ({"tolerance": math.nan}, "tolerance is nan"),
+    ({"tolerance": 1e-6, "timestep": 0.1}, "tolerance and timestep are both given"),
+    ({"tolerance": 1e-6, "wall": "event", "table": "spline"}, "tolerance and wall, table are both"),
+    ({"timestep": -0.1}, "timestep is -0.1"),
+    ({"timestep": 1.0}, "timestep is 1; expected less than 1, .*unstable"),
+    ({"wall": "reflect", "scheme": "order6"}, "wall 'reflect' goes with scheme 'verlet'"),
+    ({"engine": "reference", "table": "spline"}, "table is for engine 'lammps'"),
+    ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
+    ({"dump_frames": 0.0}, "dump_frames is 0.0"),
+    ({"error": "perhaps"}, "error is 'perhaps'"),
+    ({"save": 3}, "save is 3"),
+]
+
+
+@pytest.mark.parametrize(("fields", "line"), BAD, ids=[str(fields)[:60] for fields, _ in BAD])
+def test_bad_input_is_one_clear_line(fields, line):
+    with pytest.raises(InputError, match=line) as caught:
+        Scene(**fields)
+    assert "\n" not in str(caught.value)
+    assert caught.value.exit_status == 2
+
+
+anything = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=8),
+    st.lists(st.integers(), max_size=2),
+    st.sampled_from(["lj", "toda", "log", "power", "harmonic", "reflect", "order4", 1e-160, 1e140]),
+)
+
+
+@settings(max_examples=400)
+@given(st.dictionaries(st.sampled_from(sorted(Scene.model_fields)), anything, max_size=5))
+def test_no_input_escapes_validation(fields):
+    try:
+        scene = Scene(**fields)
+    except InputError as error:
+        assert "\n" not in str(error)
+        assert len(str(error)) < 500
+    else:
+        assert 0.0 < scene.impact_velocity < math.inf
+        assert scene.bond.energy(0.0) == 0.0
+
+
+def test_defaults_of_a_bare_scene():
+    scene = Scene()
+    assert (scene.label, scene.particles, scene.engine) == ("lj", 100, "lammps")
+    assert scene.impact_velocity == 0.4 * LennardJones().natural_speed
+    assert not scene.explicit
+    assert Scene(potential="harmonic").impact_velocity == 0.1
+    assert Scene(potential="toda").bond == Toda(10.0)
+    assert Scene(potential="power", power_order=4, power_c=2.0).bond == Power(4, 2.0)
+
+
+def test_a_scene_is_frozen():
+    scene = Scene()
+    with pytest.raises(ValueError, match="frozen"):
+        scene.particles = 5
+
+
+def test_replace_validates_anew():
+    assert Scene(particles=7).replace(speed=0.1).particles == 7
+    with pytest.raises(SceneError, match="both given"):
+        Scene(velocity=0.1).replace(speed=0.1)
+
+
+# ---- TOML ----------------------------------------------------------------------------------------
+
+positive = st.floats(1e-6, 0.9)
+paths = st.text("abcXYZ019_- ./'\"\\é", min_size=1, max_size=12).map(Path)
+
+
+@st.composite
+def scenes(draw):
+    bond = draw(
+        st.sampled_from(
+            [
+                {},
+                {"potential": "lj"},
+                {"potential": "log"},
+                {"potential": "harmonic"},
+                {"potential": "toda", "toda_b": 2.5},
+                {"potential": "power", "power_order": 3, "power_c": -1.5},
+            ]
+        )
+    )
+    fields = dict(bond)
+    if draw(st.booleans()):
+        harmonic = bond.get("potential") == "harmonic"
+        fields["velocity" if harmonic or draw(st.booleans()) else "speed"] = draw(positive)
+    optional = {
+        "particles": st.integers(1, 10**6),
+        "dump": paths,
+        "arrays": paths,
+        "dump_frames": positive,
+        "error": st.booleans(),
+        "save": paths,
+    }
+    numerics = {
+        "wall": st.just("event"),
+        "scheme": st.sampled_from(["verlet", "order4", "order6", "order8"]),
+        "timestep": positive,
+        "table": st.sampled_from(["linear", "spline"]),
+        "table_points": st.integers(10, 10**6),
+    }
+    optional |= draw(st.sampled_from([numerics, {"tolerance": positive}]))
+    for name, values in optional.items():
+        if draw(st.booleans()):
+            fields[name] = draw(values)
+    return Scene(**fields)
+
+
+@given(scenes())
+def test_toml_round_trip(scene):
+    again = Scene.from_toml(scene.to_toml())
+    assert again == scene
+    assert again.model_fields_set == scene.model_fields_set
+    assert again.sha256 == scene.sha256
+    assert again.to_toml() == scene.to_toml()
+
+
+def test_toml_is_flat_with_underscores():
+    text = Scene(potential="toda", toda_b=10.0, particles=20, speed=0.4).to_toml()
+    assert tomllib.loads(text) == {
+        "potential": "toda",
+        "toda_b": 10.0,
+        "particles": 20,
+        "speed": 0.4,
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["particles = ", "particles = 3\nparticles = 4", "= 3", "a" * 5 + "[", "x = " + "[" * 99],
+)
+def test_what_is_not_toml_is_one_line(text):
+    with pytest.raises(SceneError, match=r"scene is not valid TOML") as caught:
+        Scene.from_toml(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_nan_and_infinity_in_toml():
+    for value in ("nan", "inf", "-inf"):
+        with pytest.raises(SceneError, match="velocity is"):
+            Scene.from_toml(f"velocity = {value}")
+
+
+def test_scene_files(tmp_path):
+    with pytest.raises(SceneError, match="No such file"):
+        Scene.from_file(tmp_path / "absent.toml")
+    with pytest.raises(SceneError, match="Is a directory"):
+        Scene.from_file(tmp_path)
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(SceneError, match="UnicodeDecodeError"):
+        Scene.from_file(tmp_path / "binary.toml")
+
+
+def test_a_bond_file_lies_beside_its_scene(tmp_path, monkeypatch):
+    rows = "\n".join(f"{k} {0.9 + 0.1 * k} 0 {0.1 - 0.1 * k}" for k in range(4))
+    (tmp_path / "own.table").write_text(f"OWN\nN 4\n\n{rows}\n")
+    (tmp_path / "scene.toml").write_text(
+        'potential = "table"\nbond_file = "own.table"\nvelocity = 0.01\n'
+    )
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    assert Scene.from_file("../scene.toml").bond.stiffness == pytest.approx(1.0)
+
+
+def test_an_object_cannot_be_written_as_toml():
+    with pytest.raises(SceneError, match="'lj' is a Python object"):
+        Scene(potential=LennardJones()).to_toml()
+
+
+# ---- hash ----------------------------------------------------------------------------------------
+
+
+def test_hash_is_the_same_in_every_version_and_on_every_machine():
+    # A stored result is found by this hash: a change here throws away everybody's stores.
+    assert Scene(potential="harmonic", particles=10, velocity=0.1, tolerance=1e-8).sha256 == (
+        "005466a9e5f36fee4dca2b3b383af9c2ab9e055059e4ca09c66a29f52340ca4e"
+    )
+
+
+def test_hash_follows_meaning_not_spelling():
+    base = Scene(potential="toda", speed=0.4)
+    same = [
+        Scene(potential="toda", toda_b=10.0, particles=100, engine="lammps"),
+        Scene(potential="toda", tolerance=1e-6),
+        Scene(potential="toda", velocity=base.impact_velocity),
+        base.replace(dump="here", save="there", arrays="a.npz", dump_frames=5.0),
+    ]
+    assert {scene.sha256 for scene in same} == {base.sha256}
+    other = [
+        base.replace(particles=99),
+        base.replace(toda_b=9.0),
+        base.replace(speed=0.41),
+        base.replace(engine="reference"),
+        base.replace(tolerance=1e-7),
+        base.replace(wall="reflect"),
+        base.replace(scheme="order4"),
+    ]
+    assert len({scene.sha256 for scene in [base, *other]}) == len(other) + 1
+
+
+def test_hash_of_objects_follows_their_force():
+    def user(stiffening):
+        return UserBond(
+            lambda s: 0.5 * s**2 + 0.25 * stiffening * s**4, lambda s: -s - stiffening * s**3
+        )
+
+    one = Scene(potential=user(1.0), velocity=0.1)
+    assert one.sha256 == Scene(potential=user(1.0), velocity=0.1).sha256
+    assert one.sha256 != Scene(potential=user(2.0), velocity=0.1).sha256
+    assert (
+        Scene(potential=Toda(5.0), velocity=0.1).sha256
+        != Scene(potential=Toda(6.0), velocity=0.1).sha256
+    )
+
+
+def test_hash_of_a_bond_file_follows_its_content(tmp_path):
+    def scene(name, slope):
+        rows = "\n".join(f"{k} {0.9 + 0.1 * k} 0 {slope * (0.1 - 0.1 * k)}" for k in range(4))
+        (tmp_path / name).write_text(f"OWN\nN 4\n\n{rows}\n")
+        return Scene(potential="table", bond_file=tmp_path / name, velocity=0.01)
+
+    assert scene("a.table", 1.0).sha256 == scene("b.table", 1.0).sha256
+    assert scene("a.table", 1.0).sha256 != scene("c.table", 2.0).sha256
+
+
+# ---- numerics ------------------------------------------------------------------------------------
+
+
+def test_numerics_complete_a_scene():
+    bare = Numerics.from_scene(Scene())
+    assert (bare.wall, bare.scheme, bare.timestep, bare.table) == ("event", "order6", 0.1, "spline")
+    stock = Numerics.from_scene(Scene(wall="reflect"))
+    assert (stock.wall, stock.scheme, stock.timestep) == ("reflect", "verlet", 0.005)
+    assert Numerics.from_scene(Scene(scheme="order8")).timestep == 0.2
+    given_ = Numerics.from_scene(Scene(timestep=0.03, table="linear", table_points=500))
+    assert (given_.timestep, given_.table, given_.table_points) == (0.03, "linear", 500)
+
+
+def test_halving_changes_the_step_alone():
+    numerics = Numerics(timestep=0.1, table="linear", table_points=99, bond_range=(0.9, 1.1))
+    assert numerics.halved() == Numerics(
+        timestep=0.05, table="linear", table_points=99, bond_range=(0.9, 1.1)
+    )
+
+
+def test_impossible_parameters_name_the_option():
+    with pytest.raises(PotentialError, match="toda_b is 1e-200"):
+        Scene(potential="toda", toda_b=1e-200)
