@@ -52,6 +52,30 @@ class ToleranceError(RunError):
     """The error asked for cannot be met; the result that was reached is attached."""
 
 
+class StoreError(InputError):
+    """A results store cannot be used: no such file, not a store, read-only, or too new."""
+
+
+class StoreWriteError(RunError):
+    """A result could not be written to the store: a full disk, or a lock that does not end."""
+
+
+class SweepError(InputError):
+    """A sweep file asks for axes or settings that make no sense."""
+
+
+class WorkerDiedError(RunError):
+    """The process that ran a collision died: killed, out of memory, or aborted by a library."""
+
+
+class WorkerStartError(RunError):
+    """No worker process comes up, so that no collision can be run."""
+
+
+class SchedulerError(RunError):
+    """The cluster's scheduler cannot be reached, or was lost on the way."""
+
+
 __all__ = [
     "BarrierError",
     "BondRangeError",
@@ -62,7 +86,13 @@ __all__ = [
     "LostAtomsError",
     "MissingLibraryError",
     "RunError",
+    "SchedulerError",
+    "StoreError",
+    "StoreWriteError",
+    "SweepError",
     "TimestepError",
     "ToleranceError",
     "UnfinishedCollisionError",
+    "WorkerDiedError",
+    "WorkerStartError",
 ]

@@ -1,0 +1,121 @@
+"""The tables of a results store, their version, and how an older store becomes a newer one."""
+
+# "CCOR": tells a results store from any other SQLite file.
+APPLICATION_ID = 0x43434F52
+
+# One list of statements for each version: number k turns version k into k + 1. What has been
+# released is never edited; a change of the schema is a new list at the end.
+MIGRATIONS: tuple[tuple[str, ...], ...] = (
+    (
+        """
+        CREATE TABLE environments (
+            id INTEGER PRIMARY KEY,
+            versions TEXT NOT NULL UNIQUE        -- JSON: library -> version
+        )
+        """,
+        """
+        CREATE TABLE collisions (
+            collision_sha256 TEXT NOT NULL UNIQUE,  -- hash of the scene without its tolerance
+            -- what collides
+            potential TEXT NOT NULL,
+            toda_b REAL,
+            power_order INTEGER,
+            power_c REAL,
+            particles INTEGER NOT NULL,
+            velocity REAL NOT NULL,
+            speed REAL,
+            engine TEXT NOT NULL,
+            tolerance REAL,
+            -- what came out; all null as long as there is no result
+            restitution REAL,
+            restitution_error REAL,
+            tolerance_met INTEGER,
+            kinematic_restitution REAL,
+            contacts INTEGER,
+            last_contact_time REAL,
+            bond_min REAL,
+            bond_max REAL,
+            fragments INTEGER,
+            crossed INTEGER,
+            energy_drift REAL,
+            momentum_residual REAL,
+            duration REAL,
+            ending TEXT,
+            v_star REAL,
+            reason TEXT,
+            -- how
+            wall TEXT,
+            scheme TEXT,
+            timestep REAL,
+            "table" TEXT,
+            table_points INTEGER,
+            seconds REAL,
+            seconds_total REAL,
+            -- the last failure, if there was one since the result
+            failure TEXT,
+            failure_message TEXT,
+            failure_tolerance REAL,
+            failure_stands INTEGER,              -- 1: the same scene would fail again
+            -- the record
+            tries INTEGER NOT NULL,
+            host TEXT NOT NULL,
+            finished TEXT NOT NULL,              -- UTC, ISO 8601
+            environment INTEGER REFERENCES environments (id),
+            scene_sha256 TEXT NOT NULL,
+            scene TEXT NOT NULL,                 -- JSON: the canonical scene
+            details TEXT                         -- JSON: whatever else the result holds
+        )
+        """,
+        """
+        CREATE TABLE arrays (
+            collision_sha256 TEXT NOT NULL REFERENCES collisions (collision_sha256),
+            name TEXT NOT NULL,
+            npy BLOB NOT NULL,                   -- NumPy's .npy format
+            PRIMARY KEY (collision_sha256, name)
+        ) WITHOUT ROWID
+        """,
+    ),
+)
+
+SCHEMA_VERSION = len(MIGRATIONS)
+
+SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
+# Fields of a result that have a column of their own; the others go to `details`.
+RESULT_COLUMNS = (
+    "velocity",
+    "speed",
+    "tolerance",
+    "restitution",
+    "restitution_error",
+    "tolerance_met",
+    "kinematic_restitution",
+    "contacts",
+    "last_contact_time",
+    "bond_min",
+    "bond_max",
+    "fragments",
+    "crossed",
+    "energy_drift",
+    "momentum_residual",
+    "duration",
+    "ending",
+    "v_star",
+    "reason",
+    "wall",
+    "scheme",
+    "timestep",
+    "table",
+    "table_points",
+    "seconds",
+    "seconds_total",
+)
+FAILURE_COLUMNS = ("failure", "failure_message", "failure_tolerance", "failure_stands")
+RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
+# What can be shown, filtered, plotted and exported.
+PLAIN_COLUMNS = (
+    *SCENE_COLUMNS,
+    *RESULT_COLUMNS,
+    *FAILURE_COLUMNS,
+    *RECORD_COLUMNS,
+)
+FLAG_COLUMNS = ("tolerance_met", "crossed", "failure_stands")
