@@ -19,6 +19,7 @@ def collect_caveats(
     *,
     layout: ChainLayout,
     first: DumpFrame,
+    digits: int,
     start: Start,
     bond: Potential | None,
     state: ChainState,
@@ -38,6 +39,8 @@ def collect_caveats(
         Layout of the dump.
     first : DumpFrame
         Its first frame.
+    digits : int
+        Significant digits of its numbers.
     start : Start
         What that frame says.
     bond : Potential or None
@@ -73,7 +76,7 @@ def collect_caveats(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"
         )
-    caveats += _precision_caveats(layout, first, resolution)
+    caveats += _precision_caveats(layout, first, digits, resolution)
     if start.kind == "late":
         caveats.append(
             "the first frame lies inside the collision: contacts before it are not seen, and "
@@ -104,7 +107,9 @@ def collect_caveats(
     return caveats
 
 
-def _precision_caveats(layout: ChainLayout, first: DumpFrame, resolution: float) -> list[str]:
+def _precision_caveats(
+    layout: ChainLayout, first: DumpFrame, digits: int, resolution: float
+) -> list[str]:
     caveats = []
     if resolution > _ALL_DIGITS:
         caveats.append(
@@ -113,7 +118,7 @@ def _precision_caveats(layout: ChainLayout, first: DumpFrame, resolution: float)
         )
     column = layout.displacement_column
     if column != DISPLACEMENT_COLUMN:
-        resolution = float(np.max(first.resolution(column)))
+        resolution = float(np.max(first.resolution(column, digits)))
         if column in ("xs", "xsu"):
             resolution *= float(first.bounds[0, 1] - first.bounds[0, 0])
         caveats.append(

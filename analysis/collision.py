@@ -106,10 +106,12 @@ def analyze_frames(
     times = detection.times - origin
     statistics = contact_statistics(times, detection.speeds, n, velocity)
     stiffness = 1.0 if bond is None else bond.stiffness
-    last_resolution = reading.last.resolution("vx")
+    digits = reading.digits
+    last_resolution = reading.last.resolution("vx", digits)
     caveats = collect_caveats(
         layout=reading.layout,
         first=reading.first,
+        digits=digits,
         start=reading.start,
         bond=bond,
         state=state,
@@ -121,7 +123,9 @@ def analyze_frames(
         resolution=float(np.max(last_resolution)) / velocity,
     )
     # A given impact speed is exact; one that was read has the resolution of the dump.
-    v0_resolution = reading.resolution if impact_velocity is None else 0.0
+    v0_resolution = 0.0
+    if impact_velocity is None:
+        v0_resolution = float(np.max(reading.first.resolution("vx", digits)))
     error = _restitution_precision(v, velocity, last_resolution, v0_resolution)
     error += abs(drift or 0.0)
     # Momentum that the exact motion between frames would not have given.
@@ -150,6 +154,7 @@ def analyze_frames(
         bond_min=tally.bond_min,
         bond_max=tally.bond_max,
         frames=tally.count,
+        timestep=None if reading.layout.time_known else timestep,
         time_start=float(opening.time - origin),
         time_end=float(state.time - origin),
         ending=ending,
@@ -172,9 +177,14 @@ class _Reading:
                 "(--timestep), or dump the time as a column v_time"
             )
         self.opening = self.layout.state(self.first, timestep)
-        velocity_resolution = self.first.resolution("vx")
-        self.resolution = float(np.max(velocity_resolution))
-        self.start = find_start(self.opening.velocities, velocity_resolution)
+        resolution = self.first.resolution("vx", self.first.significant_digits())
+        self.resolution = float(np.max(resolution))
+        self.start = find_start(self.opening.velocities, resolution)
+
+    @property
+    def digits(self) -> int:
+        """Significant digits of the dump; the first frame alone may hold round numbers only."""
+        return max(self.first.significant_digits(), self.last.significant_digits())
 
     @property
     def begins_at_contact(self) -> bool:

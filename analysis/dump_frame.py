@@ -59,17 +59,33 @@ class DumpFrame:
         values = self.raw_column(self.columns.index(name))
         return values if self.order is None else values[self.order]
 
-    def resolution(self, name: str) -> NDArray[np.float64]:
+    def significant_digits(self) -> int:
+        """
+        Return how many digits the format of the dump keeps, as far as this frame shows it.
+
+        ``%g`` drops trailing zeros, so the most digits of any number count; ids and other whole
+        numbers say nothing.
+
+        Returns
+        -------
+        int
+            17 for binary dumps; at least 6, the default of LAMMPS.
+        """
+        if self.raw_text is None:
+            return 17
+        words = (word for index in range(len(self.columns)) for word in self.raw_text(index))
+        return max((_count_digits(word) for word in words if b"." in word), default=0) or 6
+
+    def resolution(self, name: str, digits: int) -> NDArray[np.float64]:
         """
         Return the half-width of the interval that each printed number stands for.
-
-        The number of digits of the format is the largest met in the column, since ``%g`` drops
-        trailing zeros; with 16 digits or more the number is taken as the float64 itself.
 
         Parameters
         ----------
         name : str
             One of `columns`.
+        digits : int
+            Significant digits of the format; 16 or more mean the float64 itself.
 
         Returns
         -------
@@ -77,20 +93,13 @@ class DumpFrame:
             Half a unit of the last printed digit, or half a unit of float64.
         """
         values = np.abs(self.column(name))
-        exact = 0.5 * np.spacing(values)
-        if self.raw_text is None:
-            return exact
-        texts = self.raw_text(self.columns.index(name))
-        digits = max(_significant_digits(text) for text in texts)
         if digits >= 16:
-            return exact
-        # A column of short numbers (0, 1, 2.5) was hardly printed with so few digits on purpose.
-        digits = max(digits, 6)
+            return 0.5 * np.spacing(values)
         safe = np.where(values > 0.0, values, 1.0)
         half_unit = 0.5 * 10.0 ** (np.floor(np.log10(safe)) - digits + 1)
         return np.where(values > 0.0, half_unit, 0.0)
 
 
-def _significant_digits(text: bytes) -> int:
-    mantissa = text.lower().split(b"e")[0].lstrip(b"+-").replace(b".", b"")
-    return len(mantissa.lstrip(b"0"))
+def _count_digits(word: bytes) -> int:
+    mantissa = word.lower().split(b"e")[0].lstrip(b"+-").replace(b".", b"")
+    return max(6, len(mantissa.lstrip(b"0")))

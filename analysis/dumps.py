@@ -1,7 +1,6 @@
 """Dumps of LAMMPS, streamed frame by frame: text, gzip or binary, whole or cut short."""
 
 import gzip
-import io
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,7 +14,6 @@ from lammps_inputs.errors import InputError
 
 _GZIP_MAGIC = b"\x1f\x8b"
 _TEXT_START = b"ITEM:"
-_BUFFER = 1 << 20
 
 
 class Dump:
@@ -151,7 +149,8 @@ class Dump:
                 yield file, file
                 return
             with gzip.GzipFile(fileobj=file) as unzipped:
-                yield file, cast(IO[bytes], io.BufferedReader(unzipped, _BUFFER))
+                # No further buffer: it would lose what precedes the end of a cut stream.
+                yield file, cast(IO[bytes], unzipped)
 
 
 def _reason(error: OSError) -> str:

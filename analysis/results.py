@@ -88,6 +88,8 @@ class CollisionAnalysis:
         Shortest and longest bond in any frame.
     frames : int
         Number of frames read.
+    timestep : float or None
+        Simulated time per step that was used; None where the dump carries the time.
     time_start, time_end : float
         First and last frame, from the first contact.
     ending : str or None
@@ -119,6 +121,7 @@ class CollisionAnalysis:
     bond_min: float
     bond_max: float
     frames: int
+    timestep: float | None
     time_start: float
     time_end: float
     ending: str | None

@@ -9,8 +9,11 @@ import numpy as np
 from analysis.chain_frames import ChainLayout
 from analysis.dump_frame import DumpFrame
 
-_NUMBER = re.compile(r"[0-9.]+(?:[eE][-+]?[0-9]+)?")
+_NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 _COMMAND = re.compile(r"^\s*timestep\s+(\S+)", re.MULTILINE)
+
+# Two printed velocities of the default six digits may differ by this and mean the same.
+_SAME_SPEED = 1e-5
 
 
 def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
@@ -36,7 +39,8 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
     values = {float(word) for word in words if _NUMBER.fullmatch(word)}
     if len(values) != 1 or (computed and not logs):
         return None
-    return values.pop() or None
+    timestep = values.pop()
+    return timestep if timestep > 0.0 else None
 
 
 def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | None:
@@ -68,7 +72,7 @@ def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | 
                 return None
             start = frame.step, x, velocity
             continue
-        if not np.isclose(velocity, start[2], rtol=1e-3, atol=0.0):
+        if not np.isclose(velocity, start[2], rtol=_SAME_SPEED, atol=0.0):
             break
         if frame.step > start[0]:
             timestep = float((x - start[1]) / (start[2] * (frame.step - start[0])))

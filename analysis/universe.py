@@ -43,6 +43,7 @@ class ChainDumpReader(ReaderBase):
     def __init__(self, filename, **kwargs):
         super().__init__(filename, **kwargs)
         self._dump = Dump(self.filename)
+        self._frames: Iterator[DumpFrame] = iter(())
         self._offsets = self._dump.offsets()
         self.n_atoms = self._dump.first().raw_column(0).size
         self._reopen()
@@ -98,7 +99,9 @@ class ChainDumpReader(ReaderBase):
         return ts
 
 
-def to_mdanalysis(dump: Path | str, data: Path | str | None = None) -> MDAnalysis.Universe:
+def to_mdanalysis(
+    dump: Path | str, data: Path | str | None = None, timestep: float = 1.0
+) -> MDAnalysis.Universe:
     """
     Return a dump as an MDAnalysis Universe.
 
@@ -109,6 +112,8 @@ def to_mdanalysis(dump: Path | str, data: Path | str | None = None) -> MDAnalysi
     data : pathlib.Path or str, optional
         LAMMPS data file of ``atom_style bond`` for the topology; without it a bare chain of
         atoms, numbered from 1.
+    timestep : float
+        Simulated time per step, for dumps that do not carry the time.
 
     Returns
     -------
@@ -120,7 +125,7 @@ def to_mdanalysis(dump: Path | str, data: Path | str | None = None) -> MDAnalysi
     InputError
         If the files cannot be read or do not fit together.
     """
-    reader_arguments = {"format": ChainDumpReader}
+    reader_arguments = {"format": ChainDumpReader, "dt": timestep}
     if data is None:
         universe = MDAnalysis.Universe.empty(Dump(dump).first().raw_column(0).size, velocities=True)
         universe.load_new(str(dump), **reader_arguments)

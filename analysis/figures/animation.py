@@ -19,7 +19,7 @@ def animate_collision(
     path: Path | str,
     *,
     impact_velocity: float,
-    frames: int = 150,
+    frames: int = 120,
     title: str = "",
 ) -> Path:
     """
@@ -71,7 +71,8 @@ def animate_collision(
     )
     size = float(np.clip(3000.0 / n, 3.0, 60.0))
     limit = max(1.2, float(np.max(np.abs(v))))
-    style = {"cmap": "cividis", "vmin": -limit, "vmax": limit, "s": size, "linewidths": 0.0}
+    # Colours span the speeds of most particles; the few faster ones take the last colour.
+    style = {"cmap": "cividis", "vmin": -1.2, "vmax": 1.2, "s": size, "linewidths": 0.0}
     (line,) = upper.plot(x[0], v[0], color=GREY, linewidth=0.7)
     points = upper.scatter(x[0], v[0], c=v[0], **style)
     beads = lower.scatter(x[0], np.zeros(n), c=v[0], **style)

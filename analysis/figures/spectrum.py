@@ -39,7 +39,7 @@ def plot_spectrum(
     matplotlib.axes.Axes
         The axes.
     """
-    from matplotlib.ticker import ScalarFormatter
+    from matplotlib.ticker import StrMethodFormatter
 
     ax = choose_axes(ax)
     share = np.asarray(mode_energies, dtype=float)[1:] / total_energy
@@ -66,7 +66,7 @@ def plot_spectrum(
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_xlim(0.85, 1.2 * max(j[-1], 2))
-    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     if np.max(share) > 0.0:
         largest = np.max(share) if theory is None else max(np.max(share), np.max(predicted))
         top = 3.0 * float(largest)

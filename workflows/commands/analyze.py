@@ -91,7 +91,7 @@ def analyze(
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
-        write_extended_xyz(job.dump, xyz, 1.0 if timestep is None else timestep)
+        write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0)
     if as_json:
         click.echo(json.dumps(to_json_object(analysis), allow_nan=False))
     else:

@@ -1,0 +1,158 @@
+"""An exact harmonic collision, and dumps written by hand: independent of the code under test."""
+
+import gzip
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+
+@dataclass(frozen=True)
+class HarmonicCollision:
+    """Collision of a harmonic chain by modal propagation between located contacts."""
+
+    particles: int
+    impact_velocity: float
+    contact_times: np.ndarray
+    contact_speeds: np.ndarray
+    amplitudes: tuple  # (q, p) right after each contact
+
+    def state(self, time):
+        """Return displacements and velocities; before the first contact the chain flies."""
+        n, v0 = self.particles, self.impact_velocity
+        if time < 0.0:
+            return np.full(n, -v0 * time), np.full(n, -v0)
+        shapes, omega = modes(n)
+        k = int(np.searchsorted(self.contact_times, time, side="right")) - 1
+        q, p = propagate(omega, *self.amplitudes[k], time - self.contact_times[k])
+        return shapes @ q, shapes @ p
+
+
+def modes(n):
+    """Return shapes (columns) and frequencies from the definition, not from a transform."""
+    i, j = np.meshgrid(np.arange(1, n + 1), np.arange(n), indexing="ij")
+    # Whole numbers reduced before the cosine: an argument of 1500 would cost three digits.
+    angle = np.pi * ((j * (2 * i - 1)) % (4 * n)) / (2 * n)
+    shapes = np.cos(angle) * np.where(j == 0, 1.0, np.sqrt(2.0)) / np.sqrt(n)
+    return shapes, 2.0 * np.sin(0.5 * np.pi * np.arange(n) / n)
+
+
+def propagate(omega, q, p, t):
+    sine = t * np.sinc(omega * t / np.pi)
+    return q * np.cos(omega * t) + p * sine, p * np.cos(omega * t) - omega**2 * q * sine
+
+
+def find_crossing(end, omega, q, p, horizon):
+    """Return two times between which particle 1 passes x = 0, or None."""
+    steps = 0.05 * np.arange(1, int(horizon / 0.05))
+    x = np.array([end @ propagate(omega, q, p, t)[0] for t in steps])
+    below = np.flatnonzero(x < 0.0)
+    return (steps[below[0] - 1], steps[below[0]]) if below.size else None
+
+
+def collide_harmonic(n, v0=0.1):
+    """Never leave the amplitudes: going to positions and back at each contact costs digits."""
+    shapes, omega = modes(n)
+    end = shapes[0]
+    q, p, time = np.zeros(n), shapes.T @ np.full(n, -v0), 0.0
+    times, speeds, amplitudes = [], [], []
+    while True:
+        speed = -float(end @ p)
+        p = p + 2.0 * speed * end
+        times.append(time)
+        speeds.append(speed)
+        amplitudes.append((q, p))
+        # Contacts are 1.5 to 6 apart; after the last, sound needs 2 n to come back.
+        bracket = find_crossing(end, omega, q, p, 4.0) or find_crossing(
+            end, omega, q, p, 2.2 * n + 10.0
+        )
+        if bracket is None:
+            return HarmonicCollision(n, v0, np.array(times), np.array(speeds), tuple(amplitudes))
+        wait = brentq(
+            lambda t, q=q, p=p: float(end @ propagate(omega, q, p, t)[0]),
+            *bracket,
+            xtol=1e-14,
+            rtol=1e-14,
+        )
+        q, p = propagate(omega, q, p, wait)
+        time += wait
+
+
+@pytest.fixture(scope="session")
+def harmonic20():
+    return collide_harmonic(20)
+
+
+@pytest.fixture(scope="session")
+def harmonic500():
+    return collide_harmonic(500)
+
+
+def frame_text(step, rows, columns, fmt="%.17g", time=None, upper=200.0):
+    """Return one frame as LAMMPS writes it; the first column is the id."""
+    head = f"ITEM: TIME\n{float(time)!r}\n" if time is not None else ""
+    lines = [" ".join([str(int(row[0])), *(fmt % value for value in row[1:])]) for row in rows]
+    return (
+        f"{head}ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\n"
+        f"ITEM: BOX BOUNDS ff pp pp\n-10 {upper}\n-0.5 0.5\n-0.5 0.5\n"
+        f"ITEM: ATOMS {columns}\n" + "\n".join(lines) + "\n"
+    )
+
+
+@dataclass(frozen=True)
+class DumpWriter:
+    """Writes the motion of a collision in any guise that a dump may have."""
+
+    folder: Path
+
+    def write(
+        self,
+        collision,
+        times,
+        name="dump.lammpstrj",
+        columns="id x vx v_displacement v_time",
+        fmt="%.17g",
+        timestep=0.005,
+        shuffle=False,
+        reverse_ids=False,
+        cut=0,
+        time_item=False,
+    ):
+        rng = np.random.default_rng(5)
+        n = collision.particles
+        frames = []
+        for time in times:
+            u, v = collision.state(time)
+            x = u + np.arange(n)
+            ids = np.arange(n, 0, -1) if reverse_ids else np.arange(1, n + 1)
+            known = {
+                "id": ids,
+                "type": np.ones(n),
+                "x": x,
+                "xu": x,
+                "xs": (x + 10.0) / 210.0,
+                "y": np.zeros(n),
+                "z": np.zeros(n),
+                "vx": v,
+                "vy": np.zeros(n),
+                "vz": np.zeros(n),
+                "v_displacement": u,
+                "v_time": np.full(n, time),
+            }
+            rows = np.column_stack([known[column] for column in columns.split()])
+            if shuffle:
+                rng.shuffle(rows)
+            step = round((time - times[0]) / timestep)
+            frames.append(frame_text(step, rows, columns, fmt, time if time_item else None))
+        data = "".join(frames).encode()
+        data = data[: len(data) - cut] if cut else data
+        path = self.folder / name
+        path.write_bytes(gzip.compress(data) if name.endswith(".gz") else data)
+        return path
+
+
+@pytest.fixture
+def dump_writer(tmp_path):
+    return DumpWriter(tmp_path)

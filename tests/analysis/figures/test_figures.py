@@ -1,0 +1,120 @@
+import numpy as np
+import pytest
+from PIL import Image
+
+from analysis.figures.animation import animate_collision
+from analysis.figures.bond_lengths import plot_bond_lengths
+from analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
+from analysis.figures.energy_partition import plot_energy_partition
+from analysis.figures.mode_heat_map import plot_mode_heat_map
+from analysis.figures.restitution_curves import plot_dissipation, plot_restitution
+from analysis.figures.spectrum import plot_spectrum
+from analysis.figures.style import CYCLE, new_figure
+from analysis.figures.trajectories import plot_trajectories
+from analysis.modes import mode_energies
+from lammps_inputs.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def motion(harmonic20):
+    times = np.arange(-5.0, 60.0, 0.5)
+    u, v = map(np.array, zip(*(harmonic20.state(t) for t in times), strict=True))
+    return times, u, v
+
+
+def draw(name, motion, collision, ax=None):
+    times, u, v = motion
+    energy = 0.5 * 20 * 0.1**2
+    modes = mode_energies(u, v)
+    return {
+        "trajectories": lambda: plot_trajectories(
+            times, u, contact_times=collision.contact_times, ax=ax
+        ),
+        "intervals": lambda: plot_contact_intervals(collision.contact_times, ax=ax),
+        "speeds": lambda: plot_contact_speeds(collision.contact_speeds, 0.1, ax=ax),
+        "energy": lambda: plot_energy_partition(
+            times, modes[:, 0], modes[:, 1:].sum(axis=1), energy, last_contact=36.8, ax=ax
+        ),
+        "heat map": lambda: plot_mode_heat_map(times, modes, energy, last_contact=36.8, ax=ax),
+        "spectrum": lambda: plot_spectrum(modes[-1], energy, theory=modes[-1][1:], ax=ax),
+        "bonds": lambda: plot_bond_lengths(
+            times, 1 + np.diff(u).min(axis=1), 1 + np.diff(u).max(axis=1), ax=ax
+        ),
+        "restitution": lambda: plot_restitution(
+            {"lj": ([0.1, 1.0], [0.9, 0.7])}, errors={"lj": [0.01, 0.01]}, ax=ax
+        ),
+        "dissipation": lambda: plot_dissipation([10, 100], [0.9, 0.97], ax=ax),
+    }[name]()
+
+
+NAMES = [
+    "trajectories",
+    "intervals",
+    "speeds",
+    "energy",
+    "heat map",
+    "spectrum",
+    "bonds",
+    "restitution",
+    "dissipation",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_figure_draws_into_the_axes_it_is_given_and_labels_them(name, motion, harmonic20):
+    figure, ax = new_figure()
+    assert draw(name, motion, harmonic20, ax) is ax
+    assert ax.get_xlabel()
+    assert ax.get_ylabel()
+    figure.canvas.draw()
+    legend = ax.get_legend()
+    if legend is not None:
+        # Above the panel, where there is no data.
+        panel = ax.get_window_extent()
+        assert legend.get_window_extent().y0 >= panel.y1 - 1.0
+    assert draw(name, motion, harmonic20).figure is not figure
+
+
+def test_trajectories_show_the_positions(motion, harmonic20):
+    times, u, _ = motion
+    ax = plot_trajectories(times, u, contact_times=harmonic20.contact_times, magnification=1.0)
+    lines = {line.get_label(): line for line in ax.get_lines()}
+    shown = times <= 1.15 * harmonic20.contact_times[-1]
+    np.testing.assert_allclose(lines["particle 1"].get_ydata(), u[shown, 0])
+    np.testing.assert_array_equal(lines["contacts"].get_xdata(), harmonic20.contact_times)
+    # Sound reaches the last particle after n - 1 time units, wherever that particle then is.
+    x, y = lines["sound, small waves"].get_data()
+    far = np.argmin(np.abs(x - 19.0))
+    assert y[far] == pytest.approx(19.0 + harmonic20.state(19.0)[0][-1], abs=0.1)
+
+
+def test_magnification_keeps_the_order_of_the_lines(motion):
+    times, u, _ = motion
+    ax = plot_trajectories(times, 0.01 * u)
+    assert "magnified" in ax.get_ylabel()
+    grey = np.array([line.get_ydata() for line in ax.get_lines()[:20]])
+    assert np.all(np.diff(grey, axis=0) > 0.0)
+
+
+def test_colours_are_those_that_everyone_can_tell_apart(motion, harmonic20):
+    ax = plot_restitution({str(k): ([1.0, 2.0], [0.5, 0.6]) for k in range(7)})
+    assert [c.lines[0].get_color() for c in ax.containers] == list(CYCLE)
+
+
+def test_animation_is_a_gif_that_moves(motion, tmp_path):
+    times, u, v = motion
+    path = animate_collision(times, u, v, tmp_path / "c.gif", impact_velocity=0.1, frames=6)
+    with Image.open(path) as image:
+        assert image.n_frames == 6
+        first = np.asarray(image.convert("RGB"))
+        image.seek(5)
+        assert np.any(first != np.asarray(image.convert("RGB")))
+
+
+def test_animation_refuses_what_it_cannot_write(motion, tmp_path, monkeypatch):
+    times, u, v = motion
+    with pytest.raises(InputError, match=r"\.gif or \.mp4"):
+        animate_collision(times, u, v, tmp_path / "c.avi", impact_velocity=0.1)
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(InputError, match="needs ffmpeg"):
+        animate_collision(times, u, v, tmp_path / "c.mp4", impact_velocity=0.1)

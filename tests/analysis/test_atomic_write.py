@@ -1,0 +1,32 @@
+import pytest
+
+from analysis.atomic_write import folder_aside, written_aside
+from lammps_inputs.errors import InputError
+
+
+def test_files_appear_together_and_others_stay(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "old").write_text("kept")
+    (target / "a").write_text("replaced")
+    with folder_aside(target) as aside:
+        (aside / "a").write_text("new")
+        assert (target / "a").read_text() == "replaced"
+    assert sorted(path.name for path in target.iterdir()) == ["a", "old"]
+    assert (target / "a").read_text() == "new"
+
+
+def test_a_failure_leaves_what_was_there(tmp_path):
+    path = tmp_path / "a"
+    path.write_text("old")
+    with pytest.raises(RuntimeError), written_aside(path) as aside:  # noqa: PT012
+        aside.write_text("half")
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["a"]
+    assert path.read_text() == "old"
+
+
+def test_a_place_that_cannot_be_written_is_an_input_error(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot write into"), folder_aside(tmp_path / "file"):
+        pass

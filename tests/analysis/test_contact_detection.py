@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+
+from analysis.chain_frames import ChainState
+from analysis.contact_detection import ContactDetector, reintegrate_contacts
+from lammps_inputs.potentials import Harmonic
+
+
+def detect(collision, times, bond):
+    detector = ContactDetector(collision.impact_velocity, bond)
+    for time in times:
+        detector.feed(ChainState(0, time, *collision.state(time)))
+    return detector.result()
+
+
+@pytest.mark.parametrize("spacing", [0.05, 0.5, 3.0, 20.0])
+def test_reintegration_finds_all_contacts_whatever_the_spacing(harmonic20, spacing):
+    found = detect(harmonic20, np.arange(-1.0, 80.0, spacing), Harmonic())
+    assert found.unresolved == 0
+    # DOP853 at a relative tolerance of 1e-12 over tens of steps; a contact time is a position
+    # over a speed of order v0.
+    np.testing.assert_allclose(found.times, harmonic20.contact_times, atol=1e-8)
+    np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-8)
+    assert found.worst_miss < 1e-8
+
+
+@pytest.mark.parametrize(("spacing", "error"), [(0.02, 2e-6), (0.1, 3e-4), (0.5, 3e-2)])
+def test_interpolation_has_an_error_of_third_order(harmonic20, spacing, error):
+    """|jerk| < 2 * 1.15 v0 and closing speeds near v0: (2.3/12) h^3 = 0.2 h^3 a side."""
+    found = detect(harmonic20, np.arange(-1.0, 80.0, spacing), None)
+    assert found.unresolved == 0
+    assert found.times.size == harmonic20.contact_times.size
+    assert np.max(np.abs(found.times - harmonic20.contact_times)) < error
+    # The step of the momentum is exact.
+    np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-11)
+
+
+def test_frames_too_far_apart_are_not_trusted_without_the_bond(harmonic20):
+    found = detect(harmonic20, np.arange(-1.0, 80.0, 5.0), None)
+    assert found.unresolved > 0
+    assert found.times.size < harmonic20.contact_times.size
+
+
+def test_frames_written_at_contacts_count_each_contact_once(harmonic20):
+    """Either side of the turn may be in the frame."""
+    for before_turn in (True, False):
+        detector = ContactDetector(0.1, Harmonic())
+        detector.add_known(0.0, 0.1)
+        for time, speed in zip(harmonic20.contact_times, harmonic20.contact_speeds, strict=True):
+            u, v = harmonic20.state(time)
+            v[0] = -speed if before_turn and time > 0.0 else speed
+            detector.feed(ChainState(0, time, u, v))
+        detector.feed(ChainState(0, 60.0, *harmonic20.state(60.0)))
+        found = detector.result()
+        assert found.unresolved == 0
+        np.testing.assert_allclose(found.times, harmonic20.contact_times, atol=1e-8)
+
+
+def test_wrong_bond_is_noticed(harmonic20):
+    found = detect(harmonic20, np.arange(0.0, 80.0, 4.0), _Stiffer())
+    assert found.worst_miss > 0.1
+
+
+class _Stiffer(Harmonic):
+    def force(self, strain):
+        return -1.5 * np.asarray(strain)
+
+
+def test_reintegration_follows_only_what_can_reach_the_wall(harmonic500):
+    u, v = harmonic500.state(2.0)
+    times, speeds = reintegrate_contacts(ChainState(0, 2.0, u, v), 9.0, Harmonic())
+    inside = (harmonic500.contact_times > 2.0) & (harmonic500.contact_times < 9.0)
+    np.testing.assert_allclose(times, harmonic500.contact_times[inside], atol=1e-9)
+    np.testing.assert_allclose(speeds, harmonic500.contact_speeds[inside], rtol=1e-8)

@@ -1,0 +1,89 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from analysis.pair_theory import pair_interval_slope
+from analysis.theory import (
+    HARMONIC_DISSIPATION_COEFFICIENT,
+    PAIR_CONTACTS_PER_PARTICLE,
+    PAIR_INTERVAL,
+    basile_dumont_energies,
+    contact_mode_energies,
+    dissipation_exponent,
+    hard_sphere_limit,
+    harmonic_dissipation_law,
+    low_speed_dissipation_slope,
+)
+from lammps_inputs.potentials import LennardJones
+
+
+def test_coefficient_of_the_law_is_its_integral():
+    def integrand(y):
+        return math.sin(y**3) ** 2 / y**2 if y else 0.0
+
+    # The tail beyond y = 12 averages to 1/(2 y): 0.0417, its oscillation to 1e-4 of that.
+    value = quad(integrand, 0.0, 12.0, limit=3000)[0] + 0.5 / 12.0
+    expected = 8.0 / math.pi**2 * math.pi / 24.0 ** (1 / 3) * value
+    assert pytest.approx(expected, abs=2e-5) == HARMONIC_DISSIPATION_COEFFICIENT
+    assert round(HARMONIC_DISSIPATION_COEFFICIENT, 3) == 0.652  # the paper's value
+
+
+def test_law_is_the_limit_of_basile_dumont():
+    """The sum over j minus its integral falls as n^(-1/3): 1.5 % at 2000, 0.4 % at 2e5."""
+    for n, tolerance in ((2_000, 0.02), (200_000, 0.005)):
+        share = basile_dumont_energies(n).sum() / (0.5 * n)
+        assert share == pytest.approx(float(harmonic_dissipation_law(n)), rel=tolerance)
+
+
+def test_equal_contacts_are_a_list_of_equal_contacts():
+    """f must be whole for this: the formula is the geometric sum of the general one."""
+    n, f, interval, speed = 30, 26, 2.3, 0.115
+    expected = contact_mode_energies(n, interval * np.arange(f), np.full(f, speed))
+    given = basile_dumont_energies(n, 0.1, interval, f, speed)
+    np.testing.assert_allclose(given, expected, rtol=1e-9, atol=1e-16)
+
+
+def test_default_is_the_chain_of_two():
+    n = 50
+    default = basile_dumont_energies(n, 2.0)
+    explicit = basile_dumont_energies(
+        n, 1.0, PAIR_INTERVAL, PAIR_CONTACTS_PER_PARTICLE * n, 2.0 * math.pi / (2 * math.sqrt(2))
+    )
+    np.testing.assert_allclose(default, explicit, rtol=1e-14)
+
+
+def test_low_speed_slope_is_that_of_the_formula():
+    """Shortening the interval by alpha v adds 4 alpha v to the dissipation, for large n."""
+    n, alpha, v = 400_000, pair_interval_slope(LennardJones()), 0.01
+    shortened = basile_dumont_energies(n, interval=PAIR_INTERVAL * (1.0 - alpha * v))
+    # The harmonic part, 0.65 n^(-2/3) = 1e-4, is small against 4 alpha v = 0.032, and the sum
+    # over whole j approaches the integral as 1/(alpha v n).
+    assert shortened.sum() / (0.5 * n) == pytest.approx(
+        low_speed_dissipation_slope(alpha) * v, rel=0.03
+    )
+    assert low_speed_dissipation_slope(alpha) == pytest.approx(3.239, abs=1e-3)
+
+
+def test_hard_spheres_by_sorting_velocities():
+    n = 9
+    velocities = [-1.0] * n
+    contacts = exchanges = 0
+    while velocities[0] < 0 or any(a > b for a, b in itertools.pairwise(velocities)):
+        if velocities[0] < 0:
+            velocities[0] = -velocities[0]
+            contacts += 1
+            exchanges += 1
+        for i in range(n - 1):
+            if velocities[i] > velocities[i + 1]:
+                velocities[i], velocities[i + 1] = velocities[i + 1], velocities[i]
+                exchanges += 1
+    limit = hard_sphere_limit(n)
+    assert (contacts, exchanges) == (limit.contacts, limit.exchanges)
+    assert limit.restitution == np.mean(velocities) ** 2 == 1.0
+
+
+def test_dissipation_exponent():
+    assert [dissipation_exponent(r) for r in (3, 4, 5)] == [1, 2, 3]

@@ -1,0 +1,132 @@
+import json
+
+import numpy as np
+import pytest
+
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from workflows.cli import main
+
+
+def frame(step, time, x, v):
+    rows = "\n".join(f"{i + 1} {a} {b} {time}" for i, (a, b) in enumerate(zip(x, v, strict=True)))
+    return (
+        f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(x)}\nITEM: BOX BOUNDS ff pp pp\n"
+        f"-10 50\n-0.5 0.5\n-0.5 0.5\nITEM: ATOMS id x vx v_time\n{rows}\n"
+    )
+
+
+@pytest.fixture
+def job(tmp_path):
+    """The exact collision of two particles with a harmonic bond: two contacts, eta = 1."""
+    v0, omega = 0.1, np.sqrt(2.0)
+    frames = []
+    for step, time in enumerate(np.arange(0.0, 12.0, 0.5)):
+        last = np.pi / omega
+        if time <= last:
+            strain = -2.0 * v0 / omega * np.sin(omega * time)
+            opening = -2.0 * v0 * np.cos(omega * time)
+            x = (0.5 - 0.5 * (1.0 + strain), 0.5 + 0.5 * (1.0 + strain))
+            v = (-0.5 * opening, 0.5 * opening)
+        else:
+            x, v = (v0 * (time - last), 1.0 + v0 * (time - last)), (v0, v0)
+        frames.append(frame(step, float(time), [float(a) for a in x], [float(a) for a in v]))
+    folder = tmp_path / "job"
+    folder.mkdir()
+    (folder / "dump.lammpstrj").write_text("".join(frames))
+    return folder
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as leave:
+        main(["analyze", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return leave.value.code, captured.out, captured.err
+
+
+def test_json_holds_what_is_promised(job, capsys):
+    status, out, err = run(capsys, job, "--potential", "harmonic", "--json")
+    assert (status, err) == (0, "")
+    result = json.loads(out)
+    assert result["restitution"] == pytest.approx(1.0, abs=1e-12)
+    assert result["restitution_error"] < 1e-8
+    assert result["contacts"] == 2
+    assert result["last_contact_time"] == pytest.approx(np.pi / np.sqrt(2.0), abs=1e-8)
+    assert result["mode_energies"] == pytest.approx([0.01, 0.0], abs=1e-12)
+    assert isinstance(result["caveats"], list)
+    assert result["ending"] == "energy"
+
+
+def test_text_labels_both_coefficients_and_notes_caveats(job, capsys):
+    status, out, _ = run(capsys, job)
+    assert status == 0
+    assert "restitution (energy)   eta = " in out
+    assert "restitution (speed)    e   = 1" in out
+    assert "note: the bond is not known" in out
+
+
+def test_a_scene_in_the_folder_gives_bond_and_speed(job, capsys):
+    scene = Scene(potential="harmonic", particles=2, velocity=0.1)
+    (job / "scene.toml").write_text(scene.to_toml())
+    _, out, _ = run(capsys, job, "--json")
+    result = json.loads(out)
+    assert (result["potential"], result["velocity"]) == (Harmonic.name, 0.1)
+    (job / "scene.toml").write_text(scene.replace(particles=3).to_toml())
+    status, _, err = run(capsys, job, "--json")
+    assert status == 2
+    assert "holds 2 particles" in err
+
+
+def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
+    out = tmp_path / "out"
+    status, *_ = run(capsys, job, "--potential", "harmonic", "-o", out, "--xyz", out / "c.xyz")
+    assert status == 0
+    written = {path.name for path in out.iterdir()}
+    assert {"analysis.json", "arrays.npz", "modes.csv", "trajectories.png", "c.xyz"} <= written
+    assert not any(name.startswith(".") for name in written)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--dump", "none"], "cannot read the dump none"),
+        (["--data", "none"], "cannot read none"),
+        (["--potential", "toda", "--toda-b", "-1"], "toda_b"),
+        (["--toda-b", "3"], "without --potential"),
+        (["--velocity", "0.2"], "the dump starts with the impact speed 0.1"),
+        (["--timestep", "-1"], "--timestep"),
+        (["--animation", "c.avi"], "expected a name in .gif"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(job, capsys, arguments, message):
+    status, out, err = run(capsys, job, *arguments)
+    assert status == 2
+    assert out == ""
+    assert message in err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "holds no LAMMPS dump"),
+        ("", "is empty"),
+        ("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\n2\n", "cut short before the end of its first"),
+        ("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\nx\n", "not a LAMMPS dump"),
+    ],
+)
+def test_a_dump_that_is_none_is_one_line_and_status_2(job, capsys, content, message):
+    dump = job / "dump.lammpstrj"
+    dump.unlink()
+    if content is not None:
+        dump.write_text(content)
+    status, _, err = run(capsys, job, "--json")
+    assert status == 2
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_a_missing_folder_is_bad_input(tmp_path, capsys):
+    status, _, err = run(capsys, tmp_path / "nowhere")
+    assert status == 2
+    assert "is not a folder" in err
