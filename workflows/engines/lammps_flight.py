@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.potentials import Potential
 from workflows.engines.lammps_chain import LammpsChain
-from workflows.errors import LostAtomsError
+from workflows.errors import LostAtomsError, TimestepError
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,8 @@ class VerletFlight(Flight):
         chain.restore(state)
         return 0
 
-    def _hit(self) -> Contact:
+    def _hit(self) -> Contact | None:
+        """Cut the step at the wall; None where its last kick turned particle 1 already."""
         chain = self.chain
         x, v, a = float(chain.x[0]), float(chain.v[0]), float(chain.f[0])
         root = math.sqrt(v * v - 2.0 * x * a)
@@ -283,6 +284,8 @@ class VerletFlight(Flight):
         self.time += s
         speed = -float(chain.v[0])
         chain.x[0] = 0.0
+        if speed <= 0.0:
+            return None
         chain.v[0] = speed
         return Contact(self.time, speed)
 
@@ -310,6 +313,7 @@ class ComposedFlight(Flight):
     """
 
     _MOST_CORRECTIONS = 8
+    _AT_WALL = 1e-12
 
     def advance(self, limit: float) -> Contact | None:
         """Step, and look back over each step for a contact."""
@@ -325,37 +329,50 @@ class ComposedFlight(Flight):
                 step,
             )
             if guess is not None:
+                whole = chain.snapshot()
                 chain.restore(before)
-                self._step_to_wall(guess)
-                return self._reverse()
+                taken = self._step_to_wall(guess)
+                if taken is not None:
+                    self.time += taken
+                    return self._reverse()
+                # The polynomial touched the wall and the motion did not.
+                chain.restore(whole)
+                if chain.x[0] < 0.0:
+                    raise TimestepError(
+                        f"particle 1 ends a step behind the wall at time {self.time:g}, but does "
+                        "not come in within it; expected a motion that the step resolves: use a "
+                        "smaller timestep"
+                    )
             self.time += step
         return None
 
-    def _step_to_wall(self, guess: float) -> None:
+    def _step_to_wall(self, guess: float) -> float | None:
+        """Return the time to the wall, having gone there; None where no contact is found."""
         chain = self.chain
         chain.step(guess)
-        self.time += guess
+        taken = guess
         for _ in range(self._MOST_CORRECTIONS):
             x, v = float(chain.x[0]), float(chain.v[0])
-            if v == 0.0:
-                return
-            correction = -x / v
             # Positions are rounded to about 1e-16 of the natural length.
-            if abs(x) < 1e-18 or abs(correction) > chain.timestep:
-                return
+            if abs(x) < 1e-18 or v == 0.0:
+                break
+            correction = -x / v
+            if abs(correction) > chain.timestep:
+                break
+            taken += correction
             if abs(correction) < 1e-5 * chain.timestep:
                 # One Verlet step this short is exact to rounding: its error is of third order.
                 chain.verlet(correction)
-                self.time += correction
-                return
+                break
             chain.step(correction)
-            self.time += correction
+        arrived = abs(float(chain.x[0])) < self._AT_WALL and float(chain.v[0]) < 0.0 < taken
+        return taken if arrived else None
 
     def _reverse(self) -> Contact:
         chain = self.chain
         speed = -float(chain.v[0])
         chain.x[0] = 0.0
-        chain.v[0] = abs(speed)
+        chain.v[0] = speed
         return Contact(self.time, speed)
 
 
