@@ -148,16 +148,48 @@ def _with_margin(
             f"table_points is {rows}; expected at least {2 * MARGIN_BINS + 2}, so that the bonds "
             "stay clear of the table's ends"
         )
-    width = max(longest - shortest, 1e-12)
-    # Solve width + 2 margin = span for a margin of both a fraction and a number of bins.
-    margin = max(MARGIN_FRACTION * width, MARGIN_BINS * width / (bins - 2 * MARGIN_BINS))
-    # Absolute coordinates are rounded, so a table narrower than this would be noise.
-    margin = max(margin, 1e-9)
+    # Each end moves out by a fraction of its own distance from rest: a long tail must not carry
+    # the steep end along. Absolute coordinates are rounded: nothing narrower than 1e-9 is real.
+    low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
+    high = longest + max(MARGIN_FRACTION * abs(longest - 1.0), 1e-9)
+    # And by some bins, whose width grows with the range they widen.
+    margin = MARGIN_BINS * (high - low) / (bins - 2 * MARGIN_BINS)
+    low, high = low - margin, high + margin
     floor = 1.0 + bond.strain_min if math.isfinite(bond.strain_min) else 0.0
-    low = shortest - margin
     if low <= floor:
         low = floor + 0.5 * (shortest - floor)
-    return low, longest + margin
+    return low, high
+
+
+def compressed_strain(bond: Potential, energy: float) -> float:
+    """
+    Return the compressed strain at which a bond holds an energy.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    energy : float
+        U, positive.
+
+    Returns
+    -------
+    float
+        Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
+    """
+    floor = max(bond.strain_min, -1.0)
+    # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
+    low, high = -700.0, 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        strain = floor * -math.expm1(middle)
+        with np.errstate(all="ignore"):
+            held = float(bond.energy(strain))
+        if held > energy or not math.isfinite(held):
+            low = middle
+        else:
+            high = middle
+    return floor * -math.expm1(high)
 
 
 def choose_rows(

@@ -66,12 +66,14 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     if scout is not None:
         numerics = replace(numerics, bond_range=scout.table_range(scene))
     outcome = accuracy.run_engine(scene, numerics)
+    found = accuracy.scouting_details(scout)
     step = None
     if scene.error:
         finer = accuracy.run_engine(accuracy.without_outputs(scene), numerics.halved())
         share = REFLECT_SHARE if numerics.wall == "reflect" else FINER_SHARE
         step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer))
-    return outcome, error_bar(outcome, scene, step), accuracy.scouting_details(scout)
+        found["spread"] = accuracy.spread_of(scene, outcome, finer)
+    return outcome, error_bar(outcome, scene, step), found
 
 
 def _restitution(scene: Scene, outcome: Outcome) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.bond_table import BondTable, tabulate
+from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
@@ -28,9 +28,9 @@ from workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# A range that has to be guessed: the bond nearest the wall is compressed by about the energy of
-# two particles that meet at 2 v0, and stretched about as fast as they came.
-_GUESS_ENERGY = 3.0
+# A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
+# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came.
+_GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
@@ -131,18 +131,9 @@ def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, fl
     tuple of float
         Shortest and longest length.
     """
-    energy = _GUESS_ENERGY * impact_velocity**2
-    low = 0.0
-    step = min(0.5 * impact_velocity, 0.05)
-    while float(bond.energy(np.array(low))) < energy:
-        further = low - step
-        if further <= max(bond.strain_min, -1.0):
-            further = 0.5 * (low + max(bond.strain_min, -1.0))
-            if further - max(bond.strain_min, -1.0) < 1e-6:
-                break
-        low = further
+    shortest = compressed_strain(bond, _GUESS_ENERGY * impact_velocity**2)
     longest = min(_GUESS_STRETCH * impact_velocity, 0.9 * bond.strain_max)
-    return 1.0 + low, 1.0 + longest
+    return 1.0 + shortest, 1.0 + longest
 
 
 def _refuse_impossible(scene: Scene, error: BondRangeError) -> None:

@@ -1,0 +1,38 @@
+# Each target sets itself up in .venv; nothing else is needed but Python 3.11 or later.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: reproduce test quick check bench docs install-check clean
+
+reproduce: .venv/ready  ## recompute the paper
+	$(BIN)/chaincor reproduce -o reproduction
+
+test: .venv/ready-test  ## the whole test suite
+	$(BIN)/python -m pytest -n auto --dist worksteal
+
+quick: .venv/ready-test  ## the tests that take seconds
+	$(BIN)/python -m pytest -n auto -m "not slow"
+
+check: .venv/ready-check  ## formatting, lint, types
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+bench: .venv/ready-bench  ## ratios against peers, measured in one run
+	$(BIN)/python -m tests.benchmarks
+
+install-check:  ## a plain `pip install .` in a fresh environment, then without LAMMPS
+	PYTHON=$(PYTHON) tests/install_check.sh
+
+.venv/ready: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+.venv/ready-%: .venv/ready
+	$(BIN)/python -m pip install --quiet --editable ".[$*]"
+	touch $@
+
+clean:
+	rm -rf .venv build dist reproduction site

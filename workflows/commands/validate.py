@@ -1,0 +1,118 @@
+"""``chaincor validate``: who is right, LAMMPS, the in-house integrator, or yours."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from workflows.commands.scene_options import scene_from, scene_options
+from workflows.validate import Validation
+
+
+@click.command()
+@scene_options("engine", "error", "dump", "dump_frames", "save", "arrays")
+@click.option(
+    "--against",
+    metavar="MODULE:FUNCTION|FILE",
+    help="your integrator (its code is run), or its output as CSV or NPZ",
+)
+@click.option(
+    "--timeout",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=600.0,
+    show_default=True,
+    metavar="S",
+    help="seconds your function may take",
+)
+@click.option("--grid", is_flag=True, help="a grid of potentials, sizes and speeds instead")
+@click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@click.pass_context
+def validate(
+    ctx: click.Context,
+    scene_file: str | None,
+    against: str | None,
+    timeout: float,
+    grid: bool,
+    plot: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """
+    Compare LAMMPS, or your own integrator, with the in-house one.
+
+    Exit status 1 where they differ by more than their error bars together.
+    """
+    from workflows import validate as validation
+
+    scene = scene_from(scene_file, options)
+    scenes = validation.grid_around(scene) if grid else [scene]
+    results = []
+    for each in _with_progress(scenes):
+        if against is None:
+            results.append(validation.validate(each))
+        else:
+            results.append(validation.validate_user(each, against, timeout=timeout))
+    if plot is not None:
+        from workflows.validation_plot import save_validation_plot
+
+        save_validation_plot(results, Path(plot))
+    agrees = all(result.agrees for result in results)
+    if as_json:
+        report = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
+        click.echo(json.dumps(report, allow_nan=False))
+    else:
+        click.echo("\n\n".join(describe(result) for result in results))
+        if len(results) > 1:
+            good = sum(result.agrees for result in results)
+            click.echo(f"\n{good} of {len(results)} scenes agree")
+    if not agrees:
+        ctx.exit(1)
+
+
+def _with_progress(scenes: list) -> Any:
+    if len(scenes) == 1:
+        return scenes
+    from rich.console import Console
+    from rich.progress import track
+
+    console = Console(stderr=True)
+    return track(
+        scenes,
+        description="validating",
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )
+
+
+def describe(result: Validation) -> str:
+    """
+    Describe a comparison for people.
+
+    Parameters
+    ----------
+    result : Validation
+        The comparison.
+
+    Returns
+    -------
+    str
+        A table with a verdict.
+    """
+    scene = result.scene
+    lines = [
+        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
+        f"judged:  {result.subject}, eta = {result.restitution:.12g}",
+        f"by:      {result.judge}, eta = {result.judge_restitution:.12g}",
+        f"{'quantity':16} {'difference':>12} {'error bars':>12}",
+    ]
+    for comparison in result.comparisons:
+        allowed = "not judged" if comparison.allowed is None else f"{comparison.allowed:.1e}"
+        verdict = "" if comparison.allowed is None else "agrees" if comparison.agrees else "DIFFERS"
+        lines.append(
+            f"{comparison.quantity:16} {comparison.difference:12.1e} {allowed:>12}  {verdict}"
+        )
+    lines.append(f"verdict: {'they agree' if result.agrees else 'they DIFFER'}")
+    return "\n".join(lines)
