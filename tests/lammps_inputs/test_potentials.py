@@ -159,7 +159,7 @@ def test_lammps_formula_is_the_energy(bond):
     formula = bond.lammps_energy("s").replace("^", "**")
     names = {"exp": np.exp, "ln": np.log}
     for s in np.linspace(-0.2, 0.3, 21):
-        value = eval(formula, names, {"s": s})  # noqa: S307 - the formula is our own
+        value = eval(formula, names, {"s": s})
         # LAMMPS has no expm1 or log1p: the formula is good to a few units of its largest term, 1.
         assert value == pytest.approx(bond.energy(s), abs=4.0 * EPSILON, rel=1e-12)
 
@@ -182,7 +182,7 @@ def test_toda_refuses_b(b):
     [(2, 1.0), (3, 1.0), (4, -1.0), (3, 0.0), (4, math.nan), (3, -math.inf), (4, 1e200)],
 )
 def test_power_refuses(order, c):
-    with pytest.raises(PotentialError, match="power_(order|c) is"):
+    with pytest.raises(PotentialError, match=r"power_(order|c) is"):
         Power(order, c)
 
 

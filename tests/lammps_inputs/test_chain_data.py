@@ -1,0 +1,95 @@
+"""The data file goes through LAMMPS and through lammpsio without losing a bit."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from lammps_inputs.chain_data import format_chain_data, initial_chain
+from workflows.engines.lammps_library import load_lammps
+
+# Coordinates inside the box of the file, in any order and of any size down to 1e-300.
+finite = {"allow_nan": False, "allow_infinity": False, "allow_subnormal": False}
+chains = st.integers(1, 12).flatmap(
+    lambda n: st.tuples(
+        arrays(float, n, elements=st.floats(-300.0, 300.0, **finite)),
+        arrays(float, n, elements=st.floats(**finite)),
+    )
+)
+
+
+def through_lammps(folder, positions, velocities):
+    """Read the file with LAMMPS, write it again with LAMMPS, and parse what that wrote."""
+    (folder / "chain.data").write_text(format_chain_data(positions, velocities))
+    instance = load_lammps().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+    instance.commands_string(
+        f"""
+        units lj
+        boundary f f f
+        atom_style bond
+        atom_modify sort 0 0 map array
+        comm_modify cutoff 3.0
+        bond_style zero
+        read_data "{folder}/chain.data"
+        bond_coeff 1 1.0
+        write_data "{folder}/again.data" nocoeff
+        """
+    )
+    instance.close()
+    return parse(folder / "again.data")
+
+
+def parse(path):
+    sections, name = {}, None
+    for line in path.read_text().splitlines():
+        words = line.split("#")[0].split()
+        if words and words[0] in ("Atoms", "Velocities", "Bonds"):
+            name = words[0]
+            sections[name] = []
+        elif words and name:
+            sections[name].append([float(word) for word in words])
+    return {name: np.array(sorted(rows)) for name, rows in sections.items()}
+
+
+@settings(max_examples=25)
+@given(chains)
+def test_round_trip_through_lammps_keeps_every_bit(tmp_path_factory, chain):
+    positions, velocities = chain
+    again = through_lammps(tmp_path_factory.mktemp("data"), positions, velocities)
+    n = len(positions)
+    assert np.array_equal(again["Atoms"][:, 0], np.arange(1, n + 1))
+    assert np.array_equal(again["Atoms"][:, 3], positions)
+    assert np.array_equal(again["Velocities"][:, 1], velocities)
+    if n > 1:
+        ids = np.arange(1, n)
+        assert np.array_equal(np.sort(again["Bonds"][:, 2:]), np.array([ids, ids + 1]).T)
+
+
+def test_lammpsio_reads_the_same_chain(tmp_path):
+    lammpsio = pytest.importorskip("lammpsio")
+    rng = np.random.default_rng(7)
+    positions = np.cumsum(rng.uniform(0.5, 1.5, 30))
+    velocities = rng.normal(size=30) * 10.0 ** rng.integers(-12, 3, 30)
+    path = tmp_path / "chain.data"
+    # lammpsio does not know the name of atom_style bond, whose columns are those of molecular.
+    text = format_chain_data(positions, velocities).replace("Atoms # bond", "Atoms # molecular")
+    path.write_text(text)
+    snapshot = lammpsio.DataFile(path, atom_style="molecular").read()
+    order = np.argsort(snapshot.id if snapshot.has_id() else np.arange(30))
+    assert np.array_equal(snapshot.position[order, 0], positions)
+    assert np.array_equal(snapshot.velocity[order, 0], velocities)
+    assert np.all(snapshot.mass == 1.0)
+    assert np.array_equal(snapshot.bonds.members, np.array([np.arange(1, 30), np.arange(2, 31)]).T)
+
+
+def test_the_chain_starts_at_the_wall():
+    positions, velocities = initial_chain(4, 0.25)
+    assert positions.tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert velocities.tolist() == [-0.25] * 4
+
+
+def test_one_particle_has_no_bonds():
+    text = format_chain_data(*initial_chain(1, 0.1))
+    assert "0 bonds" in text
+    assert "\nBonds" not in text

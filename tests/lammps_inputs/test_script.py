@@ -1,0 +1,85 @@
+"""Rendered inputs: the golden text of each kind, and exact numbers."""
+
+import struct
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lammps_inputs.bond_table import tabulate
+from lammps_inputs.errors import SceneError
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from lammps_inputs.script import number, render_job, render_setup
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+# Values that do not come from elsewhere in the program: the text alone is under test here.
+ENDING = {"quiet_factor": 2.2, "cap": 300.0, "look_steps": 160}
+BONDS = {
+    "harmonic": ({"potential": "harmonic", "velocity": 0.1}, None),
+    "lj-spline": ({"potential": "lj", "velocity": 0.05}, "spline"),
+    "toda-linear": ({"potential": "toda", "velocity": 0.1}, "linear"),
+    "power-spline": (
+        {"potential": "power", "power_order": 3, "power_c": -1.0, "velocity": 0.1},
+        "spline",
+    ),
+}
+
+
+def render(wall, kind, **options):
+    fields, style = BONDS[kind]
+    scene = Scene(particles=10, wall=wall, scheme="verlet", timestep=0.0125, **fields)
+    table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, 1001)
+    return render_job(scene, Numerics.from_scene(scene), table, **ENDING, **options)
+
+
+def compare(name, text, update):
+    path = GOLDEN / name
+    if update:
+        path.write_text(text)
+    assert text == path.read_text(), f"if the change is wanted: pytest --update-golden ({name})"
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("kind", BONDS)
+def test_golden_job(wall, kind, update_golden):
+    compare(f"{wall}-{kind}.in", render(wall, kind), update_golden)
+
+
+def test_golden_job_with_a_dump(update_golden):
+    compare("event-harmonic-dump.in", render("event", "harmonic", dump_steps=40), update_golden)
+
+
+@pytest.mark.parametrize("kind", ["harmonic", "lj-spline"])
+def test_golden_setup_for_python(kind, update_golden):
+    fields, style = BONDS[kind]
+    scene = Scene(particles=10, **fields)
+    table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, 1001)
+    text = render_setup(Numerics.from_scene(scene), table, "/tmp/folder")
+    compare(f"setup-{kind}.in", text, update_golden)
+
+
+def test_a_student_finds_a_comment_at_every_set_up_line():
+    text = render("event", "lj-spline")
+    system = text[text.index("# ---- system") : text.index("# ---- looking one step")]
+    assert [line for line in system.splitlines() if line and "#" not in line] == []
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_keep_their_bits(value):
+    assert struct.pack("d", float(number(value))) == struct.pack("d", value)
+
+
+@pytest.mark.parametrize("scheme", ["order4", "order6", "order8"])
+def test_higher_orders_are_not_scripted(scheme):
+    scene = Scene(scheme=scheme)
+    with pytest.raises(SceneError, match=f"scheme is '{scheme}'; an input script can do 'verlet'"):
+        render_job(scene, Numerics.from_scene(scene), None, **ENDING)
+
+
+def test_a_folder_that_lammps_would_interpret_is_refused():
+    numerics = Numerics.from_scene(Scene(potential="harmonic"))
+    for folder in ("/tmp/with space", "/tmp/$x", '/tmp/"', "/tmp/a#b"):
+        with pytest.raises(SceneError, match="set TMPDIR"):
+            render_setup(numerics, None, folder)
