@@ -270,7 +270,6 @@ def reintegrate_contacts(
             times.append(time)
             speeds.append(-float(v[0]))
             v[0] = -v[0]
-        u[0] = max(u[0], 0.0)
         if time >= end_time:
             return times, speeds
         with np.errstate(all="ignore"):

@@ -77,7 +77,7 @@ class TextFrames:
                     "text that is not a number"
                 ) from None
 
-        order = self._find_order(step, columns, raw_text)
+        order = self._find_order(step, columns, raw_text, raw_column)
         return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text)
 
     def skip(self, stream: IO[bytes]) -> bool:
@@ -145,16 +145,17 @@ class TextFrames:
                 ) from None
             line = stream.readline()
 
-    def _find_order(self, step, columns, raw_text) -> NDArray[np.int64] | None:
+    def _find_order(self, step, columns, raw_text, raw_column) -> NDArray[np.int64] | None:
         """Return the order by id; frames with the same ids share it."""
         if "id" not in columns:
             raise InputError(
                 f"{self._name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
                 "writes atoms in any order"
             )
-        ids = raw_text(columns.index("id"))
+        index = columns.index("id")
+        ids = raw_text(index)
         if ids != self._ids:
-            self._order = order_by_id(np.array(list(map(float, ids))), step, self._name)
+            self._order = order_by_id(raw_column(index), step, self._name)
             self._ids = ids
         return self._order
 

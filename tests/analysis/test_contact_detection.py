@@ -35,6 +35,15 @@ def test_interpolation_has_an_error_of_third_order(harmonic20, spacing, error):
     np.testing.assert_allclose(found.speeds, harmonic20.contact_speeds, rtol=1e-11)
 
 
+@pytest.mark.parametrize("ahead", [0.02, 0.45])
+def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
+    """Frames 0.02 and 0.45 from a contact: the error is that of the nearer, 0.2 * 0.02^3."""
+    contact = harmonic20.contact_times[6]
+    found = detect(harmonic20, [contact - ahead, contact + 0.47 - ahead], None)
+    # And 0.2 * 0.45^3 = 0.018 of the farther one with the weight (0.02/0.45)^3 = 9e-5.
+    assert abs(found.times[0] - contact) < 4e-6
+
+
 def test_frames_too_far_apart_are_not_trusted_without_the_bond(harmonic20):
     found = detect(harmonic20, np.arange(-1.0, 80.0, 5.0), None)
     assert found.unresolved > 0

@@ -71,6 +71,7 @@ def test_skipping_ends_where_reading_does():
     ("old", "new", "message"),
     [
         (b"1 Ar 0.1", b"3 Ar 0.1", "holds an id twice"),
+        (b"2 Ar 1 -0", b"two Ar 1 -0", "column 'id' of the frame of step 7 holds text"),
         (b"2 Ar 1 -0", b"2 Ar 1", "holds 11 numbers; expected 3 rows of 4"),
         (b"id element", b"ID element", "no column 'id'"),
         (b"NUMBER OF", b"FEELINGS OF", "not a LAMMPS dump of style custom"),

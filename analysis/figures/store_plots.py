@@ -1,0 +1,152 @@
+"""Plots of any quantity of many collisions against another, or against two."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Axes that span more than this are logarithmic.
+_WIDE = 30.0
+# More points than this are drawn without markers, more curves than this without a legend.
+_MANY_POINTS = 200
+_MANY_CURVES = 24
+
+LABELS = {
+    "speed": r"impact speed $v_0/v^*$",
+    "velocity": r"impact speed $v_0$",
+    "particles": r"number of particles $n$",
+    "restitution": r"restitution $\eta = K_r/K_i$",
+    "restitution_error": r"error bar of $\eta$",
+    "kinematic_restitution": r"kinematic restitution $e = \sqrt{\eta}$",
+}
+
+
+def plot_curves(
+    curves: Mapping[str, tuple[ArrayLike, ArrayLike]],
+    x_name: str,
+    y_name: str,
+    *,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """
+    Draw one curve for each name; points of the same x are averaged into the line.
+
+    Parameters
+    ----------
+    curves : mapping of str to (x, y)
+        Points in any order; an empty name has no entry in the legend.
+    x_name, y_name : str
+        What the axes hold: names of columns.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw into.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes; logarithmic where values span more than a factor of 30.
+    """
+    ax = choose_axes(ax)
+    every_x = np.concatenate([np.asarray(x, dtype=float) for x, _ in curves.values()])
+    for number, (label, (x, y)) in enumerate(sorted(curves.items(), key=_natural)):
+        places, which = np.unique(np.asarray(x, dtype=float), return_inverse=True)
+        heights = np.asarray(y, dtype=float)
+        means = np.bincount(which, heights) / np.bincount(which)
+        colour = CYCLE[number % len(CYCLE)]
+        ax.plot(places, means, color=colour, linewidth=1.1, label=label or None)
+        few = len(heights) <= _MANY_POINTS
+        ax.plot(
+            x,
+            heights,
+            color=colour,
+            linestyle="none",
+            marker=MARKERS[number % len(MARKERS)] if few else ",",
+            markersize=4.0 if few else 1.0,
+            rasterized=not few,
+        )
+    if _is_wide(every_x):
+        ax.set_xscale("log")
+    ax.set_xlabel(LABELS.get(x_name, x_name.replace("_", " ")))
+    ax.set_ylabel(LABELS.get(y_name, y_name.replace("_", " ")))
+    if 1 <= len([label for label in curves if label]) <= _MANY_CURVES:
+        legend_above(ax)
+    return ax
+
+
+def plot_heat_map(
+    x: Sequence[float],
+    y: Sequence[float],
+    colour: Sequence[float],
+    *,
+    labels: tuple[str, str, str],
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """
+    Draw a quantity as colour over two axes; collisions at the same place are averaged.
+
+    Parameters
+    ----------
+    x, y, colour : sequence of float
+        One entry a collision; places without any stay empty.
+    labels : tuple of str
+        Names of the three columns.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw into.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The axes; logarithmic where values span more than a factor of 30.
+    """
+    ax = choose_axes(ax)
+    columns, at_column = np.unique(np.asarray(x, dtype=float), return_inverse=True)
+    rows, at_row = np.unique(np.asarray(y, dtype=float), return_inverse=True)
+    total = np.zeros((len(rows), len(columns)))
+    count = np.zeros_like(total)
+    np.add.at(total, (at_row, at_column), np.asarray(colour, dtype=float))
+    np.add.at(count, (at_row, at_column), 1.0)
+    mean = np.ma.masked_array(total, mask=count == 0.0) / np.maximum(count, 1.0)
+    mesh = ax.pcolormesh(_edges(columns), _edges(rows), mean, cmap="viridis", rasterized=True)
+    if _is_wide(columns):
+        ax.set_xscale("log")
+    if _is_wide(rows):
+        ax.set_yscale("log")
+    ax.grid(visible=False)
+    ax.set_xlabel(LABELS.get(labels[0], labels[0].replace("_", " ")))
+    ax.set_ylabel(LABELS.get(labels[1], labels[1].replace("_", " ")))
+    bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
+    bar.set_label(LABELS.get(labels[2], labels[2].replace("_", " ")))
+    return ax
+
+
+def _is_wide(values: NDArray[np.float64]) -> bool:
+    return bool(np.min(values) > 0.0 and np.max(values) > _WIDE * np.min(values))
+
+
+def _edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the borders half-way between places, on the scale they are drawn on."""
+    if len(places) == 1:
+        return places[0] + 0.5 * np.array([-1.0, 1.0]) * (abs(places[0]) or 1.0)
+    if _is_wide(places):
+        return np.exp(_edges_between(np.log(places)))
+    return _edges_between(places)
+
+
+def _edges_between(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    middle = 0.5 * (places[1:] + places[:-1])
+    first, last = 2.0 * places[0] - middle[0], 2.0 * places[-1] - middle[-1]
+    return np.concatenate([[first], middle, [last]])
+
+
+def _natural(item: tuple[str, object]) -> tuple[str, float]:
+    """Sort labels like ``particles = 10`` by their number."""
+    name, _, value = item[0].rpartition(" = ")
+    try:
+        return name, float(value)
+    except ValueError:
+        return item[0], 0.0
