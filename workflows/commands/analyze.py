@@ -172,10 +172,12 @@ def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
     from analysis.report import describe as caption
 
     history = analysis.history
+    # A little beyond the last contact there is nothing more to see.
+    shown = history.times <= 1.25 * (analysis.contact_statistics.last_time or history.times[-1])
     animate_collision(
-        history.times,
-        history.displacements,
-        history.velocities,
+        history.times[shown],
+        history.displacements[shown],
+        history.velocities[shown],
         path,
         impact_velocity=analysis.velocity,
         title=caption(analysis),
