@@ -97,7 +97,7 @@ def _run_in_folder(
     folder: Path,
 ) -> Outcome:
     bond = scene.bond
-    if isinstance(bond, Harmonic):
+    if isinstance(bond, Harmonic) or scene.particles == 1:
         return _collide(scene, numerics, None, frame_interval, ask_every_step, folder)
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     for _ in range(_MOST_WIDENINGS):

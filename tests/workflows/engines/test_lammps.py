@@ -1,0 +1,154 @@
+"""The LAMMPS engine against the published reference values, and the identities of a collision."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from analysis.restitution import momentum_residual, restitution
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import LennardJones, UserBond
+from lammps_inputs.scene import Scene
+from tests.benchmarks.timestep_table import case_limit, case_scene, reference_cases
+from workflows.engines import lammps
+
+# Composed step of order 8 that each case needs (python -m tests.benchmarks.timestep_table): the
+# faster the collision, the steeper the bonds it sees.
+TIMESTEPS = {
+    "harmonic": {0.1: 0.15},
+    "lj": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.1, 1.0: 0.1, 2.0: 0.05, 5.0: 0.018},
+    "toda": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.1, 1.0: 0.1, 2.0: 0.05, 5.0: 0.018},
+    "log": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.07, 1.0: 0.05},
+    "power": {0.1: 0.2},
+}
+CASES = reference_cases()
+
+
+def name(case):
+    speed = case.get("speed_over_vstar", case.get("velocity"))
+    return f"{case['potential']}{case.get('r', '')}-{case['particles']}-{speed}"
+
+
+def momentum_error(scene, outcome):
+    return momentum_residual(outcome.velocities, scene.impact_velocity, 0.5 * outcome.impulses)
+
+
+@pytest.mark.parametrize("case", CASES, ids=map(name, CASES))
+def test_reference_values(case):
+    scene = case_scene(case)
+    speed = case.get("speed_over_vstar", case.get("velocity"))
+    step = TIMESTEPS[case["potential"]][speed]
+    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=step))
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    assert abs(eta - case["restitution"]) <= case_limit(case)
+    assert len(outcome.contact_times) == case["contacts"]
+    # Published to 1e-7; a time error is about an eta error over the rate at which eta changes.
+    assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-6)
+    assert abs(momentum_error(scene, outcome)) <= 1e-12
+    # Bonds are held at both ends: the errors of energy and of eta shrink together.
+    assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-6)
+
+
+@pytest.mark.parametrize("case", CASES[1:3], ids=map(name, CASES[1:3]))
+def test_reference_values_are_not_met_by_a_coarse_step(case):
+    # The test above can fail: Verlet at this step is wrong by 1e-5.
+    scene = case_scene(case)
+    outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.05))
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    assert abs(eta - case["restitution"]) > 1e-7
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("potential", ["harmonic", "lj"])
+def test_momentum_comes_from_the_wall_alone(wall, potential):
+    scene = Scene(potential=potential, particles=30, velocity=0.05)
+    outcome = lammps.run(scene, Numerics(wall=wall, scheme="verlet", timestep=0.01))
+    assert np.array_equal(outcome.impulses, 2.0 * outcome.contact_speeds)
+    assert abs(momentum_error(scene, outcome)) <= 1e-12
+
+
+def test_one_particle_bounces_once():
+    outcome = lammps.run(Scene(particles=1, velocity=0.3), Numerics())
+    assert outcome.velocities.tolist() == [0.3]
+    assert outcome.contact_times.tolist() == [0.0]
+    assert (outcome.bond_min, outcome.bond_max, outcome.fragments) == (1.0, 1.0, 1)
+
+
+def test_two_harmonic_particles_return_everything():
+    # Relative motion of two particles: omega = sqrt(2), and half a period later they hit again.
+    outcome = lammps.run(
+        Scene(potential="harmonic", particles=2, velocity=0.1),
+        Numerics(scheme="order8", timestep=0.1),
+    )
+    assert outcome.contact_times == pytest.approx([0.0, np.pi / np.sqrt(2.0)], abs=1e-12)
+    assert outcome.velocities == pytest.approx([0.1, 0.1], abs=1e-13)
+
+
+def test_harmonic_collisions_scale_with_the_velocity():
+    # Times and eta of a harmonic chain are those of any other speed; coordinates are rounded to
+    # n eps, against displacements of v0.
+    slow, fast = (
+        lammps.run(
+            Scene(potential="harmonic", particles=20, velocity=v),
+            Numerics(scheme="order6", timestep=0.1),
+        )
+        for v in (1e-4, 0.1)
+    )
+    rounding = 20 * sys.float_info.epsilon / 1e-4
+    assert slow.contact_times == pytest.approx(fast.contact_times, abs=200 * rounding)
+    assert slow.velocities / 1e-4 == pytest.approx(fast.velocities / 0.1, abs=200 * rounding)
+
+
+def test_the_final_state_is_that_after_the_last_contact():
+    scene = Scene(potential="harmonic", particles=10, velocity=0.1)
+    outcome = lammps.run(scene, Numerics(), frame_interval=0.1)
+    assert outcome.displacements[0] == 0.0
+    assert outcome.velocities[0] == outcome.contact_speeds[-1]
+    assert outcome.duration > outcome.contact_times[-1]
+    frames = outcome.frames
+    assert frames.displacements.shape == frames.velocities.shape == (len(frames.times), 10)
+    assert np.all(np.diff(frames.times) > 0.0)
+    # Free flight after the last contact keeps the momentum.
+    late = frames.velocities[frames.times > outcome.contact_times[-1]]
+    assert late.mean(axis=1) == pytest.approx(outcome.velocities.mean(), abs=1e-15)
+
+
+def test_a_narrow_range_is_widened_to_the_same_answer():
+    scene = Scene(potential="lj", particles=10, speed=0.4)
+    numerics = Numerics(scheme="order8", timestep=0.1)
+    etas = []
+    for bond_range in ((0.99, 1.01), (0.85, 1.4)):
+        found = lammps.run(
+            scene,
+            Numerics(scheme="order8", timestep=numerics.timestep, bond_range=bond_range),
+        )
+        assert found.details["table"]["shortest"] < found.bond_min
+        assert found.details["table"]["longest"] > found.bond_max
+        etas.append(restitution(found.velocities, scene.impact_velocity))
+    # Both tables are exact to about 1e-12 of the force.
+    assert etas[0] == pytest.approx(etas[1], abs=1e-10)
+
+
+def test_a_users_bond_runs_like_the_named_one():
+    lj = LennardJones()
+    named = Scene(potential="lj", particles=10, velocity=0.05)
+    mine = Scene(potential=UserBond(lj.energy, lj.force), particles=10, velocity=0.05)
+    numerics = Numerics(scheme="order6", timestep=0.05, bond_range=(0.9, 1.2))
+    one, two = lammps.run(named, numerics), lammps.run(mine, numerics)
+    # Only the end slopes of the spline differ, which a central difference gives to 1e-9.
+    assert two.velocities == pytest.approx(one.velocities, abs=1e-11)
+
+
+def test_files_are_kept_on_request_only(tmp_path):
+    scene = Scene(
+        potential="lj",
+        particles=5,
+        save=tmp_path / "job",
+        dump=tmp_path / "deep" / "motion.dump",
+    )
+    lammps.run(scene, Numerics(scheme="verlet", timestep=0.02))
+    kept = {file.name for file in (tmp_path / "job").iterdir()}
+    assert {"chain.data", "bond.table", "log.lammps"} <= kept
+    assert "WARNING" not in (tmp_path / "job" / "log.lammps").read_text()
+    lines = (tmp_path / "deep" / "motion.dump").read_text().splitlines()
+    assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"
