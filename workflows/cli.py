@@ -15,6 +15,9 @@ _COMMANDS = {
     "validate": "Compare LAMMPS, the in-house integrator and your own.",
     "tradeoff": "Measure error against time for every engine, wall, scheme, step and table.",
     "sweep": "Run many collisions into a store, resumable.",
+    "show": "Show a store of results as a table.",
+    "plot": "Draw curves or a heat map from a store.",
+    "store": "Merge stores, or export one to CSV or Parquet.",
     "reproduce": "Recompute the paper's curves.",
     "doctor": "Say whether this machine can run chaincor, and what is missing.",
 }

@@ -56,6 +56,13 @@ class Store:
     read_only : bool
         Whether to refuse to change anything.
 
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    connection : sqlite3.Connection
+        To it, in autocommit mode.
+
     Raises
     ------
     StoreError
@@ -66,7 +73,7 @@ class Store:
 
     def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
         self.path = Path(path)
-        self._connection = connect(self.path, read_only=read_only)
+        self.connection = connect(self.path, read_only=read_only)
 
     def __enter__(self) -> Self:
         return self
@@ -76,11 +83,11 @@ class Store:
 
     def close(self) -> None:
         """Close the file."""
-        self._connection.close()
+        self.connection.close()
 
     def __len__(self) -> int:
         with named_errors(self.path):
-            return self._connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
+            return self.connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
 
     def get(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
         """
@@ -123,7 +130,7 @@ class Store:
         """
         key = _key(scene)
         with named_errors(self.path):
-            cursor = self._connection.execute(_ROW, (key,))
+            cursor = self.connection.execute(_ROW, (key,))
             row = cursor.fetchone()
             if row is None:
                 return None
@@ -133,7 +140,7 @@ class Store:
 
     def _arrays(self, key: str) -> dict[str, NDArray[np.float64]]:
         query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
-        rows = self._connection.execute(query, (key,))
+        rows = self.connection.execute(query, (key,))
         return {name: array_from_bytes(content) for name, content in rows}
 
     def standing(self, scene: Scene) -> Standing | None:
@@ -154,7 +161,7 @@ class Store:
             return self._standing(_key(scene))
 
     def _standing(self, key: str) -> Standing | None:
-        row = self._connection.execute(_STANDING, (key,)).fetchone()
+        row = self.connection.execute(_STANDING, (key,)).fetchone()
         return None if row is None else Standing(*row)
 
     def check_writable(self) -> None:
@@ -167,8 +174,8 @@ class Store:
             If it is read-only.
         """
         with named_errors(self.path):
-            self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.execute("ROLLBACK")
+            self.connection.execute("BEGIN IMMEDIATE")
+            self.connection.execute("ROLLBACK")
 
     def record(
         self, attempts: Iterable[Attempt], *, arrays: bool = False, replace: bool = False
@@ -191,7 +198,7 @@ class Store:
             If it cannot be written; then nothing was.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
-        with named_errors(self.path), transaction(self._connection):
+        with named_errors(self.path), transaction(self.connection):
             for attempt in attempts:
                 self._record(attempt, arrays, replace, now)
 
@@ -231,7 +238,7 @@ class Store:
         else:
             columns |= {"tries": record["tries"], "collision_sha256": _key(scene)}
             assignments = ", ".join(f"{name} = :{name}" for name in columns)
-            self._connection.execute(
+            self.connection.execute(
                 f"UPDATE collisions SET {assignments} WHERE collision_sha256 = :collision_sha256",
                 columns,
             )
@@ -243,23 +250,23 @@ class Store:
         self._upsert(columns | {"environment": self._environment(versions)})
 
     def _write_arrays(self, key: str, collision: Collision) -> None:
-        self._connection.executemany(
+        self.connection.executemany(
             "INSERT OR REPLACE INTO arrays VALUES (?, ?, ?)",
             [(key, name, array_to_bytes(a)) for name, a in collision.arrays().items()],
         )
 
     def _environment(self, versions: str) -> int:
-        self._connection.execute(
+        self.connection.execute(
             "INSERT OR IGNORE INTO environments (versions) VALUES (?)", (versions,)
         )
         query = "SELECT id FROM environments WHERE versions = ?"
-        return self._connection.execute(query, (versions,)).fetchone()[0]
+        return self.connection.execute(query, (versions,)).fetchone()[0]
 
     def _upsert(self, columns: dict[str, Any]) -> None:
         names = ", ".join(f'"{name}"' for name in columns)
         values = ", ".join(f":{name}" for name in columns)
         updates = ", ".join(f'"{name}" = excluded."{name}"' for name in columns)
-        self._connection.execute(
+        self.connection.execute(
             f"INSERT INTO collisions ({names}) VALUES ({values}) "
             f"ON CONFLICT (collision_sha256) DO UPDATE SET {updates}",
             columns,
@@ -286,7 +293,7 @@ class Store:
             Values.
         """
         with named_errors(self.path):
-            cursor = self._connection.execute(query, parameters)
+            cursor = self.connection.execute(query, parameters)
             return [column[0] for column in cursor.description], cursor.fetchall()
 
 

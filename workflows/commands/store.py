@@ -1,0 +1,40 @@
+"""``chaincor store``: merging and exporting stores."""
+
+from pathlib import Path
+
+import click
+
+_PATH = click.Path(path_type=Path)
+
+
+@click.group()
+def store() -> None:
+    """Merge stores, or export one to CSV or Parquet."""
+
+
+@store.command()
+@click.argument("target", metavar="TARGET", type=_PATH)
+@click.argument("sources", metavar="STORE...", nargs=-1, required=True, type=_PATH)
+def merge(target: Path, sources: tuple[Path, ...]) -> None:
+    """
+    Copy the rows of the STOREs into TARGET, which is made if it is not there.
+
+    Where both have a row, the tighter result stays. The STOREs are not changed.
+    """
+    from workflows.store_merge import merge_stores
+
+    rows = merge_stores(target, list(sources))
+    click.echo(f"{target}: {rows} rows")
+
+
+@store.command()
+@click.argument("source", metavar="STORE", type=_PATH)
+@click.argument("target", metavar="FILE", type=_PATH)
+def export(source: Path, target: Path) -> None:
+    """Write all rows of STORE to FILE: .csv, or .parquet with chaincor[export]."""
+    from workflows.store import Store
+    from workflows.store_export import export_store
+
+    with Store(source, read_only=True) as opened:
+        export_store(opened, target)
+        click.echo(f"{target}: {len(opened)} rows")

@@ -1,0 +1,230 @@
+"""``chaincor sweep``: many collisions into a store."""
+
+import contextlib
+import json
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from workflows.sweep import SweepPlan, SweepSummary
+    from workflows.sweep_cost import SweepCost
+    from workflows.sweep_file import Sweep
+
+_MOST_POINTS_SHOWN = 30
+
+
+def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -> Any:
+    if text is None:
+        return None
+    number, slash, count = text.partition("/")
+    if not (slash and number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count)):
+        raise click.BadParameter(f"'{text}'; expected i/k with i from 1 to k, such as 3/10")
+    return int(number), int(count)
+
+
+@click.command()
+@click.argument("sweep_file", metavar="SWEEP.toml", type=click.Path(path_type=Path))
+@click.option(
+    "--store",
+    "store_path",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="where results go [default: as the file says, or its name with .sqlite]",
+)
+@click.option("--dry-run", is_flag=True, help="print the points, the time and the disk it takes")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="processes on this machine [default: its cores]",
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="compute on this Dask cluster, tcp://HOST:8786"
+)
+@click.option("--shard", callback=_shard, metavar="I/K", help="only part I of K, for job arrays")
+@click.option("--arrays", is_flag=True, help="keep contacts, mode energies and final states")
+@click.option("--recompute", is_flag=True, help="compute also what is there")
+@click.option("--retry-failed", is_flag=True, help="try also what failed by itself before")
+@click.option(
+    "--keep-jobs",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="keep each LAMMPS job in a folder of its own in here",
+)
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@click.pass_context
+def sweep(
+    ctx: click.Context,
+    sweep_file: Path,
+    store_path: Path | None,
+    dry_run: bool,
+    workers: int | None,
+    scheduler: str | None,
+    shard: tuple[int, int] | None,
+    arrays: bool,
+    recompute: bool,
+    retry_failed: bool,
+    keep_jobs: Path | None,
+    as_json: bool,
+) -> None:
+    """
+    Run many collisions into a store.
+
+    What is in the store already is not computed again: after an interruption, run the same
+    command once more. SWEEP.toml has a base [scene] and [axes] over its fields; see
+    docs/sweeps.md.
+    """
+    from workflows import sweep_file as files
+    from workflows.store import Store
+    from workflows.sweep import plan_sweep, run_plan
+    from workflows.sweep_cost import sweep_cost
+
+    if scheduler is not None and workers is not None:
+        raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
+    asked = files.read_sweep(sweep_file)
+    scenes = asked.scenes if shard is None else files.shard(asked.scenes, *shard)
+    path = asked.store if store_path is None else store_path
+    arrays = arrays or asked.arrays
+    wishes = {"arrays": arrays, "recompute": recompute, "retry_failed": retry_failed}
+    cores = workers or os.cpu_count() or 1
+    if dry_run:
+        with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
+            plan = None if store is None else plan_sweep(store, scenes, **wishes)
+        todo = scenes if plan is None else plan.todo
+        cost = sweep_cost(todo, arrays=arrays)
+        click.echo(_forecast(asked, scenes, path, cost, cores, as_json))
+        return
+    with Store(path) as store:
+        plan = plan_sweep(store, scenes, **wishes)
+        if keep_jobs is not None:
+            plan = _keeping_jobs(plan, keep_jobs)
+        summary = None
+        if plan.todo:
+            with (
+                _interruptible(path),
+                _executor(scheduler, min(cores, len(plan.todo))) as (
+                    executor,
+                    in_flight,
+                ),
+            ):
+                summary = run_plan(
+                    plan,
+                    store,
+                    executor,
+                    in_flight=in_flight,
+                    arrays=arrays,
+                    progress=not as_json,
+                    replace=recompute,
+                )
+    click.echo(_report(plan, summary, path, as_json))
+    if plan.known_failures or (summary is not None and summary.failed):
+        ctx.exit(1)
+
+
+@contextlib.contextmanager
+def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
+    if scheduler is not None:
+        from workflows.cluster import DaskCluster
+
+        with DaskCluster(scheduler) as cluster:
+            yield cluster, cluster.in_flight
+        return
+    from workflows.pool import ProcessPool
+    from workflows.sweep import TASKS_PER_WORKER
+
+    with ProcessPool(workers) as pool:
+        yield pool, TASKS_PER_WORKER * workers
+
+
+@contextlib.contextmanager
+def _interruptible(path: Path) -> Iterator[None]:
+    """Treat the signal that batch systems send before they kill like Ctrl-C."""
+    in_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if in_main else None
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo(
+            f"chaincor: what is finished is in {path}; run the same command to go on", err=True
+        )
+        raise
+    finally:
+        if in_main:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _keeping_jobs(plan: "SweepPlan", folder: Path) -> "SweepPlan":
+    from workflows.sweep import SweepPlan
+
+    jobs = (
+        scene.replace(save=folder / scene.sha256[:16]) if scene.engine == "lammps" else scene
+        for scene in plan.todo
+    )
+    return SweepPlan(tuple(jobs), plan.found, plan.known_failures)
+
+
+def _forecast(
+    asked: "Sweep", scenes: Any, path: Path, cost: "SweepCost", workers: int, as_json: bool
+) -> str:
+    points = [
+        scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
+        for scene in scenes
+    ]
+    if as_json:
+        forecast = asdict(cost) | {"workers": workers, "wall_seconds": cost.wall_seconds(workers)}
+        return json.dumps({"points": points, "store": str(path), "to_compute": forecast})
+    shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
+    if len(shown) > _MOST_POINTS_SHOWN:
+        left = len(shown) - _MOST_POINTS_SHOWN
+        shown = [*shown[:_MOST_POINTS_SHOWN], f"... and {left} more (all of them with --json)"]
+    sizes = " x ".join(f"{size} {name}" for name, size in asked.axes.items()) or "the base scene"
+    return "\n".join(
+        [
+            *shown,
+            "",
+            f"points       {len(scenes)} ({sizes})",
+            f"to compute   {cost.points}; the others are in {path}",
+            f"time         about {_duration(cost.wall_seconds(workers))} with {workers} workers, "
+            f"{_duration(cost.seconds)} of one core; the longest {_duration(cost.longest)}",
+            f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
+        ]
+    )
+
+
+def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_json: bool) -> str:
+    if as_json:
+        counts = {"found": plan.found, "known_failures": plan.known_failures, "computed": 0}
+        counts["failed"] = 0
+        return json.dumps({"store": str(path)} | (counts if summary is None else asdict(summary)))
+    if summary is None:
+        text = f"nothing to compute: {plan.found} results are in {path}"
+    else:
+        text = (
+            f"{summary.computed} computed and {summary.found} found, in {path}; "
+            f"{_duration(summary.seconds)}"
+        )
+        if summary.inexact:
+            text += f"\n{summary.inexact} do not meet their tolerance (reason in the store)"
+        if summary.failed:
+            text += f"\n{summary.failed} failed: chaincor show {path} --where failure!="
+    if plan.known_failures:
+        text += (
+            f"\n{plan.known_failures} failed by themselves before and were not tried again "
+            "(--retry-failed)"
+        )
+    return text
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.2g} s"
