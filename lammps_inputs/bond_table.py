@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from lammps_inputs.errors import TableError
 from lammps_inputs.potentials import Potential, UserBond
@@ -16,8 +15,9 @@ KEYWORD = "CHAIN"
 
 # LAMMPS reads past the end of a spline table within one bin of it; stay three bins inside.
 MARGIN_BINS = 3
-# The steps between two looks at the bonds may carry a bond a little further than was seen.
-MARGIN_FRACTION = 0.02
+# A scouting run sees bonds at the ends of its steps: at H = 0.4 and a frequency of 2 it misses up
+# to 1 - cos(0.4) = 8 % of an extreme. A job run by `lmp` alone cannot widen its table.
+MARGIN_FRACTION = 0.1
 
 # A row takes LAMMPS about 1 us to read, so rows cost as much as integration from here on.
 MOST_ROWS = 200_000
@@ -151,7 +151,8 @@ def _with_margin(
     # Each end moves out by a fraction of its own distance from rest: a long tail must not carry
     # the steep end along. Absolute coordinates are rounded: nothing narrower than 1e-9 is real.
     low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
-    high = longest + max(MARGIN_FRACTION * abs(longest - 1.0), 1e-9)
+    # A bond that is never stretched, between two particles, still trembles about its rest.
+    high = longest + max(MARGIN_FRACTION * max(longest - 1.0, 0.2 * (1.0 - shortest)), 1e-9)
     # And by some bins, whose width grows with the range they widen.
     margin = MARGIN_BINS * (high - low) / (bins - 2 * MARGIN_BINS)
     low, high = low - margin, high + margin
@@ -224,6 +225,8 @@ def choose_rows(
     middles = 0.5 * (lengths[1:] + lengths[:-1])
     forces = bond.force(lengths - 1.0)
     if style == "spline":
+        from scipy.interpolate import CubicSpline
+
         slopes = -bond.curvature(lengths[[0, -1]] - 1.0)
         spline = CubicSpline(lengths, forces, bc_type=((1, slopes[0]), (1, slopes[1])))
         between = spline(middles)
@@ -286,6 +289,8 @@ def read_bond_table(path: Path) -> Potential:
             f"bond table {str(path)!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}; expected "
             "the natural length 1 inside: scale lengths so that it is"
         )
+    from scipy.interpolate import CubicSpline
+
     force = CubicSpline(lengths - 1.0, forces, extrapolate=False)
     work = force.antiderivative()
     return UserBond(

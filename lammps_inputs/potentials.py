@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import brentq
 
 from lammps_inputs.errors import PotentialError
 from lammps_inputs.series import expm1_minus_x, x_minus_log1p
@@ -187,6 +186,7 @@ class Potential(ABC):
 
     def _find_compressed_strain(self) -> float | None:
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
+        from scipy.optimize import brentq
 
         def excess(strain):
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0

@@ -366,8 +366,8 @@ def _named_bond(
         assert power_order is not None
         assert power_c is not None
         return Power(power_order, power_c)
-    plain = {"harmonic": Harmonic, "lj": LennardJones, "log": Logarithmic}
-    return plain[name]()
+    plain = {"harmonic": Harmonic(), "lj": LennardJones(), "log": Logarithmic()}
+    return plain[name]
 
 
 def _hash_of(fields: dict[str, Any]) -> str:

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from lammps_inputs.bond_table import compressed_strain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene, Scheme
 from workflows.cost_model import cost_model
-from workflows.engines import lammps, modal, reference
+from workflows.engines import hard_sphere, lammps, modal, reference, stiff
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.ending import look_interval
 from workflows.engines.outcome import Outcome
@@ -19,6 +20,7 @@ from workflows.error_bars import (
     TABLE_SENSITIVITY,
     error_bar,
     rounding_error,
+    rounding_of,
     spreads,
     table_error,
 )
@@ -33,13 +35,20 @@ from workflows.step_search import (
     find_step,
     guess_step,
     run_in_house,
+    sharpness,
 )
 
 # The range of bonds is settled long before eta is.
 _SCOUTING_GOAL = 1e-4
 # The step may use this share of the tolerance, the table that one; the rest is for rounding.
 _STEP_SHARE = 0.5
-_TABLE_SHARE = 0.1
+_TABLE_SHARE = 0.01
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones.
+_SHARPEST_FIXED = 60.0
+# And LAMMPS, which has only fixed steps, would need millions of them.
+_SHARPEST_LAMMPS = 300.0
+# The adaptive integrator is asked for this times the tolerance first, then for ever less.
+_ADAPTIVE_START = 1.0
 # The yardstick for choosing a step must be sharper than the tolerance.
 _TRUTH_SHARE = 0.03
 _MOST_REFINEMENTS = 5
@@ -224,7 +233,7 @@ def spread_of(scene: Scene, outcome: Outcome, other: Outcome) -> dict[str, float
     dict
         By array; see :func:`workflows.error_bars.spreads`.
     """
-    floor = table_error(outcome, scene) + rounding_error(outcome.engine, scene)
+    floor = table_error(outcome, scene) + rounding_of(outcome, scene)
     return spreads(outcome, other, scene, floor)
 
 
@@ -251,7 +260,14 @@ def meet(scene: Scene, tolerance: float) -> Answer:
         return _answer(
             scene, tolerance, outcome, 0.0, {"spread": spread_of(scene, outcome, outcome)}
         )
-    return _meet_in_house(scene, tolerance)
+    if sharpness(scene) <= _SHARPEST_FIXED:
+        return _meet_with_fixed_steps(scene, tolerance)
+    deviation = hard_sphere.deviation(scene)
+    if deviation <= _STEP_SHARE * tolerance:
+        outcome = hard_sphere.run(scene)
+        spread = spread_of(scene, outcome, outcome)
+        return _answer(scene, tolerance, outcome, deviation, {"spread": spread})
+    return _meet_with_adaptive_steps(scene, tolerance)
 
 
 def _answer(
@@ -279,7 +295,7 @@ def _answer(
 # ---- in-house ------------------------------------------------------------------------------------
 
 
-def _meet_in_house(scene: Scene, tolerance: float) -> Answer:
+def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme: Scheme = "order4" if tolerance > 3e-4 else "order6" if tolerance > 1e-6 else "order8"
     order, share = COMPOSITIONS[scheme].order, COARSER_SHARE[scheme]
@@ -306,6 +322,24 @@ def _meet_in_house(scene: Scene, tolerance: float) -> Answer:
         raise last_failure
     error, fine, proof = best
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
+    return _answer(scene, tolerance, fine, error, details)
+
+
+def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
+    """Ask the adaptive integrator for ever more accuracy until two runs agree."""
+    accuracy = _ADAPTIVE_START * tolerance
+    coarse = stiff.run(scene, accuracy)
+    tries: list[dict[str, float]] = []
+    for _ in range(_MOST_REFINEMENTS):
+        accuracy *= 0.1
+        fine = stiff.run(scene, accuracy)
+        # The finer run is the better by far; half the difference is a generous error for it.
+        error = 0.5 * abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        tries.append({"accuracy": accuracy, "step_error": error})
+        if error + rounding_error("reference", scene) <= tolerance or accuracy < 1e-14:
+            break
+        coarse = fine
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
     return _answer(scene, tolerance, fine, error, details)
 
 
@@ -372,6 +406,14 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
                 "absolute bond length); expected less than about 0.69: use engine 'reference'"
             )
         return Converged(outcome, eta_of(scene, outcome), 1e-13, outcome.seconds)
+    sharp = sharpness(scene)
+    if sharp > _SHARPEST_LAMMPS:
+        shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
+        raise RunError(
+            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
+            f"{sharp:.2g} times faster than at rest; expected less than {_SHARPEST_LAMMPS:g} times "
+            "for LAMMPS's fixed steps: lower the speed, or use engine 'reference'"
+        )
     return converge(scene, goal)
 
 
@@ -382,7 +424,8 @@ def _cheapest(scene: Scene, tolerance: float, truth: Converged, scouting: Scouti
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY["spline"]
     model = cost_model()
     candidates = []
-    for scheme in COMPOSITIONS:
+    for composition in COMPOSITIONS.values():
+        scheme = composition.name
         goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
         coarse = estimate_step(scene, scheme, goal, truth.restitution)
         if coarse is None:

@@ -30,7 +30,7 @@ def write_job(
     folder : pathlib.Path
         Where the job goes.
     dump : bool
-        Whether the job dumps its motion.
+        Whether the job dumps its motion, as it does where the scene has a dump.
     replace_existing : bool
         Whether to write over a job that is there already.
 
@@ -48,6 +48,8 @@ def write_job(
     """
     if scene.wall is None and scene.scheme is None:
         scene = scene.replace(scheme="verlet")
+    if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
+        scene = scene.replace(bond_file=scene.bond_file.resolve())
     numerics = Numerics.from_scene(scene)
     scouting = accuracy.scout(scene)
     table = None
@@ -59,6 +61,7 @@ def write_job(
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     steps_per_frame = scene.particles / scene.dump_frames / numerics.timestep
+    wants_dump = dump or scene.dump is not None
     look = look_interval(scene.particles, scene.bond.stiffness)
     texts = {
         SCRIPT_FILE: render_job(
@@ -68,7 +71,7 @@ def write_job(
             quiet_factor=quiet_time(1, scene.bond.stiffness),
             cap=longest_collision(scene.particles, scene.bond.stiffness),
             look_steps=math.ceil(look / numerics.timestep),
-            dump_steps=max(1, round(steps_per_frame)) if dump else None,
+            dump_steps=max(1, round(steps_per_frame)) if wants_dump else None,
         ),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.atomic_write import written_aside
+
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (
     "contact_times",
@@ -197,12 +199,8 @@ class Collision:
         path : pathlib.Path
             The file.
         """
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside = path.with_name(f".{path.name}.partial")
-        with aside.open("wb") as file:
-            np.savez_compressed(file, **self.arrays())
-        aside.replace(path)
+        with written_aside(Path(path)) as aside, aside.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **self.arrays())
 
 
 def _finite(value: Any) -> Any:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from analysis.modes import mode_energies
 from analysis.restitution import restitution
-from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
 from workflows.collide import collide
 from workflows.result import Collision
 from workflows.user_integrator import UserOutcome, run_user_integrator
@@ -16,6 +16,9 @@ from workflows.user_integrator import UserOutcome, run_user_integrator
 # The in-house result should not be what limits the comparison.
 _SHARPER = 0.1
 _SHARPEST = 1e-11
+
+_GRID_SIZES = (2, 10, 50)
+_GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,34 @@ class Validation:
         }
 
 
+def grid_around(scene: Scene) -> list[Scene]:
+    """
+    Return a grid of potentials, sizes and speeds with the numerics of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its engine, tolerance or explicit numerics are kept.
+
+    Returns
+    -------
+    list of Scene
+        Harmonic chains at one velocity, the named anharmonic ones at several speeds.
+    """
+    fields = {
+        name: getattr(scene, name)
+        for name in ("tolerance", *NUMERICS_KEYS)
+        if getattr(scene, name) is not None
+    }
+    chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
+    chains += [
+        {"potential": potential, "speed": speed}
+        for potential in ("lj", "toda", "log")
+        for speed in _GRID_SPEEDS
+    ]
+    return [Scene(particles=n, **chain, **fields) for n in _GRID_SIZES for chain in chains]
+
+
 def judge_for(scene: Scene, tolerance: float) -> Collision:
     """
     Run the in-house integrator, sharper than what it judges.
@@ -126,7 +157,7 @@ def judge_for(scene: Scene, tolerance: float) -> Collision:
         The judge's result.
     """
     sharper = max(_SHARPER * tolerance, _SHARPEST)
-    fields = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
+    fields = dict.fromkeys(NUMERICS_KEYS)
     outputs = dict.fromkeys(("dump", "save", "arrays"))
     return collide(scene.replace(engine="reference", tolerance=sharper, **fields, **outputs))
 

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 
+from lammps_inputs.scene import Scheme
+
 # First half and centre of each palindrome; the centre makes the sum of the weights exactly one.
 # order4: five stages of Suzuki (1990), Phys. Lett. A 146, 319: w = 1/(4 - 4^(1/3)).
 # order6, order8: Kahan and Li (1997), Math. Comp. 66, 1089, s9odr6a and s17odr8a.
 _SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
-_HALVES = {
+_HALVES: dict[Scheme, tuple[float, ...]] = {
     "verlet": (),
     "order4": (_SUZUKI, _SUZUKI),
     "order6": (
@@ -26,7 +28,7 @@ _HALVES = {
         0.29501172360931029887096624,
     ),
 }
-_ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
+_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ class Composition:
         w_k, in the order in which the steps are taken; they sum to 1.
     """
 
-    name: str
+    name: Scheme
     order: int
     weights: tuple[float, ...]
 
@@ -54,7 +56,7 @@ class Composition:
         return len(self.weights)
 
 
-def _compose(name: str) -> Composition:
+def _compose(name: Scheme) -> Composition:
     half = _HALVES[name]
     centre = 1.0 - 2.0 * sum(half)
     return Composition(name, _ORDERS[name], (*half, centre, *reversed(half)))

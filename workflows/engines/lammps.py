@@ -251,6 +251,8 @@ class _Collision:
             if now >= next_look:
                 next_look = now + interval
                 self._look_for_end()
+                if self.ending is not None and self.frames and self.frames[-1][0] < now:
+                    self._take_frame()
                 if now > cap and self.ending is None:
                     raise UnfinishedCollisionError(
                         f"after a time of {now:g} particle 1 may still hit the wall; expected an "

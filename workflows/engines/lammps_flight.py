@@ -401,7 +401,7 @@ def _first_crossing(start: list[float], end: list[float], step: float) -> float 
     c += [10.0 * p - 4.0 * q + r, -15.0 * p + 7.0 * q - 2.0 * r, 6.0 * p - 3.0 * q + r]
     if x0 == 0.0:
         c = c[1:]  # divide the departure out
-    roots = Polynomial(c).roots()
+    roots: list[complex] = Polynomial(c).roots().tolist()
     real = [z.real for z in roots if abs(z.imag) < 1e-9 and 0.0 < z.real <= 1.0 + 1e-9]
     if real:
         return min(real) * h
