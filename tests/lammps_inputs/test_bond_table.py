@@ -153,3 +153,12 @@ def test_an_unreadable_table_is_one_line(tmp_path):
     (tmp_path / "binary").write_bytes(b"\xff\x00")
     with pytest.raises(TableError, match="UnicodeDecodeError"):
         read_bond_table(tmp_path / "binary")
+
+
+def test_ends_move_out_by_a_tenth_of_their_own_distance_from_rest():
+    table = tabulate(LennardJones(), (0.9, 11.0), rows=100_001)
+    bins = (MARGIN_BINS + 1) * table.spacing
+    assert table.lengths[0] == pytest.approx(0.89, abs=bins)
+    assert table.lengths[-1] == pytest.approx(12.0, abs=bins)
+    # Two particles never stretch their bond, except by rounding and the error of the step.
+    assert tabulate(LennardJones(), (0.9, 1.0), rows=10_001).lengths[-1] > 1.001

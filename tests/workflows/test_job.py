@@ -1,0 +1,166 @@
+"""Jobs for `lmp -in`: complete, safe to write, and equal to the run driven from Python."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from analysis.restitution import restitution
+from lammps_inputs.errors import InputError, SceneError
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows import accuracy
+from workflows.engines import lammps
+from workflows.engines.lammps_library import find_mpi_library
+from workflows.job import write_job
+
+LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
+
+
+def run_lmp(folder):
+    """Run a job with nothing but the `lmp` command, and return what it says."""
+    environment = dict(os.environ)
+    library = find_mpi_library()
+    if library is not None:
+        environment["LD_LIBRARY_PATH"] = str(library.parent)
+    assert LMP is not None, "the lammps wheel brings the lmp command"
+    return subprocess.run(
+        [LMP, "-in", "in.chain"],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def unexpected_warnings(text):
+    """Return warnings, but for the one LAMMPS itself calls harmless: the inflection of a bond."""
+    harmless = ("WARNING: 1 of", "WARNING:  Should only be flagged at inflection points")
+    lines = [line for line in text.splitlines() if "WARNING" in line]
+    return [line for line in lines if not line.startswith(harmless)]
+
+
+def number(text, name):
+    return float(re.findall(rf"^{name} = (\S+)$", text, re.MULTILINE)[-1])
+
+
+def from_python(scene):
+    """Run the same numerics, with the same table, through the engine."""
+    numerics = Numerics.from_scene(scene)
+    scouting = accuracy.scout(scene)
+    if scouting is not None:
+        numerics = replace(numerics, bond_range=scouting.table_range(scene))
+    return lammps.run(scene, numerics)
+
+
+SCENES = [
+    {"potential": "harmonic", "particles": 10, "velocity": 0.1},
+    {"potential": "lj", "particles": 10, "speed": 0.4},
+    {"potential": "lj", "particles": 20, "speed": 1.5},  # breaks apart
+    {"potential": "toda", "particles": 12, "speed": 0.5, "table": "linear"},
+    {"potential": "log", "particles": 8, "speed": 0.6},
+    {"potential": "power", "power_order": 3, "power_c": -1.0, "particles": 9, "speed": 0.1},
+    {"potential": "lj", "particles": 2, "speed": 0.2},
+]
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("fields", SCENES, ids=lambda f: f"{f['potential']}-{f['particles']}")
+def test_lmp_alone_gives_what_python_gives(fields, wall, tmp_path):
+    scene = Scene(wall=wall, scheme="verlet", timestep=0.0125, **fields)
+    write_job(scene, tmp_path)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert unexpected_warnings(done.stdout) == []
+    outcome = from_python(scene)
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-12)
+    assert number(done.stdout, "contacts") == len(outcome.contact_times)
+    # LAMMPS adds up its time step by step: 1e4 additions of 1e-16 of a time of 50.
+    last = outcome.contact_times[-1]
+    assert number(done.stdout, "last_contact_time") == pytest.approx(last, abs=1e-10)
+    contacts = np.loadtxt(tmp_path / "contacts.txt", skiprows=1, ndmin=2)
+    assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
+    assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
+    # Momentum: what the wall gave is what the chain got.
+    given, got = number(done.stdout, "wall_impulse"), number(done.stdout, "momentum_change")
+    scale = scene.particles * scene.impact_velocity
+    assert abs(given - got) <= 1e-12 * scale
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+def test_lmp_alone_with_a_hundred_particles(wall, tmp_path):
+    test_lmp_alone_gives_what_python_gives(
+        {"potential": "lj", "particles": 100, "speed": 0.4}, wall, tmp_path
+    )
+
+
+def test_the_job_is_complete(tmp_path):
+    files = write_job(Scene(particles=5), tmp_path / "new" / "job")
+    assert [file.name for file in files] == ["in.chain", "chain.data", "bond.table", "scene.toml"]
+    assert sorted(tmp_path.joinpath("new", "job").iterdir()) == sorted(files)
+    again = Scene.from_file(files[-1])
+    assert (again.particles, again.scheme) == (5, "verlet")
+
+
+def test_a_harmonic_job_needs_no_table(tmp_path):
+    files = write_job(Scene(potential="harmonic", particles=5), tmp_path)
+    assert "bond.table" not in [file.name for file in files]
+
+
+def test_the_motion_is_dumped_on_request(tmp_path):
+    write_job(Scene(potential="harmonic", particles=5, velocity=0.1), tmp_path, dump=True)
+    assert run_lmp(tmp_path).returncode == 0
+    text = (tmp_path / "dump.lammpstrj").read_text()
+    assert "ITEM: ATOMS id x vx v_displacement v_time" in text
+    assert text.count("ITEM: TIMESTEP") > 20
+
+
+def test_a_users_table_is_found_from_the_job(tmp_path, monkeypatch):
+    rows = "\n".join(f"{k} {0.5 + 0.01 * k} 0 {0.5 - 0.01 * k}" for k in range(101))
+    (tmp_path / "own.table").write_text(f"OWN\nN 101\n\n{rows}\n")
+    monkeypatch.chdir(tmp_path)
+    write_job(
+        Scene(potential="table", bond_file="own.table", particles=4, velocity=0.05), Path("job")
+    )
+    assert Scene.from_file("job/scene.toml").bond.stiffness == pytest.approx(1.0)
+
+
+def test_an_unfinished_job_fails(tmp_path):
+    write_job(Scene(potential="harmonic", particles=10, velocity=0.1), tmp_path)
+    script = tmp_path / "in.chain"
+    text = re.sub(r"(variable\s+cap\s+equal) \S+", r"\1 5.0", script.read_text())
+    script.write_text(text)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 1
+    assert "UNFINISHED" in done.stdout
+
+
+def test_a_job_is_not_overwritten_unasked(tmp_path):
+    write_job(Scene(potential="harmonic", particles=5), tmp_path)
+    with pytest.raises(InputError, match=r"has in\.chain, chain\.data, .*--force"):
+        write_job(Scene(potential="harmonic", particles=6), tmp_path)
+    assert "particles  equal 5" in (tmp_path / "in.chain").read_text()
+    write_job(Scene(potential="harmonic", particles=6), tmp_path, replace_existing=True)
+    assert "particles  equal 6" in (tmp_path / "in.chain").read_text()
+
+
+def test_a_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match="cannot write the job into"):
+        write_job(Scene(potential="harmonic", particles=5), tmp_path / "file" / "job")
+
+
+def test_higher_orders_are_refused_in_one_line(tmp_path):
+    with pytest.raises(SceneError, match="an input script can do 'verlet' only"):
+        write_job(Scene(scheme="order6", particles=5), tmp_path)
+    assert not list(tmp_path.iterdir())
