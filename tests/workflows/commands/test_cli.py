@@ -1,0 +1,91 @@
+"""The command line as a whole: statuses, help, and never a traceback."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.workflows.commands.test_run import chaincor
+from workflows import cli
+
+
+def test_help_lists_every_command(capsys):
+    status, out, _ = chaincor(capsys, "--help")
+    assert status == 0
+    for command in ("run", "inputs", "analyze", "sweep", "tradeoff", "validate", "doctor"):
+        assert f"\n  {command} " in out
+
+
+@pytest.mark.parametrize("command", ["run", "inputs", "doctor", "analyze"])
+def test_every_command_has_help(capsys, command):
+    status, out, _ = chaincor(capsys, command, "--help")
+    assert status == 0
+    assert out.startswith(f"Usage: chaincor {command}")
+
+
+def test_help_of_run_documents_every_option(capsys):
+    _, out, _ = chaincor(capsys, "run", "--help")
+    for option in (
+        "--potential [harmonic|lj|toda|log|power|table]",
+        "--toda-b",
+        "--power-order",
+        "--power-c",
+        "--bond-file",
+        "--particles",
+        "--speed",
+        "--velocity",
+        "--engine [lammps|reference]",
+        "--tolerance",
+        "--wall [event|reflect]",
+        "--scheme [verlet|order4|order6|order8]",
+        "--timestep",
+        "--table [linear|spline]",
+        "--table-points",
+        "--no-error",
+        "--dump",
+        "--save",
+        "--arrays",
+        "--json",
+    ):
+        assert option in out
+
+
+def test_an_unknown_command(capsys):
+    status, out, err = chaincor(capsys, "fly")
+    assert (status, out) == (2, "")
+    assert err.startswith("chaincor: there is no command 'fly'; expected one of run, inputs")
+
+
+def test_version(capsys):
+    status, out, _ = chaincor(capsys, "--version")
+    assert status == 0
+    assert {line.split()[0] for line in out.splitlines()} >= {"python", "chaincor", "lammps"}
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"),
+    [
+        (KeyboardInterrupt(), 130, "chaincor: interrupted"),
+        (PermissionError(13, "Permission denied", "/file"), 1, "cannot use the file '/file'"),
+        (cli.ChaincorError("two\n lines"), 1, "chaincor: two lines"),
+    ],
+)
+def test_what_goes_wrong_is_one_line(capsys, monkeypatch, error, status, line):
+    def fail():
+        raise error
+
+    monkeypatch.setattr("workflows.health.examine", fail)
+    code, _, err = chaincor(capsys, "doctor")
+    assert code == status
+    assert line in err
+    assert err.strip().count("\n") == 0  # click ends the line of a ^C first
+
+
+def test_the_process_exits_with_the_status():
+    code = "from workflows.cli import main; main()"
+    for arguments, status in ((["run", "--particles", "0"], 2), (["--help"], 0)):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False
+        )
+        assert done.returncode == status
+        assert "Traceback" not in done.stderr

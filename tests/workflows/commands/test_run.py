@@ -1,0 +1,182 @@
+"""``chaincor run``: the JSON contract, options that win over files, one line for what is wrong."""
+
+import json
+
+import numpy as np
+import pytest
+
+from workflows.cli import main
+
+QUICK = ["run", "--potential", "harmonic", "--particles", "5", "--velocity", "0.1"]
+CONTRACT = {
+    "restitution": float,
+    "restitution_error": float,
+    "contacts": int,
+    "last_contact_time": float,
+    "engine": str,
+    "wall": str,
+    "scheme": str,
+    "timestep": float,
+    "potential": str,
+    "particles": int,
+    "velocity": float,
+    "v_star": float,
+    "bond_min": float,
+    "bond_max": float,
+    "energy_drift": float,
+    "seconds": float,
+    "seconds_total": float,
+    "versions": dict,
+}
+
+
+def chaincor(capsys, *arguments):
+    """Run a command in this process; return exit status, stdout and stderr."""
+    with pytest.raises(SystemExit) as left:
+        main(list(arguments))
+    captured = capsys.readouterr()
+    assert "Traceback" not in captured.err
+    return left.value.code, captured.out, captured.err
+
+
+def run_json(capsys, *arguments):
+    status, out, err = chaincor(capsys, *arguments, "--json")
+    assert status == 0, err
+    assert out.count("\n") == 1, "one object, on one line"
+    return json.loads(out)
+
+
+def test_a_bare_run(capsys):
+    found = run_json(capsys, "run")
+    assert {name: type(found[name]) for name in CONTRACT} == CONTRACT
+    assert (found["potential"], found["particles"], found["engine"]) == ("lj", 100, "lammps")
+    assert found["speed"] == pytest.approx(0.4, rel=1e-14)
+    assert (found["tolerance"], found["tolerance_met"]) == (1e-6, True)
+    # The published value, within the error bar that the run claims.
+    assert found["restitution_error"] <= 1e-6
+    assert abs(found["restitution"] - 0.77079983275) <= found["restitution_error"]
+    assert found["contacts"] == 84
+    assert found["seconds"] < found["seconds_total"]
+    assert found["versions"]["lammps"] != "absent"
+
+
+def test_harmonic_has_no_speed_scale(capsys):
+    found = run_json(capsys, *QUICK, "--scheme", "order8", "--timestep", "0.1")
+    assert found["v_star"] is None
+    assert found["speed"] is None
+    assert (found["wall"], found["scheme"], found["timestep"]) == ("event", "order8", 0.1)
+    assert found["table"] is None
+
+
+def test_no_error_gives_null(capsys):
+    found = run_json(capsys, *QUICK, "--timestep", "0.1", "--no-error")
+    assert found["restitution_error"] is None
+    assert found["error_parts"]["step"] is None
+
+
+def test_the_error_bar_comes_from_half_the_step(capsys):
+    found = run_json(capsys, *QUICK, "--scheme", "verlet", "--timestep", "0.05")
+    finer = run_json(capsys, *QUICK, "--scheme", "verlet", "--timestep", "0.025", "--no-error")
+    difference = abs(found["restitution"] - finer["restitution"])
+    assert found["restitution_error"] >= difference > 0.0
+
+
+def test_the_reference_engine(capsys):
+    found = run_json(capsys, "run", "--engine", "reference", "--particles", "10", "--speed", "0.4")
+    assert found["engine"] == "reference"
+    assert found["wall"] == "event"
+
+
+def test_options_win_over_the_file(capsys, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        'potential = "toda"\ntoda_b = 5.0\nparticles = 5\nspeed = 0.3\nscheme = "verlet"\n'
+    )
+    found = run_json(capsys, "run", str(scene), "--no-error")
+    assert (found["potential"], found["particles"]) == ("toda", 5)
+    assert found["speed"] == pytest.approx(0.3)
+    found = run_json(capsys, "run", str(scene), "--particles", "4", "--velocity", "0.05")
+    assert (found["particles"], found["velocity"]) == (4, 0.05)
+    # Another potential has no use for toda_b.
+    found = run_json(capsys, "run", str(scene), "--potential", "lj", "--no-error")
+    assert found["potential"] == "lj"
+
+
+def test_output_for_people(capsys):
+    status, out, _ = chaincor(capsys, *QUICK, "--timestep", "0.1")
+    assert status == 0
+    assert "restitution (energy)   eta = " in out
+    assert "+-" in out
+    assert "run by lammps: event wall, order6, H = 0.1" in out
+
+
+def test_arrays_dump_and_save(capsys, tmp_path):
+    arrays, dump, job = tmp_path / "a.npz", tmp_path / "m.dump", tmp_path / "job"
+    found = run_json(
+        capsys,
+        *QUICK,
+        *["--arrays", str(arrays), "--dump", str(dump), "--save", str(job), "--timestep", "0.05"],
+    )
+    with np.load(arrays) as file:
+        assert len(file["contact_times"]) == found["contacts"]
+    assert dump.read_text().startswith("ITEM: TIMESTEP")
+    assert (job / "chain.data").exists()
+
+
+BAD = [
+    (["--particles", "0"], "particles is 0"),
+    (["--particles", "ten"], "Invalid value for '--particles'"),
+    (["--velocity", "nan"], "velocity is nan"),
+    (["--velocity", "-1"], "velocity is -1.0"),
+    (["--potential", "morse"], "Invalid value for '--potential'"),
+    (["--potential", "harmonic", "--speed", "0.4"], "give velocity"),
+    (["--speed", "0.4", "--velocity", "0.1"], "both given"),
+    (["--tolerance", "1e-6", "--timestep", "0.1"], "tolerance and timestep are both given"),
+    (["--potential", "power", "--power-order", "3", "--power-c", "1"], "power_c is 1.0"),
+    (["--timestep", "5"], "timestep is 5"),
+    (["--wall", "reflect", "--scheme", "order8"], "goes with scheme 'verlet'"),
+    (["absent.toml"], "cannot read the scene file 'absent.toml'"),
+    (["--colour", "red"], "No such option"),
+    (["one.toml", "two.toml"], "unexpected extra argument"),
+    (["--engine", "reference", "--table", "spline"], "the reference has no tables"),
+]
+
+
+@pytest.mark.parametrize(("options", "line"), BAD, ids=[" ".join(o) for o, _ in BAD])
+def test_bad_input_is_status_2_and_one_line(capsys, options, line):
+    status, out, err = chaincor(capsys, "run", *options)
+    assert status == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert err.startswith("chaincor: ")
+    assert line in err
+
+
+@pytest.mark.parametrize(
+    "text", ["particles = ", "particles = -3", "colour = 1", "velocity = inf", '"a.b" = 2']
+)
+def test_a_bad_scene_file_is_status_2_and_one_line(capsys, tmp_path, text):
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    status, out, err = chaincor(capsys, "run", str(path))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+
+
+def test_a_failed_run_is_status_1_and_one_line(capsys):
+    arguments = ["--potential", "harmonic", "--velocity", "0.8", "--timestep", "0.05"]
+    status, out, err = chaincor(capsys, "run", *arguments)
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    assert "pass through each other" in err
+
+
+def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(capsys):
+    # At 1e-8 v* LAMMPS's coordinates leave about 1e-6 of eta.
+    arguments = ["--particles", "20", "--speed", "1e-8", "--tolerance", "1e-12", "--json"]
+    status, out, err = chaincor(capsys, "run", *arguments)
+    assert status == 1
+    found = json.loads(out)
+    assert found["tolerance_met"] is False
+    assert found["restitution_error"] > 1e-12
+    assert err.count("\n") == 1
+    assert "rounding" in err
+    assert "engine 'reference'" in err

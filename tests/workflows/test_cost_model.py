@@ -1,0 +1,67 @@
+"""The cost model: what it charges for, and where it comes from."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows import cost_model as module
+from workflows.cost_model import CostModel
+
+MODEL = CostModel(
+    measured_on="never",
+    step=1.0,
+    harmonic_bond=0.01,
+    linear_bond=0.02,
+    spline_bond=0.03,
+    stage=5.0,
+    contact=20.0,
+    setup=0.0,
+    table_row=0.0,
+)
+LJ = Scene(particles=101)
+
+
+def test_verlet_is_charged_by_steps_bonds_and_contacts():
+    numerics = Numerics(scheme="verlet", timestep=0.5)
+    # 200 steps of 1 + 100 bonds of 0.03, and 0.9 contacts a particle.
+    assert MODEL.integration(LJ, numerics, 100.0) == pytest.approx(200 * 4.0 + 0.9 * 101 * 20.0)
+    linear = replace(numerics, table="linear")
+    assert MODEL.integration(LJ, linear, 100.0) == pytest.approx(200 * 3.0 + 0.9 * 101 * 20.0)
+    harmonic = Scene(potential="harmonic", particles=101)
+    assert MODEL.integration(harmonic, numerics, 100.0) == pytest.approx(
+        200 * 2.0 + 0.9 * 101 * 20.0
+    )
+
+
+def test_compositions_are_charged_by_stages():
+    numerics = Numerics(scheme="order8", timestep=0.5)
+    stages = 17 * (200 + 0.9 * 101)
+    assert MODEL.integration(LJ, numerics, 100.0) == pytest.approx(stages * (4.0 + 5.0))
+
+
+@pytest.fixture
+def user_file(tmp_path, monkeypatch):
+    path = tmp_path / "settings" / "cost_model.json"
+    monkeypatch.setattr(module, "user_cost_model_path", lambda: path)
+    module.cost_model.cache_clear()
+    yield path
+    module.cost_model.cache_clear()
+
+
+def test_the_users_own_model_is_preferred(user_file):
+    shipped = module.cost_model()
+    assert shipped.step > 0.0
+    MODEL.save(user_file)
+    module.cost_model.cache_clear()
+    assert module.cost_model() == MODEL
+    assert json.loads(user_file.read_text())["measured_on"] == "never"
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"step": 1.0, "colour": 2}', "[1, 2]"])
+def test_a_broken_file_is_as_good_as_none(user_file, text):
+    user_file.parent.mkdir()
+    user_file.write_text(text)
+    assert module.cost_model().measured_on != "never"
