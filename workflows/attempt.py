@@ -109,7 +109,7 @@ def carry_out(scene: Scene) -> Attempt:
     MissingLibraryError
         If no collision at all can be run here.
     """
-    from workflows.collide import collide
+    from workflows.collision import collide
 
     try:
         with _one_at_a_time:

@@ -120,7 +120,7 @@ def _lmp_command() -> str:
 def _check_harmonic_pair(engine: str) -> str:
     """Two particles return all their energy after one half-period: eta = 1, t = pi/sqrt(2)."""
     from lammps_inputs.scene import Scene
-    from workflows.collide import collide
+    from workflows.collision import collide
 
     result = collide(
         Scene(potential="harmonic", particles=2, velocity=0.1, engine=engine, tolerance=1e-8)

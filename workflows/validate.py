@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from analysis.modes import mode_energies
 from analysis.restitution import restitution
 from lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
-from workflows.collide import collide
+from workflows.collision import collide
 from workflows.result import Collision
 from workflows.user_integrator import UserOutcome, run_user_integrator
 

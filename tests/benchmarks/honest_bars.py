@@ -18,7 +18,7 @@ import numpy as np
 
 from lammps_inputs.errors import ChaincorError
 from lammps_inputs.scene import Scene
-from workflows.collide import collide
+from workflows.collision import collide
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
 # The judge is asked for so much less than the subject reports, down to what rounding allows.

@@ -40,11 +40,11 @@ def test_missing_libraries_are_named(monkeypatch):
 
 
 def test_a_wrong_number_is_a_finding(monkeypatch):
-    import workflows.collide
+    import workflows.collision
 
     class Wrong:
         restitution = 0.9
 
-    monkeypatch.setattr(workflows.collide, "collide", lambda scene: Wrong)
+    monkeypatch.setattr(workflows.collision, "collide", lambda scene: Wrong)
     bad = [f.subject for f in health.examine() if not f.good]
     assert bad == ["collision by LAMMPS", "collision in-house"]

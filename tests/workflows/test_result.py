@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lammps_inputs.scene import Scene
-from workflows.collide import collide
+from workflows.collision import collide
 from workflows.result import ARRAY_FIELDS, ErrorBar
 
 

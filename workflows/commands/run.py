@@ -19,7 +19,7 @@ def run(ctx: click.Context, scene_file: str | None, as_json: bool, **options: An
 
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
     """
-    from workflows.collide import collide
+    from workflows.collision import collide
 
     scene = scene_from(scene_file, options)
     result = collide(scene)
