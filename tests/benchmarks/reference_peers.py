@@ -71,9 +71,9 @@ def best_time(function: Callable[[], object], repeats: int = REPEATS) -> float:
     return min(times)
 
 
-def run_ours(scene: Scene, step: float) -> Outcome:
-    """Run the stepping engine at order 8."""
-    return reference.run(scene, Numerics(scheme="order8", timestep=step))
+def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
+    """Run the stepping engine."""
+    return reference.run(scene, Numerics(scheme=scheme, timestep=step))
 
 
 class HeyokaChain:

@@ -2,22 +2,27 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
 from lammps_inputs.potentials import Potential
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
-from workflows.engines.reference_contact import build_contact_search, count_sign_changes
+from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_motion import build_motion
 from workflows.engines.reference_stages import (
     array_drift,
+    array_mix,
     array_outside,
     array_stage,
+    array_start,
     looped_drift,
+    looped_mix,
     looped_outside,
     looped_stage,
+    looped_start,
 )
+from workflows.engines.reference_steps import StepScheme, composed_leap, extrapolated_leap
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,6 @@ class Kernels:
     ----------
     advance : callable
         Carries a chain over many steps; see ``reference_motion``.
-    carry : callable
-        Carries it over one step of any size, contacts included.
     parameters : tuple
         The (p, q) of the potential's kernel.
     compiled : bool
@@ -38,13 +41,11 @@ class Kernels:
     """
 
     advance: Callable
-    carry: Callable
     parameters: tuple
     compiled: bool
 
 
-@cache
-def kernels_for(bond: Potential) -> Kernels:
+def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
     """
     Return the loops for a bond potential, compiled once per process and cached on disk.
 
@@ -53,43 +54,60 @@ def kernels_for(bond: Potential) -> Kernels:
     bond : Potential
         Where it has a `force_kernel`, that is compiled into the loops. Where it has not, its own
         function is tried, and if that cannot be compiled NumPy steps the chain.
+    scheme : StepScheme
+        Whether steps are composed or extrapolated.
 
     Returns
     -------
     Kernels
         The loops.
     """
+    return _kernels_for(bond, scheme.extrapolated)
+
+
+@cache
+def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
-        advance, carry = _compile(force.function, force.keep)
-        return Kernels(advance, carry, force.parameters, compiled=True)
+        advance = _compile(force.function, force.keep, extrapolated)
+        return Kernels(advance, force.parameters, compiled=True)
 
     def first_force(strain, _p, _q):
         return float(bond.force(np.array([strain]))[0])
 
-    advance, carry = build_motion(
+    advance = build_motion(
         first_force,
-        array_stage(bond),
-        array_drift,
+        _array_leap(bond, extrapolated),
         array_outside,
-        partial(build_contact_search, count_changes=count_sign_changes),
+        build_contact_search,
         lambda function: function,
     )
-    return Kernels(advance, carry, (0.0, 0.0), compiled=False)
+    return Kernels(advance, (0.0, 0.0), compiled=False)
+
+
+def _array_leap(bond: Potential, extrapolated: bool) -> Callable:
+    stage = array_stage(bond)
+    if extrapolated:
+        return extrapolated_leap(array_start(bond), stage, array_mix)
+    return composed_leap(stage, array_drift)
 
 
 @cache
-def _compile(function: Callable, keep: bool) -> tuple[Callable, Callable]:
+def _compile(function: Callable, keep: bool, extrapolated: bool) -> Callable:
     # Per function, not per bond: toda bonds of any steepness share their loops.
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
-    advance, carry = build_motion(
+    stage = register(looped_stage(kernel))
+    if extrapolated:
+        leap = extrapolated_leap(register(looped_start(kernel)), stage, register(looped_mix))
+    else:
+        leap = composed_leap(stage, register(looped_drift))
+    advance = build_motion(
         kernel,
-        register(looped_stage(kernel)),
-        register(looped_drift),
+        register(leap),
         register(looped_outside),
-        partial(build_contact_search, count_changes=register(count_sign_changes)),
+        build_contact_search,
         register,
     )
-    return compiler.compile(advance), compiler.compile(carry)
+    return compiler.compile(advance)

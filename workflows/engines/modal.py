@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 from lammps_inputs.errors import SceneError
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import argue_end, longest_collision
+from workflows.engines.ending import argue_end, longest_collision, quiet_time
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_modes import fly, rotate
 from workflows.engines.reference_outcome import (
     PATIENCE,
-    PATIENCE_GROWTH,
     LastContact,
     displacements_from,
     finish,
+    next_argument,
     run_single_particle,
     unfinished_error,
 )
@@ -268,6 +268,7 @@ class _Collision:
         """Fly until the end is argued; return the argument."""
         scene, chain = self._scene, self._chain
         longest = longest_collision(scene.particles, scene.bond.stiffness)
+        quiet = quiet_time(scene.particles, scene.bond.stiffness)
         patience = PATIENCE * math.pi / math.sqrt(2.0)
         while self.time < longest:
             away = self.time - self.contact_times[-1]
@@ -278,7 +279,7 @@ class _Collision:
                 patience = PATIENCE * self.time / (len(self.contact_times) - 1)
                 continue
             away = self.time - self.contact_times[-1]
-            patience = PATIENCE_GROWTH * away
+            patience = next_argument(away, quiet)
             if chain.momentum > 0.0:
                 argument = argue_end(
                     chain.wall_distance, chain.strains(), chain.velocities(), away, scene.bond

@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.compositions import COMPOSITIONS
-from workflows.engines.ending import argue_end, longest_collision
+from workflows.engines.ending import argue_end, longest_collision, quiet_time
 from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
-from workflows.engines.reference_chain import Chain, drifts_and_kicks
+from workflows.engines.reference_chain import Chain
 from workflows.engines.reference_outcome import (
-    PATIENCE_GROWTH,
     LastContact,
     displacements_from,
     finish,
+    next_argument,
     run_single_particle,
     strain_error,
     unfinished_error,
 )
+from workflows.engines.reference_steps import STEP_SCHEMES
 
 
 def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
@@ -57,10 +57,9 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     """
     if scene.particles == 1:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    kernels = kernels_for(scene.bond)
-    composition = COMPOSITIONS[numerics.scheme]
-    chain = Chain.at_first_contact(scene, composition)
-    scheme = drifts_and_kicks(composition)
+    scheme = STEP_SCHEMES[numerics.scheme]
+    kernels = kernels_for(scene.bond, scheme)
+    chain = Chain.at_first_contact(scene, scheme)
     # Without a step to take, this only loads or compiles the loops, which is not integration.
     chain.advance(kernels, 0, numerics.timestep, scheme)
     started = time.perf_counter()
@@ -92,6 +91,7 @@ def _collide(scene, chain, kernels, scheme, step, frame_interval):
     """Step until the end is argued; return the argument and the frames."""
     bond, ledger = scene.bond, chain.ledger
     longest = longest_collision(scene.particles, bond.stiffness)
+    quiet = quiet_time(scene.particles, bond.stiffness)
     last_step = math.ceil(longest / step)
     frames = _Recorder(chain, kernels, scheme, step, frame_interval)
     while True:
@@ -113,7 +113,7 @@ def _collide(scene, chain, kernels, scheme, step, frame_interval):
             )
             if argument is not None:
                 return argument, frames.collected()
-            ledger.argue_after = PATIENCE_GROWTH * away
+            ledger.argue_after = next_argument(away, quiet)
         if status == motion.DONE:
             if ledger.steps >= last_step:
                 raise unfinished_error(scene, longest)
@@ -143,7 +143,9 @@ class _Recorder:
         while self.next_step() <= self._chain.ledger.steps:
             now = self._next_time()
             copy = self._chain.copy()
-            copy.carry(self._kernels, begin, max(now - begin, 0.0), self._scheme)
+            # One step of the size that is missing, contacts included.
+            goal, missing = int(copy.ledger.steps) + 1, max(now - begin, 0.0)
+            copy.advance(self._kernels, goal, missing, self._scheme)
             self._times.append(now)
             self._displacements.append(
                 displacements_from(float(copy.ledger.wall_distance), copy.strain)

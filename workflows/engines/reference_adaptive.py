@@ -154,7 +154,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
     rates : callable
         The equations of motion, ``rates(state, out, p, q)``.
     contact_search : callable
-        ``build_contact_search`` without its `probe` and `register`.
+        ``reference_contact.build_contact_search``.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
@@ -219,7 +219,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
             step = ledger.step
             if (
                 ledger.contacts == contacts.shape[1]
-                or (frames.shape[0] - ledger.frames) * ledger.frame_interval <= step
+                or step / ledger.frame_interval > frames.shape[0] - ledger.frames - 1
             ):
                 return FULL
             kept[:] = state

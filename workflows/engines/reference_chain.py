@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.compositions import Composition
 from workflows.engines.kernels import Kernels
 from workflows.engines.reference_outcome import PATIENCE
+from workflows.engines.reference_steps import StepScheme
 
 
 @dataclass
@@ -40,7 +40,7 @@ class Chain:
     near: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
 
     @classmethod
-    def at_first_contact(cls, scene: Scene, composition: Composition) -> "Chain":
+    def at_first_contact(cls, scene: Scene, scheme: StepScheme) -> "Chain":
         """
         Return the chain right after its first contact, at t = 0.
 
@@ -48,8 +48,8 @@ class Chain:
         ----------
         scene : Scene
             At least two particles.
-        composition : Composition
-            Whose stages decide how far a step reaches.
+        scheme : StepScheme
+            Which decides how far a step reaches.
 
         Returns
         -------
@@ -62,7 +62,7 @@ class Chain:
         velocity[0] = speed
         contacts = np.zeros((2, 2 * particles + 2 * motion.SPARE_CONTACTS))
         contacts[1, 0] = speed
-        reach = min(particles - 1, composition.stages + 1)
+        reach = min(particles - 1, scheme.reach)
         ledger = np.zeros(1, motion.LEDGER).view(np.recarray)[0]
         ledger.impact_velocity = speed
         ledger.momentum = (2 - particles) * speed
@@ -70,6 +70,7 @@ class Chain:
         ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * scene.bond.stiffness)
         ledger.strain_floor, ledger.strain_ceiling = _allowed_strains(scene)
         ledger.contacts = 1
+        ledger.step_evaluations = scheme.evaluations
         ledger.active = min(particles - 1, max(reach, motion.FRONT_MARGIN))
         return cls(
             ledger,
@@ -88,19 +89,21 @@ class Chain:
         Returns
         -------
         Chain
-            The same state; scratch arrays are shared.
+            The same state, without the contacts so far; scratch arrays are shared.
         """
+        ledger = self.ledger.copy()
+        ledger.contacts = 1
         return Chain(
-            self.ledger.copy(),
+            ledger,
             self.strain.copy(),
             self.velocity.copy(),
-            self.contacts.copy(),
+            np.zeros((2, 2 * motion.SPARE_CONTACTS)),
             (self.last[0].copy(), self.last[1].copy()),
             self.kept,
             self.near,
         )
 
-    def advance(self, kernels: Kernels, goal: int, step: float, scheme: tuple) -> int:
+    def advance(self, kernels: Kernels, goal: int, step: float, scheme: StepScheme) -> int:
         """
         Take steps.
 
@@ -112,8 +115,8 @@ class Chain:
             How many steps shall be done, from the first contact on.
         step : float
             The composed step.
-        scheme : tuple of ndarray
-            Drifts and kicks in units of the step.
+        scheme : StepScheme
+            What it is made of.
 
         Returns
         -------
@@ -130,57 +133,9 @@ class Chain:
             self.near,
             goal,
             step,
-            scheme,
+            (scheme.outer, scheme.inner),
             kernels.parameters,
         )
-
-    def carry(self, kernels: Kernels, begin: float, step: float, scheme: tuple) -> None:
-        """
-        Take one step of any size.
-
-        Parameters
-        ----------
-        kernels : Kernels
-            The loops.
-        begin : float
-            Time at which it starts.
-        step : float
-            Its size.
-        scheme : tuple of ndarray
-            Drifts and kicks in units of the step.
-        """
-        kernels.carry(
-            self.ledger,
-            self.strain,
-            self.velocity,
-            self.contacts,
-            self.last,
-            self.kept,
-            self.near,
-            begin,
-            step,
-            scheme,
-            kernels.parameters,
-        )
-
-
-def drifts_and_kicks(composition: Composition) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """
-    Merge the neighbouring drifts of composed Verlet steps.
-
-    Parameters
-    ----------
-    composition : Composition
-        Weights w_k of the steps.
-
-    Returns
-    -------
-    tuple of ndarray, of shape (stages + 1,) and (stages,)
-        Drifts w_1/2, (w_1 + w_2)/2, ..., w_s/2 and kicks w_k, in units of the step.
-    """
-    kicks = np.array(composition.weights)
-    padded = np.concatenate(([0.0], kicks, [0.0]))
-    return 0.5 * (padded[:-1] + padded[1:]), kicks
 
 
 def _allowed_strains(scene: Scene) -> tuple[float, float]:

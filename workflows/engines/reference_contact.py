@@ -7,18 +7,24 @@ particles as the map has stages can act on particle 1 within one step: the searc
 
 Where to look is told by the quintic that fits position, velocity and acceleration at both ends:
 its Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). None
-means no contact, one exactly one; with more, the step is looked at in pieces. A departure from the
-wall at s = 0 is a root of x(s) but not of x(s)/s, on which the search then works.
+means no contact, one exactly one; with more, the step is halved until it is one of these. A
+departure from the wall at s = 0 is a root of x(s) but not of x(s)/s, on which the search works.
 """
 
 from collections.abc import Callable
 
-# Pieces of a step in which particle 1 may come and go.
-PIECES = 8
+import numpy as np
+
+# Parts of a step that are not cut further. A visit to the wall as short as this changes the
+# velocity of particle 1 by a part in 1e6 of what its acceleration does in a step.
+NARROWEST = 2.0**-20
 # Newton's method needs about three evaluations; bisection to rounding would need 53.
 MOST_ITERATIONS = 80
 # Relative to the time sought: what rounding leaves.
 RESOLUTION = 4e-16
+# Slope of the map and velocity differ by a part in 1e3 (Verlet) or less: so small a move of
+# Newton's method is its last.
+SETTLED = 1e-13
 
 
 def count_sign_changes(start, end, step):
@@ -58,7 +64,80 @@ def count_sign_changes(start, end, step):
     return changes
 
 
-def build_contact_search(probe: Callable, count_changes: Callable, register: Callable) -> Callable:
+def first_root(coefficients, end):
+    """
+    Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
+
+    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive
+    root of x + v d - B d^2/2; near a zero that is Newton's step.
+
+    Parameters
+    ----------
+    coefficients : ndarray
+        Of rising powers. A zero constant term is a departure, and divided out.
+    end : float
+        Where the search ends.
+
+    Returns
+    -------
+    float
+        The zero, or -1 where there is none up to `end`.
+    """
+    first = 1 if coefficients[0] == 0.0 else 0
+    terms = coefficients[first:]
+    curvature = 0.0
+    for m in range(terms.shape[0] - 1, 1, -1):
+        curvature = curvature * end + m * (m - 1) * abs(terms[m])
+    time = 0.0
+    while time <= end:
+        value = 0.0
+        slope = 0.0
+        for m in range(terms.shape[0] - 1, -1, -1):
+            slope = slope * time + value
+            value = value * time + terms[m]
+        if value <= 0.0:
+            return time
+        reach = np.sqrt(slope * slope + 2.0 * curvature * value)
+        if slope < 0.0:
+            move = 2.0 * value / (reach - slope)
+        elif curvature > 0.0:
+            move = (slope + reach) / curvature
+        else:
+            return -1.0
+        if move <= RESOLUTION * time:
+            return time
+        time += move
+    return -1.0
+
+
+def fit_path(start, end, step):
+    """
+    Fit a quintic to the path of particle 1 between two moments.
+
+    Parameters
+    ----------
+    start, end : tuple of float
+        Position, velocity and acceleration.
+    step : float
+        Time between them.
+
+    Returns
+    -------
+    ndarray of shape (6,)
+        Coefficients of rising powers of the time since the start over the step.
+    """
+    x0, v0, a0 = start
+    x1, v1, a1 = end
+    v0, v1 = v0 * step, v1 * step
+    a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
+    # What is left to position, velocity and acceleration by the first three terms.
+    x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
+    return np.array(
+        [x0, v0, a0, 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a]
+    )
+
+
+def build_contact_search(probe: Callable, register: Callable) -> Callable:
     """
     Return the search for the first contact within a step.
 
@@ -67,8 +146,6 @@ def build_contact_search(probe: Callable, count_changes: Callable, register: Cal
     probe : callable
         ``probe(time, wall_distance, near, work, scheme, parameters)``: position, velocity and
         acceleration of particle 1 after one step of any size.
-    count_changes : callable
-        :func:`count_sign_changes`.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
@@ -78,14 +155,17 @@ def build_contact_search(probe: Callable, count_changes: Callable, register: Cal
         ``find_contact(step, start, end, near, work, scheme, parameters)``: time of the first
         contact after the start, or -1 where there is none.
     """
+    count_changes = register(count_sign_changes)
+    guess_path = register(fit_path)
+    guess_root = register(first_root)
 
     @register
-    def refine(low, high, x0, near, work, scheme, parameters):
+    def refine(low, high, guess, x0, near, work, scheme, parameters):
         # The position (over s after a departure) is positive at `low` and not at `high`.
         departing = x0 == 0.0
-        time = 0.5 * (low + high)
+        time = guess if low < guess < high else 0.5 * (low + high)
         for _ in range(MOST_ITERATIONS):
-            x, v, _ = probe(time, x0, near, work, scheme, parameters)
+            x, v, a = probe(time, x0, near, work, scheme, parameters)
             if x == 0.0:
                 return time
             if x > 0.0:
@@ -93,59 +173,37 @@ def build_contact_search(probe: Callable, count_changes: Callable, register: Cal
             else:
                 high = time
             slope = v - x / time if departing else v
-            better = time - x / slope if slope < 0.0 else low
+            better = time - x / slope if slope < 0.0 else -1.0
             if not low <= better <= high:
                 better = 0.5 * (low + high)
             moved = abs(better - time)
             time = better
-            if moved <= RESOLUTION * time:
+            # Newton's next move would be the curvature's share of this one squared, and what the
+            # slope of the map and the velocity differ by.
+            if moved <= SETTLED * time and moved * moved * abs(a) <= RESOLUTION * time * abs(v):
                 break
         return time
 
     @register
-    def lowest(low, high, x0, near, work, scheme, parameters):
-        # The moment of turning: the velocity is negative at `low` and positive at `high`.
-        time = 0.5 * (low + high)
-        for _ in range(MOST_ITERATIONS):
-            x, v, a = probe(time, x0, near, work, scheme, parameters)
-            if x < 0.0 or v == 0.0:
-                break
-            if v < 0.0:
-                low = time
-            else:
-                high = time
-            better = time - v / a if a > 0.0 else low
-            if not low < better < high:
-                better = 0.5 * (low + high)
-            moved = abs(better - time)
-            time = better
-            if moved <= RESOLUTION * time:
-                break
-        return time, x
-
-    @register
     def find_contact(step, start, end, near, work, scheme, parameters):
         x0 = start[0]
-        changes = count_changes(start, end, step)
-        if changes == 0:
-            return -1.0
-        if changes == 1:
-            return refine(0.0, step, x0, near, work, scheme, parameters)
-        low = 0.0
-        before = start
-        for piece in range(1, PIECES + 1):
-            high = step * piece / PIECES
+        low, width, before = 0.0, step, start
+        while low < step:
+            high = low + width
             after = end
-            if piece < PIECES:
+            if high < step:
                 after = probe(high, x0, near, work, scheme, parameters)
-            if after[0] < 0.0:
-                return refine(low, high, x0, near, work, scheme, parameters)
-            if before[1] < 0.0 < after[1] and count_changes(before, after, high - low) > 0:
-                turn, x = lowest(low, high, x0, near, work, scheme, parameters)
-                if x < 0.0:
-                    return refine(low, turn, x0, near, work, scheme, parameters)
-            low = high
-            before = after
+            else:
+                high = step
+            width = high - low
+            changes = count_changes(before, after, width)
+            if changes > 1 and width > NARROWEST * step:
+                width *= 0.5
+                continue
+            if changes == 1 or (after[0] <= 0.0 and after[1] < 0.0):
+                guess = low + width * guess_root(guess_path(before, after, width), 1.0)
+                return refine(low, high, guess, x0, near, work, scheme, parameters)
+            low, width, before = high, 2.0 * width, after
         return -1.0
 
     return find_contact

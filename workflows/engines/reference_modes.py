@@ -15,11 +15,13 @@ after m terms is below :math:`2^{m - 1} \sqrt{2 E} / m!`, which at m = 26 is 8e-
 import numpy as np
 from numba import njit
 
+from workflows.engines.reference_contact import first_root
+
 # Terms of the Taylor series and the time over which it holds.
 TERMS = 26
 WINDOW = 1.0
 
-_SETTLED = 4e-16
+_first_root = njit(cache=True, error_model="numpy")(first_root)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
@@ -58,53 +60,6 @@ def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, movin
             moving[row, j] *= -omega[j] * omega[j]
         coefficients[m] = total / factorial
     return coefficients
-
-
-@njit(cache=True, error_model="numpy")
-def first_root(coefficients, end):
-    """
-    Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
-
-    From x > 0 with slope v and a bound B on the curvature, no zero is nearer than the positive
-    root of x + v d - B d^2/2; near a zero that is Newton's step.
-
-    Parameters
-    ----------
-    coefficients : ndarray
-        Of rising powers. A zero constant term is a departure, and divided out.
-    end : float
-        Where the search ends.
-
-    Returns
-    -------
-    float
-        The zero, or -1 where there is none up to `end`.
-    """
-    first = 1 if coefficients[0] == 0.0 else 0
-    terms = coefficients[first:]
-    curvature = 0.0
-    for m in range(terms.shape[0] - 1, 1, -1):
-        curvature = curvature * end + m * (m - 1) * abs(terms[m])
-    time = 0.0
-    while time <= end:
-        value = 0.0
-        slope = 0.0
-        for m in range(terms.shape[0] - 1, -1, -1):
-            slope = slope * time + value
-            value = value * time + terms[m]
-        if value <= 0.0:
-            return time
-        reach = np.sqrt(slope * slope + 2.0 * curvature * value)
-        if slope < 0.0:
-            move = 2.0 * value / (reach - slope)
-        elif curvature > 0.0:
-            move = (slope + reach) / curvature
-        else:
-            return -1.0
-        if move <= _SETTLED * time:
-            return time
-        time += move
-    return -1.0
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -158,7 +113,7 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, longest):
     flown = 0.0
     while flown < longest:
         path = expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving)
-        root = first_root(path, WINDOW)
+        root = _first_root(path, WINDOW)
         if root >= 0.0:
             rotate(strain_modes, velocity_modes, omega, root)
             incoming = 0.0

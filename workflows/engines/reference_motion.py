@@ -34,18 +34,18 @@ LEDGER = np.dtype(
         ("contacts", "i8"),
         ("active", "i8"),  # bonds that have begun to move
         ("evaluations", "i8"),  # of all bond forces
+        ("step_evaluations", "i8"),  # of one step
     ]
 )
 
 
 def build_motion(
     force: Callable,
-    stage: Callable,
-    drift: Callable,
+    leap: Callable,
     count_outside: Callable,
     contact_search: Callable,
     register: Callable,
-) -> tuple[Callable, Callable]:
+) -> Callable:
     """
     Put the loops of the stepping engine together.
 
@@ -53,40 +53,26 @@ def build_motion(
     ----------
     force : callable
         -dU/dr of one strain, ``force(strain, p, q)``.
-    stage, drift, count_outside : callable
+    leap : callable
+        One step away from the wall, as in ``reference_steps``.
+    count_outside : callable
         As in ``reference_stages``.
     contact_search : callable
-        ``build_contact_search`` without its `probe` and `register`.
+        ``reference_contact.build_contact_search``.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
-    advance : callable
-        ``advance(ledger, strain, velocity, contacts, last, kept, near, step, goal, scheme,
+    callable
+        ``advance(ledger, strain, velocity, contacts, last, kept, near, goal, step, scheme,
         parameters)``: take steps until `goal` of them are done or something needs the caller.
-    carry : callable
-        ``carry(ledger, strain, velocity, contacts, last, kept, near, begin, step, scheme,
-        parameters)``: one step of any size; returns what is left of it, which is zero unless
-        there are more contacts than room.
 
         Arrays are changed in place. `contacts` (2, capacity) holds times and incoming speeds;
         `last` and `kept` are (strain, velocity) pairs for the state right after the last contact
-        and the one before a step, `near` is one for the search. `scheme` is (drifts, kicks) in
-        units of the step.
+        and the one before a step, `near` is one for the search. `scheme` is that of
+        `leap`.
     """
-
-    @register
-    def leap(wall_distance, strain, velocity, step, scheme, parameters):
-        # The composed map: symmetric, so that a negative step is its inverse.
-        drifts, kicks = scheme
-        p, q = parameters
-        for k in range(kicks.shape[0]):
-            wall_distance += drifts[k] * step * velocity[0]
-            stage(strain, velocity, drifts[k] * step, kicks[k] * step, p, q)
-        wall_distance += drifts[-1] * step * velocity[0]
-        drift(strain, velocity, drifts[-1] * step)
-        return wall_distance
 
     @register
     def probe(time, wall_distance, kept, near, scheme, parameters):
@@ -113,7 +99,7 @@ def build_motion(
             x0 = ledger.wall_distance
             start = (x0, velocity[0], -force(strain[0], p, q))
             x1 = leap(x0, strain, velocity, left, scheme, parameters)
-            ledger.evaluations += scheme[1].shape[0]
+            ledger.evaluations += ledger.step_evaluations
             end = (x1, velocity[0], -force(strain[0], p, q))
             time = find_contact(left, start, end, kept, near, scheme, parameters)
             if time < 0.0:
@@ -122,7 +108,7 @@ def build_motion(
             strain[:] = kept[0]
             velocity[:] = kept[1]
             leap(x0, strain, velocity, time, scheme, parameters)
-            ledger.evaluations += scheme[1].shape[0]
+            ledger.evaluations += ledger.step_evaluations
             speed = abs(velocity[0])
             velocity[0] = speed
             left -= time
@@ -137,48 +123,48 @@ def build_motion(
             ledger.contacts += 1
         return left
 
-    @register
     def advance(
         ledger, strain, velocity, contacts, last, kept, near, goal, step, scheme, parameters
     ):
         bonds = strain.shape[0]
+        threshold = FRONT_THRESHOLD * ledger.impact_velocity
         while ledger.steps < goal:
-            if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
-                return FULL
             active = ledger.active
-            moving = strain[:active]
-            left = carry(
-                ledger,
-                moving,
-                velocity[: active + 1],
-                contacts,
-                last,
-                (kept[0][:active], kept[1][: active + 1]),
-                near,
-                ledger.steps * step,
-                step,
-                scheme,
-                parameters,
-            )
-            if left > 0.0:
-                return CROWDED
-            ledger.steps += 1
-            if count_outside(moving, ledger.strain_min, ledger.strain_max) > 0:
-                ledger.strain_min = min(ledger.strain_min, np.min(moving))
-                ledger.strain_max = max(ledger.strain_max, np.max(moving))
-                if not (
-                    np.min(moving) > ledger.strain_floor and np.max(moving) < ledger.strain_ceiling
+            moving, moving_velocity = strain[:active], velocity[: active + 1]
+            moving_kept = (kept[0][:active], kept[1][: active + 1])
+            while ledger.steps < goal and ledger.active == active:
+                if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
+                    return FULL
+                left = carry(
+                    ledger,
+                    moving,
+                    moving_velocity,
+                    contacts,
+                    last,
+                    moving_kept,
+                    near,
+                    ledger.steps * step,
+                    step,
+                    scheme,
+                    parameters,
+                )
+                if left > 0.0:
+                    return CROWDED
+                ledger.steps += 1
+                if count_outside(moving, ledger.strain_min, ledger.strain_max) > 0:
+                    low, high = np.min(moving), np.max(moving)
+                    ledger.strain_min = min(ledger.strain_min, low)
+                    ledger.strain_max = max(ledger.strain_max, high)
+                    if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
+                        return OUTSIDE
+                while ledger.active < bonds and (
+                    ledger.active <= FRONT_MARGIN
+                    or abs(strain[ledger.active - FRONT_MARGIN]) > threshold
                 ):
-                    return OUTSIDE
-            threshold = FRONT_THRESHOLD * ledger.impact_velocity
-            while ledger.active < bonds and (
-                ledger.active <= FRONT_MARGIN
-                or abs(strain[ledger.active - FRONT_MARGIN]) > threshold
-            ):
-                ledger.active += 1
-            away = ledger.steps * step - ledger.last_contact
-            if ledger.momentum > 0.0 and away >= ledger.argue_after:
-                return ARGUE
+                    ledger.active += 1
+                away = ledger.steps * step - ledger.last_contact
+                if ledger.momentum > 0.0 and away >= ledger.argue_after:
+                    return ARGUE
         return DONE
 
-    return advance, carry
+    return advance

@@ -19,8 +19,8 @@ from workflows.errors import (
 
 # The end is argued when particle 1 has been away for so many mean intervals between contacts, and
 # after each vain argument again when that time has grown by the factor.
-PATIENCE = 1.5
-PATIENCE_GROWTH = 1.15
+PATIENCE = 2.0
+PATIENCE_GROWTH = 1.4
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,27 @@ def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> ND
         Displacements.
     """
     return np.cumsum(np.concatenate(([wall_distance], strains)))
+
+
+def next_argument(away: float, quiet: float) -> float:
+    """
+    Return how long particle 1 must stay off the wall until the end is argued again.
+
+    Parameters
+    ----------
+    away : float
+        How long it has, when there was no argument yet.
+    quiet : float
+        When silence becomes an argument for the whole chain.
+
+    Returns
+    -------
+    float
+        A time that grows geometrically and does not miss the moment of silence.
+    """
+    later = PATIENCE_GROWTH * away
+    silence = quiet * (1.0 + 1e-12)
+    return silence if away < silence < later else later
 
 
 def finish(

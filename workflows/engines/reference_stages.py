@@ -66,6 +66,57 @@ def looped_drift(strain, velocity, drift):
         strain[i] += drift * (velocity[i + 1] - velocity[i])
 
 
+def looped_start(force: Callable) -> Callable:
+    """
+    Return one stage from one state into another, as a loop over the bonds.
+
+    Parameters
+    ----------
+    force : callable
+        -dU/dr of one strain: ``force(strain, p, q)``.
+
+    Returns
+    -------
+    callable
+        ``start(strain, velocity, new_strain, new_velocity, drift, kick, p, q)``.
+    """
+
+    def start(strain, velocity, new_strain, new_velocity, drift, kick, p, q):
+        bonds = strain.shape[0]
+        behind = 0.0
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            new_strain[i] = stretched
+            ahead = force(stretched, p, q)
+            new_velocity[i] = velocity[i] + kick * (behind - ahead)
+            behind = ahead
+        new_velocity[bonds] = velocity[bonds] + kick * behind
+
+    return start
+
+
+def looped_mix(strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity):
+    """
+    Let the particles move freely and add the change since an old state, weighted, to a mixture.
+
+    Parameters
+    ----------
+    strain, velocity : ndarray of shape (n - 1,) and (n,)
+        State before the drift; not changed.
+    old_strain, old_velocity : ndarray of shape (n - 1,) and (n,)
+        The old state.
+    drift, weight : float
+        Time and weight.
+    mix_strain, mix_velocity : ndarray of shape (n - 1,) and (n,)
+        The mixture, changed in place.
+    """
+    for i in range(strain.shape[0]):
+        moved = strain[i] + drift * (velocity[i + 1] - velocity[i])
+        mix_strain[i] += weight * (moved - old_strain[i])
+    for i in range(velocity.shape[0]):
+        mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
+
+
 def looped_outside(strain, low, high):
     """
     Count the strains outside a range, as a loop; what is not a number is outside.
@@ -110,6 +161,43 @@ def array_stage(bond: Potential) -> Callable:
         velocity[1:] += impulse
 
     return stage
+
+
+def array_start(bond: Potential) -> Callable:
+    """
+    Return one stage from one state into another, in NumPy.
+
+    Parameters
+    ----------
+    bond : Potential
+        Its `force` is called with arrays.
+
+    Returns
+    -------
+    callable
+        As :func:`looped_start` returns it.
+    """
+    stage = array_stage(bond)
+
+    def start(strain, velocity, new_strain, new_velocity, drift, kick, p, q):
+        new_strain[:] = strain
+        new_velocity[:] = velocity
+        stage(new_strain, new_velocity, drift, kick, p, q)
+
+    return start
+
+
+def array_mix(strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity):
+    """
+    Let the particles move freely and add the change since an old state, weighted, to a mixture.
+
+    Parameters
+    ----------
+    strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity
+        As in :func:`looped_mix`.
+    """
+    mix_strain += weight * (strain + drift * np.diff(velocity) - old_strain)
+    mix_velocity += weight * (velocity - old_velocity)
 
 
 def array_drift(strain, velocity, drift):

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from lammps_inputs.potentials import Logarithmic, Potential
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_adaptive as adaptive
-from workflows.engines.ending import argue_end, longest_collision
+from workflows.engines.ending import argue_end, longest_collision, quiet_time
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
-from workflows.engines.reference_contact import build_contact_search, count_sign_changes
+from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_outcome import (
     PATIENCE,
-    PATIENCE_GROWTH,
     LastContact,
     displacements_from,
     finish,
+    next_argument,
     run_single_particle,
     strain_error,
     unfinished_error,
@@ -148,8 +148,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
 
 
 def _build(rates: Callable) -> Callable:
-    search = partial(build_contact_search, count_changes=count_sign_changes)
-    return adaptive.build_flight(rates, search, lambda function: function)
+    return adaptive.build_flight(rates, build_contact_search, lambda function: function)
 
 
 @cache
@@ -158,9 +157,8 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     register = compiler.register
     kernel = register(function)
     bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
-    search = partial(build_contact_search, count_changes=register(count_sign_changes))
     rates = register(adaptive.looped_rates(bond))
-    return compiler.compile(adaptive.build_flight(rates, search, register))
+    return compiler.compile(adaptive.build_flight(rates, build_contact_search, register))
 
 
 class _Flight:
@@ -180,7 +178,7 @@ class _Flight:
         self.last = self.state.copy()
         self.contacts = np.zeros((2, 2 * particles + 64))
         self.contacts[1, 0] = speed
-        self.frames = np.zeros((0 if frame_interval is None else 64, 2 * particles))
+        self.frames = np.zeros((1 if frame_interval is None else 64, 2 * particles))
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
         self._scale = np.full(2 * particles, local * min(1.0, speed))
         self._scale[particles:] = local * speed
@@ -228,7 +226,8 @@ class _Flight:
 
     def run(self) -> str:
         """Fly until the end is argued; return the argument."""
-        ledger = self.ledger
+        ledger, scene = self.ledger, self._scene
+        quiet = quiet_time(scene.particles, scene.bond.stiffness)
         while True:
             status = self._advance()
             if status == adaptive.FULL:
@@ -237,7 +236,8 @@ class _Flight:
                 argument = self._argue()
                 if argument is not None:
                     return argument
-                ledger.argue_after = PATIENCE_GROWTH * (ledger.time - ledger.last_contact)
+                away = float(ledger.time - ledger.last_contact)
+                ledger.argue_after = next_argument(away, quiet)
             else:
                 raise self._failure(status)
 

@@ -9,7 +9,8 @@ from lammps_inputs.errors import SceneError
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import modal, reference
-from workflows.engines.reference_modes import TERMS, expand_path, first_root
+from workflows.engines.reference_contact import first_root
+from workflows.engines.reference_modes import TERMS, expand_path
 
 
 def harmonic(particles, velocity=0.1):
