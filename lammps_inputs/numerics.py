@@ -1,6 +1,6 @@
 """The numerics of one run: who reflects, how a step is composed, how the bond is tabulated."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from lammps_inputs.scene import (
     DEFAULT_REFLECT_TIMESTEP,
@@ -69,14 +69,3 @@ class Numerics:
             table=scene.table or "spline",
             table_points=scene.table_points,
         )
-
-    def halved(self) -> "Numerics":
-        """
-        Return the same numerics with half the step.
-
-        Returns
-        -------
-        Numerics
-            For the run whose difference is the error bar.
-        """
-        return replace(self, timestep=0.5 * self.timestep)

@@ -13,9 +13,12 @@ from analysis.restitution import momentum_residual, restitution
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from workflows import accuracy
+from workflows.answer import spread_of
+from workflows.engines import lammps, reference
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
 from workflows.result import Collision, ErrorBar
+from workflows.scouting import scout, scouting_details
 from workflows.versions import versions
 
 
@@ -55,24 +58,29 @@ def collide(scene: Scene, tolerance: float | None = None) -> Collision:
         asked, reason = None, None
     else:
         asked = scene.tolerance or DEFAULT_TOLERANCE
-        answer = accuracy.meet(scene, asked)
-        outcome, bar, found, reason = answer.outcome, answer.bar, answer.details, answer.reason
+        met = accuracy.meet(scene, asked)
+        outcome, bar, found, reason = met.outcome, met.bar, met.details, met.reason
     return _result(scene, outcome, bar, asked, reason, found, started)
 
 
 def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     numerics = Numerics.from_scene(scene)
-    scout = accuracy.scout(scene)
-    if scout is not None:
-        numerics = replace(numerics, bond_range=scout.table_range(scene))
-    outcome = accuracy.run_engine(scene, numerics)
-    found = accuracy.scouting_details(scout)
-    step = None
+    scouted = scout(scene)
+    if scouted is not None:
+        numerics = replace(numerics, bond_range=scouted.table_range(scene))
+    timesteps = [numerics.timestep]
     if scene.error:
-        finer = accuracy.run_engine(accuracy.without_outputs(scene), numerics.halved())
+        timesteps.append(0.5 * numerics.timestep)
+    if scene.engine == "lammps":
+        outcome, *finer = lammps.run_at_steps(scene, numerics, timesteps)
+    else:
+        outcome, *finer = (reference.run(scene, replace(numerics, timestep=h)) for h in timesteps)
+    found = scouting_details(scouted)
+    step = None
+    if finer:
         share = REFLECT_SHARE if numerics.wall == "reflect" else FINER_SHARE
-        step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer))
-        found["spread"] = accuracy.spread_of(scene, outcome, finer)
+        step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer[0]))
+        found["spread"] = spread_of(scene, outcome, finer[0])
     return outcome, error_bar(outcome, scene, step), found
 
 

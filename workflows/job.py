@@ -8,17 +8,23 @@ from pathlib import Path
 from lammps_inputs.bond_table import tabulate
 from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.errors import InputError
+from lammps_inputs.explain import explain_data, explain_script, explain_table
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, render_job
-from workflows import accuracy
 from workflows.engines.ending import longest_collision, look_interval, quiet_time
 from workflows.engines.lammps import guess_bond_range
+from workflows.scouting import scout
 
 
 def write_job(
-    scene: Scene, folder: Path, *, dump: bool = False, replace_existing: bool = False
+    scene: Scene,
+    folder: Path,
+    *,
+    dump: bool = False,
+    explain: bool = False,
+    replace_existing: bool = False,
 ) -> list[Path]:
     """
     Write the input script, the chain, its bond table and the scene.
@@ -31,6 +37,8 @@ def write_job(
         Where the job goes.
     dump : bool
         Whether the job dumps its motion, as it does where the scene has a dump.
+    explain : bool
+        Whether every command and file says what it is for.
     replace_existing : bool
         Whether to write over a job that is there already.
 
@@ -51,7 +59,7 @@ def write_job(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     numerics = Numerics.from_scene(scene)
-    scouting = accuracy.scout(scene)
+    scouting = scout(scene)
     table = None
     if not isinstance(scene.bond, Harmonic):
         bond_range = (
@@ -77,6 +85,13 @@ def write_job(
     }
     if table is not None:
         texts[TABLE_FILE] = table.to_text()
+    if explain:
+        annotate = {
+            SCRIPT_FILE: explain_script,
+            DATA_FILE: explain_data,
+            TABLE_FILE: explain_table,
+        }
+        texts = {name: annotate[name](text) for name, text in texts.items()}
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = scene.to_toml()
     return _write_files(texts, folder, replace_existing)

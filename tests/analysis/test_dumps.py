@@ -69,8 +69,8 @@ def test_offsets_lead_to_frames(harmonic20, dump_writer):
         (b"hello\n", "is not a LAMMPS dump"),
         (b"ITEM: TIMESTEP\n0\nITEM: NUM", "cut short before the end of its first frame"),
         (b"ITEM: TIMESTEP\n0\nnonsense\n", "not a LAMMPS dump of style custom"),
-        (gzip.compress(b""), "is empty"),
-        (gzip.compress(b"ITEM: TIMESTEP\n")[:12], "cut short before its first frame"),
+        (gzip.compress(b"", mtime=0), "is empty"),
+        (gzip.compress(b"ITEM: TIMESTEP\n", mtime=0)[:12], "cut short before its first frame"),
     ],
 )
 def test_what_is_no_dump_is_one_clear_error(tmp_path, content, message):

@@ -304,13 +304,6 @@ def test_numerics_complete_a_scene():
     assert (given_.timestep, given_.table, given_.table_points) == (0.03, "linear", 500)
 
 
-def test_halving_changes_the_step_alone():
-    numerics = Numerics(timestep=0.1, table="linear", table_points=99, bond_range=(0.9, 1.1))
-    assert numerics.halved() == Numerics(
-        timestep=0.05, table="linear", table_points=99, bond_range=(0.9, 1.1)
-    )
-
-
 def test_impossible_parameters_name_the_option():
     with pytest.raises(PotentialError, match="toda_b is 1e-200"):
         Scene(potential="toda", toda_b=1e-200)

@@ -3,29 +3,27 @@
 import shutil
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DUMP_FILE
-from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
+from workflows.engines.ending import longest_collision
 from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
+from workflows.engines.lammps_collision import ChainCollision
 from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
-from workflows.engines.outcome import Frames, Outcome
+from workflows.engines.outcome import Outcome
 from workflows.errors import (
-    BarrierError,
     BondRangeError,
     CrossingError,
-    RunError,
     TimestepError,
-    UnfinishedCollisionError,
 )
 
 # A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
@@ -71,12 +69,41 @@ def run(
         A named failure: a bond out of its table, particles that would cross, a bond over its
         barrier, a collision that does not end, or LAMMPS's own.
     """
-    with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
-        folder = Path(name)
-        try:
-            return _run_in_folder(scene, numerics, frame_interval, ask_every_step, folder)
-        finally:
-            _keep_files(scene, folder)
+    (outcome,) = _run_with_table(
+        scene, numerics, (numerics.timestep,), frame_interval, ask_every_step
+    )
+    return outcome
+
+
+def run_at_steps(
+    scene: Scene, numerics: Numerics, timesteps: Sequence[float]
+) -> tuple[Outcome, ...]:
+    """
+    Run one collision several times, with different steps, in one LAMMPS instance.
+
+    The chain, its bond table and the certificate are set up once: for fast chains that is most of
+    the time.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; its dump, if any, is that of the first run.
+    numerics : Numerics
+        Wall, scheme and table.
+    timesteps : sequence of float
+        The composed steps, one run each.
+
+    Returns
+    -------
+    tuple of Outcome
+        In the order of the steps, each the same to the last bit as a run of its own.
+
+    Raises
+    ------
+    RunError
+        As :func:`run`.
+    """
+    return _run_with_table(scene, numerics, timesteps, None, False)
 
 
 def _keep_files(scene: Scene, folder: Path) -> None:
@@ -89,23 +116,45 @@ def _keep_files(scene: Scene, folder: Path) -> None:
             shutil.copy2(file, scene.save / file.name)
 
 
+def _run_with_table(
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    frame_interval: float | None,
+    ask_every_step: bool,
+) -> tuple[Outcome, ...]:
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
+        folder = Path(name)
+        try:
+            return _run_in_folder(
+                scene, numerics, timesteps, frame_interval, ask_every_step, folder
+            )
+        finally:
+            _keep_files(scene, folder)
+
+
 def _run_in_folder(
     scene: Scene,
     numerics: Numerics,
+    timesteps: Sequence[float],
     frame_interval: float | None,
     ask_every_step: bool,
     folder: Path,
-) -> Outcome:
+) -> tuple[Outcome, ...]:
     bond = scene.bond
+
+    def collide_all(table: BondTable | None) -> tuple[Outcome, ...]:
+        return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
+
     if isinstance(bond, Harmonic) or scene.particles == 1:
-        return _collide(scene, numerics, None, frame_interval, ask_every_step, folder)
+        return collide_all(None)
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     for _ in range(_MOST_WIDENINGS):
         table = tabulate(
             bond, bond_range, numerics.table, numerics.table_points, numerics.force_error
         )
         try:
-            return _collide(scene, numerics, table, frame_interval, ask_every_step, folder)
+            return collide_all(table)
         except BondRangeError as error:
             _refuse_impossible(scene, error)
             bond_range = _widened(bond, table, error.length)
@@ -174,22 +223,29 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
 def _collide(
     scene: Scene,
     numerics: Numerics,
+    timesteps: Sequence[float],
     table: BondTable | None,
     frame_interval: float | None,
     ask_every_step: bool,
     folder: Path,
-) -> Outcome:
+) -> tuple[Outcome, ...]:
+    """Run once for each step; only the first run has frames and a dump."""
+    outcomes = []
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
-        flight = _choose_flight(scene, numerics, table, chain, ask_every_step)
-        collision = _Collision(scene, flight, frame_interval)
-        started = time.perf_counter()
-        collision.carry_out()
-        seconds = time.perf_counter() - started
-        outcome = collision.outcome(numerics, seconds)
-    if certificate is None:
-        return outcome
-    return replace(outcome, details={"table": certificate.to_dict()})
+        details = {} if certificate is None else {"table": certificate.to_dict()}
+        for timestep in timesteps:
+            chain.restart(timestep)
+            used = replace(numerics, timestep=timestep)
+            flight = _choose_flight(scene, used, table, chain, ask_every_step)
+            collision = ChainCollision(scene, flight, frame_interval)
+            started = time.perf_counter()
+            collision.carry_out()
+            seconds = time.perf_counter() - started
+            outcomes.append(replace(collision.outcome(used, seconds), details=details))
+            scene = scene.replace(dump=None)
+            frame_interval = None
+    return tuple(outcomes)
 
 
 def _choose_flight(
@@ -206,151 +262,3 @@ def _choose_flight(
         lengths = (0.0, 2.0) if table is None else (table.lengths[0], table.lengths[-1])
         bound = BlindBound(scene.bond, lengths, numerics.timestep)
     return VerletFlight(chain, numerics.wall == "reflect", bound)
-
-
-class _Collision:
-    """The course of one collision: contacts, looks for the end, frames."""
-
-    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
-        self.scene = scene
-        self.bond = scene.bond
-        self.flight = flight
-        self.chain = flight.chain
-        self.contacts: list[tuple[float, float]] = []
-        self.rest = np.arange(scene.particles, dtype=float)
-        self.after_contact = self._state()
-        self.shortest, self.longest = np.inf, -np.inf
-        self.ending: str | None = None
-        self.frame_interval = frame_interval
-        self.next_frame = 0.0 if frame_interval is not None or scene.dump is not None else np.inf
-        if scene.dump is not None and frame_interval is None:
-            self.frame_interval = scene.particles / scene.dump_frames
-        self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
-
-    def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self.chain.x - self.rest, self.chain.v.copy()
-
-    def carry_out(self) -> None:
-        """Go from contact to contact until no further one can come."""
-        n, stiffness = self.scene.particles, self.bond.stiffness
-        cap = longest_collision(n, stiffness)
-        interval = look_interval(n, stiffness)
-        next_look = interval
-        while self.ending is None:
-            try:
-                contact = self.flight.advance(min(next_look, self.next_frame))
-            except BondRangeError as error:
-                raise self._named(error) from None
-            if contact is not None:
-                self.contacts.append((contact.time, contact.speed))
-                self.after_contact = self._state()
-            self._watch_bonds()
-            now = self.flight.time
-            if now >= self.next_frame:
-                self._take_frame()
-            if now >= next_look:
-                next_look = now + interval
-                self._look_for_end()
-                if self.ending is not None and self.frames and self.frames[-1][0] < now:
-                    self._take_frame()
-                if now > cap and self.ending is None:
-                    raise UnfinishedCollisionError(
-                        f"after a time of {now:g} particle 1 may still hit the wall; expected an "
-                        f"end within {cap:g}: check the potential, or use a smaller timestep"
-                    )
-
-    def _named(self, error: BondRangeError) -> BondRangeError:
-        """Say which bond it was, and when: LAMMPS tells only its length."""
-        lengths = np.abs(np.diff(self.chain.x))
-        bond = int(np.argmin(np.abs(lengths - error.length))) + 1
-        side = "below" if error.length < 1.0 else "beyond"
-        named = BondRangeError(
-            f"bond {bond} is {error.length:.6g} long, {side} the end of its table, after step "
-            f"{self.chain.stages_done} at time {self.flight.time:.6g}"
-        )
-        named.length = error.length
-        return named
-
-    def _watch_bonds(self) -> None:
-        if self.scene.particles == 1:
-            return
-        lengths = np.diff(self.chain.x)
-        shortest, longest = float(lengths.min()), float(lengths.max())
-        if not shortest > 0.0:
-            bond = int(np.argmin(lengths)) + 1
-            raise CrossingError(
-                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}; LAMMPS knows only "
-                "its absolute length, so particles that pass through each other come out wrong: "
-                "lower the speed or the timestep, or use engine 'reference'"
-            )
-        self.shortest = min(self.shortest, shortest)
-        self.longest = max(self.longest, longest)
-        barrier = getattr(self.bond, "barrier_strain", np.inf)
-        if longest - 1.0 > barrier:
-            bond = int(np.argmax(lengths)) + 1
-            raise BarrierError(
-                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the barrier "
-                f"of its potential at {1.0 + barrier:g}, from where it runs away; expected bonds "
-                "that hold: lower the speed"
-            )
-
-    def _look_for_end(self) -> None:
-        since = self.flight.time - self.contacts[-1][0]
-        chain = self.chain
-        self.ending = argue_end(
-            float(chain.x[0]),
-            np.diff(chain.x - self.rest),
-            chain.v.copy(),
-            since,
-            self.bond,
-        )
-
-    def _take_frame(self) -> None:
-        assert self.frame_interval is not None
-        now = self.flight.time
-        displacements, velocities = self._state()
-        self.frames.append((now, displacements, velocities))
-        if self.scene.dump is not None:
-            self.chain.write_frame(now)
-        while self.next_frame <= now:
-            self.next_frame += self.frame_interval
-
-    def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
-        """Gather what is known at the end."""
-        assert self.ending is not None
-        displacements, velocities = self.after_contact
-        times, speeds = np.array(self.contacts).T
-        strains = np.diff(displacements)
-        energy_end = 0.5 * float(velocities @ velocities) + float(np.sum(self.bond.energy(strains)))
-        frames = None
-        if self.frames:
-            frame_times, frame_displacements, frame_velocities = zip(*self.frames, strict=True)
-            frames = Frames(
-                np.array(frame_times), np.array(frame_displacements), np.array(frame_velocities)
-            )
-        last = self.chain.x - self.rest
-        fragments = find_fragments(np.diff(last), self.chain.v.copy(), self.bond)
-        single = self.scene.particles == 1
-        if not np.all(np.isfinite(velocities)):
-            raise RunError("the final velocities are not finite; use a smaller timestep")
-        return Outcome(
-            engine="lammps",
-            wall=numerics.wall,
-            scheme=numerics.scheme,
-            timestep=numerics.timestep,
-            displacements=displacements,
-            velocities=velocities,
-            contact_times=times,
-            contact_speeds=speeds,
-            impulses=2.0 * speeds,
-            ending=self.ending,
-            duration=self.flight.time,
-            bond_min=1.0 if single else self.shortest,
-            bond_max=1.0 if single else self.longest,
-            energy_start=0.5 * self.scene.particles * self.scene.impact_velocity**2,
-            energy_end=energy_end,
-            fragments=len(fragments.sizes),
-            seconds=seconds,
-            force_evaluations=self.chain.stages_done,
-            frames=frames,
-        )

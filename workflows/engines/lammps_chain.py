@@ -75,6 +75,7 @@ class LammpsChain:
         )
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
+        self._initial = self.snapshot()
 
     def __enter__(self) -> Self:
         return self
@@ -186,6 +187,20 @@ class LammpsChain:
         self.stages_done += len(stages)
         if self._failed(handle):
             self._raise_failure()
+
+    def restart(self, timestep: float) -> None:
+        """
+        Put the chain back to its first contact, for a run with another step.
+
+        Parameters
+        ----------
+        timestep : float
+            The composed step H.
+        """
+        self.restore(self._initial)
+        self.timestep = timestep
+        self._full_step = self._encode(timestep)
+        self.stages_done = 0
 
     def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, LennardJones, Toda
 from lammps_inputs.scene import Scene
-from workflows.engines import lammps
+from workflows.engines import lammps, lammps_collision
 from workflows.engines.ending import argue_end, find_fragments, quiet_time
 
 LJ = LennardJones()
@@ -116,7 +116,7 @@ def test_no_hit_follows_once_the_end_was_argued(fields, monkeypatch):
         verdicts.append((argue_end(first, strains, velocities, since, bond), since, first))
         return verdicts[-1][0] if patience < len([1 for v, *_ in verdicts if v]) else None
 
-    monkeypatch.setattr(lammps, "argue_end", patient)
+    monkeypatch.setattr(lammps_collision, "argue_end", patient)
     scene = Scene(**fields)
     wide = (0.3, 400.0) if fields["potential"] == "lj" else (0.3, 5.0)
     lammps.run(scene, Numerics(scheme="order6", timestep=0.05, bond_range=wide))

@@ -149,6 +149,14 @@ def test_files_are_kept_on_request_only(tmp_path):
     lammps.run(scene, Numerics(scheme="verlet", timestep=0.02))
     kept = {file.name for file in (tmp_path / "job").iterdir()}
     assert {"chain.data", "bond.table", "log.lammps"} <= kept
-    assert "WARNING" not in (tmp_path / "job" / "log.lammps").read_text()
+    warnings = [
+        line
+        for line in (tmp_path / "job" / "log.lammps").read_text().splitlines()
+        if "WARNING" in line
+        # A force extremum is no fault of a table, and LAMMPS says so itself.
+        and "inconsistent with -dE/dr" not in line
+        and "inflection points" not in line
+    ]
+    assert not warnings
     lines = (tmp_path / "deep" / "motion.dump").read_text().splitlines()
     assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"

@@ -59,7 +59,7 @@ def test_the_bond_and_the_step_are_named(tmp_path):
     with pytest.raises(
         BondRangeError, match=r"bond 1 is 0\.9\d+ long, below .* step \d+"
     ) as caught:
-        lammps._collide(scene, numerics, table, None, False, tmp_path)
+        lammps._collide(scene, numerics, (0.01,), table, None, False, tmp_path)
     assert caught.value.length < table.lengths[0]
 
 
@@ -86,7 +86,7 @@ def test_a_bond_over_its_barrier():
 
 @pytest.mark.parametrize("scheme", ["verlet", "order8"])
 def test_a_collision_that_does_not_end(monkeypatch, scheme):
-    monkeypatch.setattr(lammps, "longest_collision", lambda n, stiffness: 5.0)
+    monkeypatch.setattr(lammps_collision, "longest_collision", lambda n, stiffness: 5.0)
     line = failure(
         UnfinishedCollisionError, Scene(particles=20), Numerics(scheme=scheme, timestep=0.05)
     )

@@ -1,0 +1,100 @@
+"""Meeting a tolerance with the in-house engines."""
+
+import math
+
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene, Scheme
+from workflows.answer import Answer, answer, spread_of
+from workflows.engines import hard_sphere, modal, stiff
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import COARSER_SHARE, rounding_error
+from workflows.errors import RunError
+from workflows.step_search import eta_of, guess_step, run_in_house, sharpness
+
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones.
+_SHARPEST_FIXED = 60.0
+# The adaptive integrator is asked for this times the tolerance first, then for ever less.
+_ADAPTIVE_START = 1.0
+# The first step is guessed for this share of the tolerance.
+_STEP_SHARE = 0.5
+_MOST_REFINEMENTS = 15
+
+
+def meet_in_house(scene: Scene, tolerance: float) -> Answer:
+    """
+    Run a scene with the engine that does most with least: exact where it can be.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error asked of eta.
+
+    Returns
+    -------
+    Answer
+        By modes, hard spheres, fixed or adaptive steps.
+    """
+    if isinstance(scene.bond, Harmonic):
+        outcome = modal.run(scene)
+        return answer(
+            scene, tolerance, outcome, 0.0, {"spread": spread_of(scene, outcome, outcome)}
+        )
+    if sharpness(scene) <= _SHARPEST_FIXED:
+        return _meet_with_fixed_steps(scene, tolerance)
+    deviation = hard_sphere.deviation(scene)
+    if deviation <= _STEP_SHARE * tolerance:
+        outcome = hard_sphere.run(scene)
+        spread = spread_of(scene, outcome, outcome)
+        return answer(scene, tolerance, outcome, deviation, {"spread": spread})
+    return _meet_with_adaptive_steps(scene, tolerance)
+
+
+def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
+    """Start from the usual step of a scheme and refine until three steps agree."""
+    scheme: Scheme = "order4" if tolerance > 3e-4 else "order6" if tolerance > 1e-6 else "order8"
+    order, share = COMPOSITIONS[scheme].order, COARSER_SHARE[scheme]
+    step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * tolerance / share)
+    tries: list[dict[str, float]] = []
+    best: tuple[float, Outcome, Outcome] | None = None
+    for _ in range(_MOST_REFINEMENTS):
+        try:
+            fine = run_in_house(scene, scheme, step)
+            eta = eta_of(scene, fine)
+            coarse = [run_in_house(scene, scheme, k * step) for k in (2.0, 1.86)]
+            error = share * max(abs(eta_of(scene, run) - eta) for run in coarse)
+        except RunError as failure:
+            error, last_failure = math.inf, failure
+        else:
+            if best is None or error < best[0]:
+                best = (error, fine, coarse[0])
+        tries.append({"timestep": step, "step_error": error})
+        if error + rounding_error("reference", scene) <= tolerance or step < 1e-5:
+            break
+        wanted = (0.5 * tolerance / error) ** (1.0 / order) if math.isfinite(error) else 0.5
+        step *= min(max(wanted, 0.3), 0.8)
+    if best is None:
+        raise last_failure
+    error, fine, proof = best
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
+    return answer(scene, tolerance, fine, error, details)
+
+
+def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
+    """Ask the adaptive integrator for ever more accuracy until two runs agree."""
+    accuracy = _ADAPTIVE_START * tolerance
+    coarse = stiff.run(scene, accuracy)
+    tries: list[dict[str, float]] = []
+    for _ in range(_MOST_REFINEMENTS):
+        accuracy *= 0.1
+        fine = stiff.run(scene, accuracy)
+        # The finer run is the better by far; half the difference is a generous error for it.
+        error = 0.5 * abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        tries.append({"accuracy": accuracy, "step_error": error})
+        if error + rounding_error("reference", scene) <= tolerance or accuracy < 1e-14:
+            break
+        coarse = fine
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
+    return answer(scene, tolerance, fine, error, details)

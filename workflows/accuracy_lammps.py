@@ -1,0 +1,165 @@
+"""Meeting a tolerance with LAMMPS: choosing scheme, step and table, proving, refining."""
+
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lammps_inputs.bond_table import compressed_strain
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from workflows.answer import Answer, answer, spread_of
+from workflows.cost_model import cost_model
+from workflows.engines import lammps, modal
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.error_bars import COARSER_SHARE, TABLE_SENSITIVITY, error_bar, rounding_error
+from workflows.errors import CrossingError, RunError
+from workflows.scouting import Scouting, scouting_details, scouting_from
+from workflows.step_search import (
+    Converged,
+    converge,
+    error_near,
+    estimate_step,
+    eta_of,
+    find_step,
+    guess_step,
+    sharpness,
+)
+
+# The step may use this share of the tolerance, the table that one; the rest is for rounding.
+_STEP_SHARE = 0.5
+_TABLE_SHARE = 0.01
+# LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
+_SHARPEST_LAMMPS = 300.0
+# The yardstick for choosing a step must be sharper than the tolerance.
+_TRUTH_SHARE = 0.03
+# Schemes that a guess makes this many times dearer than the cheapest are not looked at.
+_HOPELESS = 4.0
+_MOST_REFINEMENTS = 5
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    numerics: Numerics
+    seconds: float
+    goal: float
+
+
+def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
+    """
+    Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error asked of eta.
+
+    Returns
+    -------
+    Answer
+        The number from a step h, its error from a run at 2h and from the choice of h.
+    """
+    started = time.perf_counter()
+    floor = rounding_error("lammps", scene)
+    # Below the rounding floor a finer step buys nothing.
+    reachable = max(tolerance - floor, floor)
+    truth = _yardstick(scene, reachable)
+    scouting = scouting_from(truth)
+    candidate = _cheapest(scene, reachable, truth, scouting)
+    chosen = time.perf_counter() - started
+    tries: list[dict[str, Any]] = []
+    numerics = candidate.numerics
+    order = COMPOSITIONS[numerics.scheme].order
+    for attempt in range(_MOST_REFINEMENTS):
+        h = numerics.timestep
+        fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
+        difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        expected = error_near(scene, numerics.scheme, numerics.timestep, truth.restitution)
+        step = max(COARSER_SHARE[numerics.scheme] * difference, expected) + truth.error
+        bar = error_bar(fine, scene, step)
+        assert bar.total is not None
+        tries.append({"timestep": numerics.timestep, "step_error": step})
+        if bar.total <= tolerance or attempt == _MOST_REFINEMENTS - 1 or step < 0.3 * floor:
+            break
+        if step > _STEP_SHARE * reachable:
+            wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
+            numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
+        elif numerics.force_error is not None:
+            numerics = replace(numerics, force_error=0.1 * numerics.force_error)
+    details = scouting_details(scouting)
+    details["spread"] = spread_of(scene, fine, coarse)
+    details["choice"] = {
+        "seconds": chosen,
+        "expected_seconds": candidate.seconds,
+        "in_house_restitution": truth.restitution,
+        "in_house_error": truth.error,
+        "tries": tries,
+    }
+    return answer(scene, tolerance, fine, step, details)
+
+
+def _yardstick(scene: Scene, tolerance: float) -> Converged:
+    """Return the in-house eta that steps are chosen by."""
+    goal = _TRUTH_SHARE * tolerance
+    if isinstance(scene.bond, Harmonic):
+        outcome = modal.run(scene)
+        if outcome.crossed:
+            raise CrossingError(
+                f"particles of a harmonic chain pass through each other at velocity "
+                f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+                "absolute bond length); expected less than about 0.69: use engine 'reference'"
+            )
+        return Converged(outcome, eta_of(scene, outcome), 1e-13, outcome.seconds)
+    sharp = sharpness(scene)
+    if sharp > _SHARPEST_LAMMPS:
+        shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
+        raise RunError(
+            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
+            f"{sharp:.2g} times faster than at rest; expected less than {_SHARPEST_LAMMPS:g} times "
+            "for LAMMPS's fixed steps: lower the speed, or use engine 'reference'"
+        )
+    return converge(scene, goal)
+
+
+def _cost(scene: Scene, numerics: Numerics, scouting: Scouting) -> float:
+    """Return the expected seconds of a run and its proof at twice the step."""
+    return 1.5 * cost_model().integration(scene, numerics, scouting.duration)
+
+
+def _cheapest(scene: Scene, tolerance: float, truth: Converged, scouting: Scouting) -> _Candidate:
+    """Return the numerics of least expected cost whose step error meets its share."""
+    force_error = None
+    if not isinstance(scene.bond, Harmonic):
+        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY["spline"]
+    guesses = []
+    for composition in COMPOSITIONS.values():
+        goal = _STEP_SHARE * tolerance / COARSER_SHARE[composition.name]
+        numerics = Numerics(
+            scheme=composition.name,
+            timestep=0.5 * guess_step(scene, composition.name, goal),
+            bond_range=scouting.table_range(scene),
+            force_error=force_error,
+        )
+        guesses.append(_Candidate(numerics, _cost(scene, numerics, scouting), goal))
+    cheapest_guess = min(guess.seconds for guess in guesses)
+    candidates = []
+    for guess in guesses:
+        if guess.seconds > _HOPELESS * cheapest_guess:
+            continue
+        coarse = estimate_step(scene, guess.numerics.scheme, guess.goal, truth.restitution)
+        if coarse is not None:
+            numerics = replace(guess.numerics, timestep=0.5 * coarse)
+            candidates.append(_Candidate(numerics, _cost(scene, numerics, scouting), guess.goal))
+    for candidate in sorted(candidates, key=lambda each: each.seconds):
+        numerics = candidate.numerics
+        coarse = find_step(
+            scene, numerics.scheme, candidate.goal, truth.restitution, 2.0 * numerics.timestep
+        )
+        if coarse is not None:
+            return replace(candidate, numerics=replace(numerics, timestep=0.5 * coarse))
+    raise RunError(
+        f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
+        "tolerance or a lower speed; the engine 'reference' may do it"
+    )

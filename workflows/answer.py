@@ -1,0 +1,95 @@
+"""The answer to a tolerance: a run, its error bar, and why it is not met where it is not."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from lammps_inputs.scene import Scene
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import error_bar, rounding_of, spreads, table_error
+from workflows.result import ErrorBar
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    A run that was asked to meet a tolerance.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    bar : ErrorBar
+        Its error.
+    reason : str or None
+        Why the tolerance is not met, where it is not.
+    details : dict
+        Scouting, choice and proof, for the record.
+    """
+
+    outcome: Outcome
+    bar: ErrorBar
+    reason: str | None
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+def answer(
+    scene: Scene, tolerance: float, outcome: Outcome, step: float, details: dict[str, Any]
+) -> Answer:
+    """
+    Gather the error bar of a run and compare it with the tolerance.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error asked of eta.
+    outcome : Outcome
+        The run that gives the number.
+    step : float
+        Its error due to the finite step.
+    details : dict
+        For the record.
+
+    Returns
+    -------
+    Answer
+        With the reason where the tolerance is not met.
+    """
+    bar = error_bar(outcome, scene, step)
+    assert bar.total is not None
+    reason = None
+    if bar.total > tolerance:
+        parts = {"step": step, "table": bar.table, "rounding": bar.rounding}
+        largest = max(parts, key=lambda name: parts[name])
+        remedy = {
+            "step": "the collision is too sensitive for the steps that were tried",
+            "table": "a longer bond table would be needed",
+            "rounding": f"the {outcome.engine} engine's coordinates have no more digits at this "
+            "speed; the engine 'reference' has no such floor",
+        }[largest]
+        reason = (
+            f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
+            f"{parts[largest]:.2g}, is {largest}: {remedy}"
+        )
+    return Answer(outcome, bar, reason, details)
+
+
+def spread_of(scene: Scene, outcome: Outcome, other: Outcome) -> dict[str, float]:
+    """
+    Return how far the arrays of two runs lie apart, for comparisons with other integrators.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome, other : Outcome
+        The run that gives the number, and the one that proves it.
+
+    Returns
+    -------
+    dict
+        By array; see :func:`workflows.error_bars.spreads`.
+    """
+    floor = table_error(outcome, scene) + rounding_of(outcome, scene)
+    return spreads(outcome, other, scene, floor)

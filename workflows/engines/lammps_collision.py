@@ -1,0 +1,176 @@
+"""The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
+from workflows.engines.lammps_flight import Flight
+from workflows.engines.outcome import Frames, Outcome
+from workflows.errors import (
+    BarrierError,
+    BondRangeError,
+    CrossingError,
+    RunError,
+    UnfinishedCollisionError,
+)
+
+
+class ChainCollision:
+    """
+    The course of one collision: contacts, looks for the end, frames.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    flight : Flight
+        What carries the chain from contact to contact.
+    frame_interval : float or None
+        Least time between frames; None for those of the scene's dump, if it has one.
+    """
+
+    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
+        self.scene = scene
+        self.bond = scene.bond
+        self.flight = flight
+        self.chain = flight.chain
+        self.contacts: list[tuple[float, float]] = []
+        self.rest = np.arange(scene.particles, dtype=float)
+        self.after_contact = self._state()
+        self.shortest, self.longest = np.inf, -np.inf
+        self.ending: str | None = None
+        self.frame_interval = frame_interval
+        self.next_frame = 0.0 if frame_interval is not None or scene.dump is not None else np.inf
+        if scene.dump is not None and frame_interval is None:
+            self.frame_interval = scene.particles / scene.dump_frames
+        self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+
+    def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return self.chain.x - self.rest, self.chain.v.copy()
+
+    def carry_out(self) -> None:
+        """Go from contact to contact until no further one can come."""
+        n, stiffness = self.scene.particles, self.bond.stiffness
+        cap = longest_collision(n, stiffness)
+        interval = look_interval(n, stiffness)
+        next_look = interval
+        while self.ending is None:
+            try:
+                contact = self.flight.advance(min(next_look, self.next_frame))
+            except BondRangeError as error:
+                raise self._named(error) from None
+            if contact is not None:
+                self.contacts.append((contact.time, contact.speed))
+                self.after_contact = self._state()
+            self._watch_bonds()
+            now = self.flight.time
+            if now >= self.next_frame:
+                self._take_frame()
+            if now >= next_look:
+                next_look = now + interval
+                self._look_for_end()
+                if self.ending is not None and self.frames and self.frames[-1][0] < now:
+                    self._take_frame()
+                if now > cap and self.ending is None:
+                    raise UnfinishedCollisionError(
+                        f"after a time of {now:g} particle 1 may still hit the wall; expected an "
+                        f"end within {cap:g}: check the potential, or use a smaller timestep"
+                    )
+
+    def _named(self, error: BondRangeError) -> BondRangeError:
+        """Say which bond it was, and when: LAMMPS tells only its length."""
+        lengths = np.abs(np.diff(self.chain.x))
+        bond = int(np.argmin(np.abs(lengths - error.length))) + 1
+        side = "below" if error.length < 1.0 else "beyond"
+        named = BondRangeError(
+            f"bond {bond} is {error.length:.6g} long, {side} the end of its table, after step "
+            f"{self.chain.stages_done} at time {self.flight.time:.6g}"
+        )
+        named.length = error.length
+        return named
+
+    def _watch_bonds(self) -> None:
+        if self.scene.particles == 1:
+            return
+        lengths = np.diff(self.chain.x)
+        shortest, longest = float(lengths.min()), float(lengths.max())
+        if not shortest > 0.0:
+            bond = int(np.argmin(lengths)) + 1
+            raise CrossingError(
+                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}; LAMMPS knows only "
+                "its absolute length, so particles that pass through each other come out wrong: "
+                "lower the speed or the timestep, or use engine 'reference'"
+            )
+        self.shortest = min(self.shortest, shortest)
+        self.longest = max(self.longest, longest)
+        barrier = getattr(self.bond, "barrier_strain", np.inf)
+        if longest - 1.0 > barrier:
+            bond = int(np.argmax(lengths)) + 1
+            raise BarrierError(
+                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the barrier "
+                f"of its potential at {1.0 + barrier:g}, from where it runs away; expected bonds "
+                "that hold: lower the speed"
+            )
+
+    def _look_for_end(self) -> None:
+        since = self.flight.time - self.contacts[-1][0]
+        chain = self.chain
+        self.ending = argue_end(
+            float(chain.x[0]),
+            np.diff(chain.x - self.rest),
+            chain.v.copy(),
+            since,
+            self.bond,
+        )
+
+    def _take_frame(self) -> None:
+        assert self.frame_interval is not None
+        now = self.flight.time
+        displacements, velocities = self._state()
+        self.frames.append((now, displacements, velocities))
+        if self.scene.dump is not None:
+            self.chain.write_frame(now)
+        while self.next_frame <= now:
+            self.next_frame += self.frame_interval
+
+    def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
+        """Gather what is known at the end."""
+        assert self.ending is not None
+        displacements, velocities = self.after_contact
+        times, speeds = np.array(self.contacts).T
+        strains = np.diff(displacements)
+        energy_end = 0.5 * float(velocities @ velocities) + float(np.sum(self.bond.energy(strains)))
+        frames = None
+        if self.frames:
+            frame_times, frame_displacements, frame_velocities = zip(*self.frames, strict=True)
+            frames = Frames(
+                np.array(frame_times), np.array(frame_displacements), np.array(frame_velocities)
+            )
+        last = self.chain.x - self.rest
+        fragments = find_fragments(np.diff(last), self.chain.v.copy(), self.bond)
+        single = self.scene.particles == 1
+        if not np.all(np.isfinite(velocities)):
+            raise RunError("the final velocities are not finite; use a smaller timestep")
+        return Outcome(
+            engine="lammps",
+            wall=numerics.wall,
+            scheme=numerics.scheme,
+            timestep=numerics.timestep,
+            displacements=displacements,
+            velocities=velocities,
+            contact_times=times,
+            contact_speeds=speeds,
+            impulses=2.0 * speeds,
+            ending=self.ending,
+            duration=self.flight.time,
+            bond_min=1.0 if single else self.shortest,
+            bond_max=1.0 if single else self.longest,
+            energy_start=0.5 * self.scene.particles * self.scene.impact_velocity**2,
+            energy_end=energy_end,
+            fragments=len(fragments.sizes),
+            seconds=seconds,
+            force_evaluations=self.chain.stages_done,
+            frames=frames,
+        )

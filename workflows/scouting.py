@@ -1,0 +1,128 @@
+"""Scouting: what a short in-house run says about a collision before LAMMPS runs it."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from workflows.engines.ending import look_interval
+from workflows.errors import RunError
+from workflows.step_search import Converged, converge
+
+# The range of bonds is settled long before eta is.
+_SCOUTING_GOAL = 1e-4
+
+
+@dataclass(frozen=True)
+class Scouting:
+    """
+    What a short in-house run says about a collision before LAMMPS runs it.
+
+    Attributes
+    ----------
+    bond_min, bond_max : float
+        Shortest and longest bond.
+    last_contact_time, duration : float
+        Length of the collision, and of the run to the end that was argued.
+    contacts : int
+        Hits on the wall.
+    fragments : int
+        Connected pieces at the end.
+    seconds : float
+        What the scouting cost.
+    """
+
+    bond_min: float
+    bond_max: float
+    last_contact_time: float
+    duration: float
+    contacts: int
+    fragments: int
+    seconds: float
+
+    def table_range(self, scene: Scene) -> tuple[float, float]:
+        """
+        Return the lengths a bond table must hold.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+
+        Returns
+        -------
+        tuple of float
+            Shortest and longest bond; where bonds may have broken, with room for the pieces to
+            fly on until LAMMPS looks for the end.
+        """
+        longest = self.bond_max
+        nearly_broken = scene.bond.energy(longest - 1.0) > 0.6 * scene.bond.dissociation
+        if self.fragments > 1 or nearly_broken:
+            flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
+            longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
+        return self.bond_min, longest
+
+
+def scouting_from(found: Converged) -> Scouting:
+    """
+    Take the scouting from a converged run.
+
+    Parameters
+    ----------
+    found : Converged
+        An in-house run.
+
+    Returns
+    -------
+    Scouting
+        Its bonds and its length.
+    """
+    outcome = found.outcome
+    return Scouting(
+        bond_min=outcome.bond_min,
+        bond_max=outcome.bond_max,
+        last_contact_time=float(outcome.contact_times[-1]),
+        duration=outcome.duration,
+        contacts=len(outcome.contact_times),
+        fragments=outcome.fragments,
+        seconds=found.seconds,
+    )
+
+
+def scout(scene: Scene) -> Scouting | None:
+    """
+    Find the bond lengths of a collision that LAMMPS will run with a table.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Scouting or None
+        None where no table is needed, or where the in-house integrator cannot tell.
+    """
+    if scene.engine != "lammps" or isinstance(scene.bond, Harmonic):
+        return None
+    try:
+        return scouting_from(converge(scene, _SCOUTING_GOAL))
+    except RunError:
+        return None
+
+
+def scouting_details(found: Scouting | None) -> dict[str, Any]:
+    """
+    Return the scouting for the record.
+
+    Parameters
+    ----------
+    found : Scouting or None
+        From :func:`scout`.
+
+    Returns
+    -------
+    dict
+        Under the key ``scouting``; empty where there was none.
+    """
+    return {} if found is None else {"scouting": asdict(found)}
