@@ -9,7 +9,7 @@ import pytest
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from workflows.engines import lammps, lammps_library
+from workflows.engines import lammps, lammps_collision, lammps_library
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_library import find_mpi_library, load_lammps, name_lammps_error
 from workflows.errors import (
