@@ -12,8 +12,16 @@ from workflows.commands.scene_options import scene_from, scene_options
 @scene_options("engine", "tolerance", "error", "save", "arrays", "dump")
 @click.option("-o", "--output", metavar="DIR", required=True, help="folder for the job")
 @click.option("--frames", is_flag=True, help="also dump the motion while the job runs")
+@click.option("--explain", is_flag=True, help="say in each file what every command is for")
 @click.option("--force", is_flag=True, help="replace a job that is in the folder already")
-def inputs(scene_file: str | None, output: str, frames: bool, force: bool, **options: Any) -> None:
+def inputs(
+    scene_file: str | None,
+    output: str,
+    frames: bool,
+    explain: bool,
+    force: bool,
+    **options: Any,
+) -> None:
     """
     Write a self-contained LAMMPS job: `cd DIR && lmp -in in.chain` runs it.
 
@@ -22,6 +30,6 @@ def inputs(scene_file: str | None, output: str, frames: bool, force: bool, **opt
     from workflows.job import write_job
 
     scene = scene_from(scene_file, options)
-    files = write_job(scene, Path(output), dump=frames, replace_existing=force)
+    files = write_job(scene, Path(output), dump=frames, explain=explain, replace_existing=force)
     for file in files:
         click.echo(file)

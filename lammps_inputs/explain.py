@@ -1,0 +1,145 @@
+"""The annotated job: every command of an input script with what it does and why it is there."""
+
+import re
+import textwrap
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+_WIDTH = 96
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    What a command is for.
+
+    Attributes
+    ----------
+    match : str
+        Regular expression that fits the command's text from its start.
+    text : str
+        What it does, why it is here, what goes wrong otherwise.
+    page : str
+        Name of the page of the LAMMPS manual.
+    """
+
+    match: str
+    text: str
+    page: str
+
+
+def explain_script(script: str) -> str:
+    """
+    Write an explanation above the first command of each kind.
+
+    Parameters
+    ----------
+    script : str
+        A rendered job.
+
+    Returns
+    -------
+    str
+        The same commands, commented.
+
+    Raises
+    ------
+    KeyError
+        If a command has no explanation.
+    """
+    lines: list[str] = [*_comment(_texts()["heading"]), ""]
+    explained: set[Explanation] = set()
+    continued = False
+    for line in script.splitlines():
+        command = line.strip()
+        if command and not command.startswith("#") and not continued:
+            found = explanation_of(command)
+            if found not in explained:
+                explained.add(found)
+                if lines[-1] and not lines[-1].startswith("# ----"):
+                    lines.append("")
+                lines += _comment(f"{found.text} [{found.page}]")
+        continued = command.endswith("&")
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def explain_data(data: str) -> str:
+    """
+    Write an explanation below the title of a data file, where LAMMPS skips comments.
+
+    Parameters
+    ----------
+    data : str
+        A data file.
+
+    Returns
+    -------
+    str
+        The same data, commented.
+    """
+    title, rest = data.split("\n", 1)
+    return "\n".join([f"# {title}", "", *_comment(_texts()["data"]), rest])
+
+
+def explain_table(table: str) -> str:
+    """
+    Write an explanation above a bond table.
+
+    Parameters
+    ----------
+    table : str
+        A table file.
+
+    Returns
+    -------
+    str
+        The same table, commented.
+    """
+    return "\n".join([*_comment(_texts()["table"]), table])
+
+
+def explanation_of(command: str) -> Explanation:
+    """
+    Return the explanation of a command.
+
+    Parameters
+    ----------
+    command : str
+        A line of the script.
+
+    Returns
+    -------
+    Explanation
+        The first entry that fits.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    for explanation in _explanations():
+        if re.match(explanation.match, command):
+            return explanation
+    raise KeyError(f"explanations.toml has no entry for {command!r}; expected one for each command")
+
+
+@cache
+def _texts() -> dict:
+    text = files("lammps_inputs").joinpath("explanations.toml").read_text(encoding="utf-8")
+    return tomllib.loads(text)
+
+
+@cache
+def _explanations() -> tuple[Explanation, ...]:
+    return tuple(Explanation(**entry) for entry in _texts()["command"])
+
+
+def _comment(text: str) -> list[str]:
+    return [
+        f"# {line}"
+        for paragraph in text.strip().splitlines()
+        for line in textwrap.wrap(paragraph, _WIDTH)
+    ]

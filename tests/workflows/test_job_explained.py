@@ -1,0 +1,28 @@
+"""The annotated job runs under `lmp` and gives the very numbers of the lean one."""
+
+import pytest
+
+from lammps_inputs.scene import Scene
+from tests.workflows.test_job import run_lmp, unexpected_warnings
+from workflows.job import write_job
+
+
+def results(text):
+    return [line for line in text.splitlines() if " = " in line and "CPU" not in line]
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("fields", [{"potential": "harmonic"}, {"potential": "lj", "speed": 1.0}])
+def test_explaining_changes_no_result(fields, wall, tmp_path):
+    scene = Scene(particles=10, wall=wall, scheme="verlet", **fields)
+    runs = {}
+    for explain in (False, True):
+        folder = tmp_path / str(explain)
+        write_job(scene, folder, dump=True, explain=explain)
+        runs[explain] = run_lmp(folder)
+        assert runs[explain].returncode == 0, runs[explain].stdout[-2000:]
+        assert unexpected_warnings(runs[explain].stdout) == []
+    assert results(runs[True].stdout) == results(runs[False].stdout)
+    assert any(line.startswith("restitution") for line in results(runs[True].stdout))
+    said = (tmp_path / "True" / "chain.data").read_text()
+    assert "without this section the chain is a gas" in said
