@@ -13,9 +13,9 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, render_job
-from workflows import accuracy
 from workflows.engines.ending import longest_collision, look_interval, quiet_time
 from workflows.engines.lammps import guess_bond_range
+from workflows.scouting import scout
 
 
 def write_job(
@@ -59,7 +59,7 @@ def write_job(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     numerics = Numerics.from_scene(scene)
-    scouting = accuracy.scout(scene)
+    scouting = scout(scene)
     table = None
     if not isinstance(scene.bond, Harmonic):
         bond_range = (
