@@ -31,6 +31,7 @@ from workflows.engines.reference_stages import looped_stage
 ERROR = 1e-11
 REPEATS = 3
 SPEEDS = (0.1, 0.4, 1.0)
+HEYOKA_TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14)
 
 C_LOOPS = r"""
 static inline double force(double s) {
@@ -98,11 +99,9 @@ class HeyokaChain:
         self._start = np.concatenate((np.zeros(n), np.full(n, -scene.impact_velocity)))
         self._start[n] = scene.impact_velocity
         equations = [*zip(u, v, strict=True), *zip(v, push, strict=True)]
-        started = time.perf_counter()
         self._integrator = hy.taylor_adaptive(
             equations, self._start, t_events=[wall], tol=tolerance, compact_mode=True
         )
-        self.compile_seconds = time.perf_counter() - started
 
     def run(self, duration: float) -> np.ndarray:
         """Return the velocities at the end."""
@@ -160,46 +159,53 @@ def coarsest(settings: Iterable[float], error_of: Callable[[float], float]) -> t
     return chosen
 
 
-def compare_integrators(speed: float) -> dict[str, float]:
-    """Return settings, errors and times of the three integrators at equal error, lj, n = 100."""
+def compare_integrators(speed: float) -> list[dict[str, float | str]]:
+    """Return settings, errors and times of integrators at equal error, lj, n = 100."""
     scene = Scene(potential="lj", particles=100, speed=speed)
     tight = run_ours(scene, 0.0125)
     exact, duration = restitution(tight.velocities, scene), tight.duration
+    rows: list[dict[str, float | str]] = []
 
-    def ours_error(step):
-        return abs(restitution(run_ours(scene, step).velocities, scene) - exact)
+    def add(name, settings, velocities_of, seconds_of):
+        setting, error = coarsest(
+            settings, lambda s: abs(restitution(velocities_of(s), scene) - exact)
+        )
+        seconds = seconds_of(setting)
+        rows.append(
+            {"speed": speed, "integrator": name, "setting": setting, "error": error}
+            | {"ms": 1e3 * seconds}
+        )
 
-    steps = [0.2 / 2 ** (k / 4) for k in range(15)]
-    step, our_error = coarsest(steps, ours_error)
-    chains = {tolerance: HeyokaChain(scene, tolerance) for tolerance in (1e-10, 1e-12, 1e-14)}
-    heyoka_tolerance, heyoka_error = coarsest(
-        chains, lambda t: abs(restitution(chains[t].run(duration), scene) - exact)
+    for scheme, longest in (("order8", 0.2), ("extrapolated14", 0.8)):
+
+        def seconds_of(step, scheme=scheme):
+            runs = [run_ours(scene, step, scheme) for _ in range(10 * REPEATS)]
+            # Peers integrate over exactly the same time.
+            return min(run.seconds * duration / run.duration for run in runs)
+
+        add(
+            scheme,
+            [longest / 2 ** (k / 4) for k in range(15)],
+            lambda step, scheme=scheme: run_ours(scene, step, scheme).velocities,
+            seconds_of,
+        )
+    chains = {tolerance: HeyokaChain(scene, tolerance) for tolerance in HEYOKA_TOLERANCES}
+    add(
+        "heyoka",
+        HEYOKA_TOLERANCES,
+        lambda tolerance: chains[tolerance].run(duration),
+        lambda tolerance: best_time(lambda: chains[tolerance].run(duration)),
     )
-    dop_tolerance, dop_error = coarsest(
+    add(
+        "dop853",
         (1e-9, 1e-10, 1e-11, 1e-12, 1e-13),
-        lambda t: abs(restitution(run_dop853(scene, t, duration), scene) - exact),
+        lambda tolerance: run_dop853(scene, tolerance, duration),
+        lambda tolerance: best_time(lambda: run_dop853(scene, tolerance, duration)),
     )
-    chosen = run_ours(scene, step)
-    ours = min(run_ours(scene, step).seconds for _ in range(10 * REPEATS))
-    ours *= duration / chosen.duration  # peers integrate over exactly this time
-    heyoka = best_time(lambda: chains[heyoka_tolerance].run(duration))
-    dop = best_time(lambda: run_dop853(scene, dop_tolerance, duration))
-    return {
-        "speed": speed,
-        "duration": duration,
-        "step": step,
-        "our_error": our_error,
-        "our_ms": 1e3 * ours,
-        "heyoka_tolerance": heyoka_tolerance,
-        "heyoka_error": heyoka_error,
-        "heyoka_ms": 1e3 * heyoka,
-        "heyoka_compile_ms": 1e3 * chains[heyoka_tolerance].compile_seconds,
-        "heyoka_ratio": heyoka / ours,
-        "dop853_tolerance": dop_tolerance,
-        "dop853_error": dop_error,
-        "dop853_ms": 1e3 * dop,
-        "dop853_ratio": dop / ours,
-    }
+    for row in rows:
+        row["over_order8"] = float(row["ms"]) / float(rows[0]["ms"])
+        row["over_extrapolated14"] = float(row["ms"]) / float(rows[1]["ms"])
+    return rows
 
 
 def compile_c(folder: Path) -> ctypes.CDLL:
@@ -285,12 +291,17 @@ def measure_scaling(sizes: Iterable[int]) -> list[dict[str, float]]:
     return rows
 
 
-def show(title: str, rows: list[dict[str, float]]) -> None:
+def show(title: str, rows: list[dict]) -> None:
     """Print rows as a table."""
     print(f"\n{title}")
-    print("  ".join(f"{name:>12}" for name in rows[0]))
+    print("  ".join(f"{name:>14}" for name in rows[0]))
     for row in rows:
-        print("  ".join(f"{value:>{max(12, len(name))}.4g}" for name, value in row.items()))
+        shown = (v if isinstance(v, str) else f"{v:.4g}" for v in row.values())
+        print(
+            "  ".join(
+                f"{text:>{max(14, len(name))}}" for name, text in zip(row, shown, strict=True)
+            )
+        )
 
 
 def main() -> None:
@@ -300,7 +311,11 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="leave out the longest chains")
     arguments = parser.parse_args()
 
-    tables = {"integrators at equal error": [compare_integrators(speed) for speed in SPEEDS]}
+    tables: dict[str, list] = {
+        "integrators at equal error": [
+            row for speed in SPEEDS for row in compare_integrators(speed)
+        ]
+    }
     with tempfile.TemporaryDirectory() as folder:
         c_loops, ours = compile_c(Path(folder)), compile_ours()
         tables["loops, ns per bond"] = [
