@@ -15,6 +15,7 @@ from lammps_inputs.scene import Scene
 from workflows.attempt import Attempt, Failure
 from workflows.result import Collision
 from workflows.store_connection import connect, named_errors, transaction
+from workflows.store_schema import SCHEMA_VERSION
 from workflows.stored_collision import (
     Standing,
     StoredCollision,
@@ -175,7 +176,11 @@ class Store:
         """
         with named_errors(self.path):
             self.connection.execute("BEGIN IMMEDIATE")
-            self.connection.execute("ROLLBACK")
+            try:
+                # Only a change, not the wish for one, is refused on a read-only file.
+                self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+            finally:
+                self.connection.execute("ROLLBACK")
 
     def record(
         self, attempts: Iterable[Attempt], *, arrays: bool = False, replace: bool = False

@@ -107,7 +107,10 @@ def study_kills(
             _disturb(kind, sweep, store, moment, cluster, study, chance)
         _run(sweep, store)
         after = read_rows(store)
-        assert after == expected, f"{kind}: resumed to other rows than an undisturbed sweep"
+        other = {key: _differences(after.get(key), row) for key, row in expected.items()}
+        other = {key: found for key, found in other.items() if found}
+        assert not other, f"{kind}: resumed to other rows than an undisturbed sweep: {other}"
+        assert len(after) == len(expected)
         store.unlink()
     return study
 
@@ -166,6 +169,14 @@ def read_rows(path: Path) -> Rows:
         ).fetchall()
     assert len({row[0] for row in rows}) == len(rows), "a row is there twice"
     return {row[0]: row[1:] for row in rows}
+
+
+def _differences(row: tuple | None, expected: tuple) -> list[tuple]:
+    """Return the fields in which two rows differ, cut to a readable length."""
+    if row is None:
+        return [("missing",)]
+    pairs = enumerate(zip(row, expected, strict=True))
+    return [(n, str(x)[:300], str(y)[:300]) for n, (x, y) in pairs if x != y]
 
 
 def children(parent: int, command: str) -> list[int]:

@@ -1,0 +1,109 @@
+"""Processes of which any may die: each death costs the one task it had."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from workflows.errors import WorkerDiedError
+from workflows.pool import ProcessPool
+
+
+@pytest.fixture(scope="module")
+def pool():
+    with ProcessPool(2) as opened:
+        yield opened
+
+
+def test_results_and_errors_come_back(pool):
+    assert pool.submit(divmod, 7, 3).result() == (2, 1)
+    with pytest.raises(ZeroDivisionError):
+        pool.submit(divmod, 7, 0).result()
+
+
+def test_workers_are_other_processes(pool):
+    assert pool.submit(os.getpid).result() != os.getpid()
+
+
+def test_a_killed_worker_costs_one_task_and_is_replaced(pool):
+    others = [pool.submit(pow, 2, k) for k in range(20)]
+    with pytest.raises(WorkerDiedError, match=r"SIGKILL.*out of memory"):
+        pool.submit(signal.raise_signal, signal.SIGKILL).result()
+    assert [task.result() for task in others] == [2**k for k in range(20)]
+    assert pool.submit(pow, 2, 10).result() == 1024
+
+
+def test_an_abort_is_told_by_its_signal_or_status(pool):
+    with pytest.raises(WorkerDiedError, match="SIGABRT"):
+        pool.submit(os.abort).result()
+    with pytest.raises(WorkerDiedError, match="exit status 7"):
+        pool.submit(os._exit, 7).result()
+
+
+def test_shutdown_without_waiting_kills_what_runs():
+    started = time.monotonic()
+    pool = ProcessPool(1)
+    running, waiting = pool.submit(time.sleep, 600), pool.submit(time.sleep, 600)
+    time.sleep(1.0)
+    pool.shutdown(wait=False, cancel_futures=True)
+    assert time.monotonic() - started < 60.0
+    assert waiting.cancelled()
+    assert isinstance(running.exception(timeout=0), WorkerDiedError)
+
+
+def test_workers_leave_when_the_main_process_is_killed(tmp_path):
+    script = tmp_path / "main.py"
+    script.write_text(
+        "import os, sys, time\n"
+        "from workflows.pool import ProcessPool\n"
+        "if __name__ == '__main__':\n"
+        "    pool = ProcessPool(1)\n"
+        "    print(pool.submit(os.getpid).result(), flush=True)\n"
+        "    pool.submit(time.sleep, 600)\n"
+        "    time.sleep(600)\n"
+    )
+    root = Path(__file__).resolve().parents[2]
+    with subprocess.Popen(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": str(root)},
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as main:
+        worker = int(main.stdout.readline())
+        main.kill()
+    deadline = time.monotonic() + 10.0
+    while _runs(worker) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not _runs(worker)
+
+
+def _runs(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_script_without_a_main_guard_is_told_so(tmp_path):
+    script = tmp_path / "main.py"
+    script.write_text(
+        "from workflows.pool import ProcessPool\n"
+        "with ProcessPool(1) as pool:\n"
+        "    pool.submit(pow, 2, 3).result()\n"
+    )
+    root = Path(__file__).resolve().parents[2]
+    done = subprocess.run(
+        [sys.executable, str(script)],
+        env=os.environ | {"PYTHONPATH": str(root)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "WorkerStartError" in done.stderr
+    assert '__name__ == "__main__"' in done.stderr

@@ -1,0 +1,228 @@
+"""Sweeps: only what is missing, whatever dies on the way."""
+
+import itertools
+import os
+import signal
+import sys
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+
+import pytest
+
+from lammps_inputs.scene import Scene
+from tests.benchmarks import sweep_kills
+from workflows import sweep
+from workflows.attempt import Attempt, Failure, carry_out
+from workflows.errors import MissingLibraryError, SchedulerError, StoreError, WorkerDiedError
+from workflows.store import Store
+from workflows.sweep import plan_sweep, run_plan, run_scenes
+from workflows.sweep_cost import expected_seconds, sweep_cost
+
+SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
+BROKEN = Scene(potential="lj", particles=7, speed=0.4)
+
+
+@pytest.fixture
+def store(tmp_path):
+    with Store(tmp_path / "results.sqlite") as opened:
+        yield opened
+
+
+@pytest.fixture
+def counted(monkeypatch, make_attempt):
+    """Put something instant in place of a collision, and list what is asked of it."""
+    asked = []
+
+    def instant(scene):
+        asked.append(scene)
+        if scene == BROKEN:
+            return Attempt(scene, None, Failure("CrossingError", "crossed", stands=True), "here")
+        return make_attempt(scene)
+
+    monkeypatch.setattr(sweep, "carry_out", instant)
+    return asked
+
+
+def run_in_threads(store, scenes, **wishes):
+    plan = plan_sweep(store, scenes, **wishes)
+    with ThreadPoolExecutor(2) as threads:
+        replace = wishes.get("recompute", False)
+        arrays = wishes.get("arrays", False)
+        return run_plan(plan, store, threads, in_flight=4, arrays=arrays, replace=replace)
+
+
+# ---- only what is missing -----------------------------------------------------------------------
+
+
+def test_nothing_is_computed_twice(store, counted):
+    first = run_in_threads(store, SCENES + SCENES)
+    again = run_in_threads(store, SCENES)
+    assert (first.computed, again.computed, again.found) == (6, 0, 6)
+    assert len(counted) == len(store) == 6
+
+
+def test_unless_it_is_asked_for(store, counted):
+    run_in_threads(store, SCENES)
+    run_in_threads(store, SCENES, recompute=True)
+    assert len(counted) == 12
+    assert {store.get(scene).tries for scene in SCENES} == {2}
+
+
+def test_of_several_tolerances_the_tightest_is_computed(store, counted):
+    run_in_threads(store, [BROKEN.replace(particles=5, tolerance=t) for t in (1e-4, 1e-8, 1e-6)])
+    assert [scene.tolerance for scene in counted] == [1e-8]
+
+
+def test_missing_arrays_are_computed_for_the_result_that_is_there(store, counted):
+    tight = SCENES[0].replace(tolerance=1e-9)
+    run_in_threads(store, [tight])
+    run_in_threads(store, [SCENES[0]], arrays=True)
+    assert [scene.tolerance for scene in counted] == [1e-9, 1e-9]
+    assert store.get(tight, arrays=True) is not None
+
+
+def test_a_failure_that_stands_is_tried_again_only_on_request(store, counted):
+    first = run_in_threads(store, [BROKEN, SCENES[0]])
+    assert (first.computed, first.failed) == (1, 1)
+    plan = plan_sweep(store, [BROKEN, SCENES[0]])
+    assert (plan.todo, plan.found, plan.known_failures) == ((), 1, 1)
+    assert plan_sweep(store, [BROKEN], retry_failed=True).todo == (BROKEN,)
+
+
+def test_what_another_sweep_has_done_meanwhile_is_left_out(store, counted, make_attempt):
+    plan = plan_sweep(store, SCENES)
+    with Store(store.path) as other:
+        other.record([make_attempt(scene) for scene in SCENES[:5]])
+    with ThreadPoolExecutor(1) as threads:
+        summary = run_plan(plan, store, threads, in_flight=2)
+    assert (summary.computed, summary.found) == (1, 5)
+    assert counted == [SCENES[5]]
+
+
+def test_two_sweeps_at_once_share_the_work(tmp_path, counted):
+    scenes = [Scene(particles=10, speed=0.01 * k) for k in range(1, 81)]
+    summaries = []
+
+    def one():
+        with Store(tmp_path / "shared.sqlite") as store:
+            summaries.append(run_in_threads(store, scenes))
+
+    both = [threading.Thread(target=one) for _ in range(2)]
+    for thread in both:
+        thread.start()
+    for thread in both:
+        thread.join()
+    with Store(tmp_path / "shared.sqlite") as store:
+        assert len(store) == 80
+    assert all(s.computed + s.found == 80 for s in summaries)
+
+
+# ---- what goes wrong ----------------------------------------------------------------------------
+
+
+class Doomed(ThreadPoolExecutor):
+    """An executor that fails over one scene in its own way, at once."""
+
+    def __init__(self, scene, error):
+        super().__init__(1)
+        self.scene, self.error = scene, error
+
+    def submit(self, function, /, *args, **kwargs):
+        if args == (self.scene,):
+            future = Future()
+            future.set_exception(self.error)
+            return future
+        return super().submit(function, *args, **kwargs)
+
+
+@pytest.mark.parametrize("error", [WorkerDiedError("killed by SIGKILL"), OSError("no space")])
+def test_a_death_is_recorded_and_the_sweep_goes_on(store, counted, error):
+    plan = plan_sweep(store, SCENES)
+    summary = run_plan(plan, store, Doomed(SCENES[2], error), in_flight=2)
+    assert (summary.computed, summary.failed) == (5, 1)
+    assert store.find(SCENES[2]).failure.message == str(error)
+    assert plan_sweep(store, SCENES).todo == (SCENES[2],), "it is tried when the sweep is resumed"
+
+
+@pytest.mark.parametrize("error", [MissingLibraryError("no LAMMPS"), SchedulerError("lost")])
+def test_what_concerns_every_collision_ends_the_sweep(store, counted, error):
+    with pytest.raises(type(error)):
+        run_plan(plan_sweep(store, SCENES), store, Doomed(SCENES[2], error), in_flight=1)
+    assert store.find(SCENES[2]) is None
+
+
+def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
+    def interrupting(scene):
+        if scene.particles == 5:
+            signal.raise_signal(signal.SIGINT)
+        return make_attempt(scene)
+
+    monkeypatch.setattr(sweep, "carry_out", interrupting)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
+        run_plan(plan_sweep(store, SCENES), store, threads, in_flight=2)
+    # Long chains come first; the interruption comes with the last ones.
+    assert len(store) >= 4
+    assert not plan_sweep(store, SCENES[1:3]).todo
+
+
+def test_a_read_only_store_is_refused_before_anything_is_computed(store, counted):
+    with Store(store.path, read_only=True) as closed, pytest.raises(StoreError):
+        run_in_threads(closed, SCENES)
+    assert counted == []
+
+
+def test_errors_of_the_collision_stand_and_those_of_the_machine_do_not(monkeypatch):
+    harmonic = Scene(potential="harmonic", velocity=0.9, particles=5)
+    crossing = carry_out(harmonic).failure
+    assert (crossing.name, crossing.stands) == ("CrossingError", True)
+
+    def no_space(_scene):
+        raise OSError(28, "No space left on device")
+
+    # The package exports a function under the name of this module.
+    monkeypatch.setattr(sys.modules["workflows.collide"], "collide", no_space)
+    assert carry_out(harmonic).failure.stands is False
+
+
+# ---- cost ---------------------------------------------------------------------------------------
+
+
+def test_longer_faster_and_tighter_cost_more():
+    base = Scene(particles=50, speed=0.4)
+    seconds = expected_seconds(base)
+    for changes in ({"particles": 100}, {"speed": 2.0}, {"tolerance": 1e-9}):
+        assert expected_seconds(base.replace(**changes)) > seconds
+    cost = sweep_cost([base] * 10)
+    assert cost.seconds == pytest.approx(10 * seconds)
+    assert cost.wall_seconds(2) == pytest.approx(5 * seconds)
+    assert cost.wall_seconds(100) == pytest.approx(seconds), "one collision is not divided"
+    assert sweep_cost([base], arrays=True).disk_bytes > sweep_cost([base]).disk_bytes
+
+
+def test_the_longest_come_first_give_or_take_a_factor_of_two():
+    scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
+    costs = {scene.collision_sha256: expected_seconds(scene) for scene in scenes}
+    seconds = [costs[s.collision_sha256] for s in sweep._longest_first(scenes, costs)]
+    assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
+
+
+# ---- real collisions in real processes ----------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_results_do_not_depend_on_the_worker(tmp_path):
+    scenes = [Scene(particles=n, speed=s) for n in (5, 10) for s in (0.1, 0.4)]
+    rows = run_scenes(scenes, tmp_path / "a.sqlite", workers=2, arrays=True)
+    for scene, row in zip(scenes, rows, strict=True):
+        alone = carry_out(scene).collision
+        assert row.restitution == alone.restitution
+        assert row.arrays["contact_times"].tolist() == alone.contact_times.tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="finds its victims in /proc")  # noqa: PTH112
+def test_kills_lose_nothing(tmp_path):
+    # A hundred of them: python -m tests.benchmarks.sweep_kills 100
+    pytest.importorskip("distributed")
+    study = sweep_kills.study_kills(4, tmp_path, points=8)
+    assert set(study.kills) == set(sweep_kills.KINDS)
