@@ -17,6 +17,17 @@ def test_palindromes_of_weight_one(scheme):
     assert math.fsum(scheme.weights) == pytest.approx(1.0, abs=scheme.stages * 2.3e-16)
 
 
+@each
+@pytest.mark.parametrize("power", [3, 5, 7])
+def test_odd_powers_of_the_weights_cancel(scheme, power):
+    # Necessary for a symmetric composition of order 4, 6, 8: sums of w^3, w^5, w^7 vanish. The
+    # published weights have 26 digits; doubles leave a few units of 1e-16 a term.
+    if power < scheme.order:
+        assert math.fsum(w**power for w in scheme.weights) == pytest.approx(0.0, abs=1e-14)
+    else:
+        assert abs(math.fsum(w**power for w in scheme.weights)) > 1e-4
+
+
 def test_stages():
     assert {name: c.stages for name, c in COMPOSITIONS.items()} == {
         "verlet": 1,

@@ -92,6 +92,19 @@ def test_the_energy_needed_to_reach_the_wall_is_not_overestimated(bond, size):
         assert argue_end(*state, 0.0, bond) == verdict
 
 
+def test_a_strained_fragment_is_weighed_by_its_mean_displacement():
+    # D is the mean of u, whichever bond is strained; the last one moves it least.
+    displacements = np.array([0.3, 0.3, 0.3, 0.32])
+    mean, half_sum = displacements.mean(), 1.5
+    bound = half_sum * 0.5 * (mean / half_sum) ** 2
+    strains = np.diff(displacements)
+    pattern = np.array([1.0, -1.0, 1.0, -1.0])
+    for share, verdict in ((0.999, "energy"), (1.001, None)):
+        kinetic = share * bound - 0.5 * float(strains @ strains)
+        velocities = 1.0 + np.sqrt(kinetic / 2.0) * pattern
+        assert argue_end(0.3, strains, velocities, 0.0, Harmonic()) == verdict
+
+
 SCENES = [
     {"potential": "harmonic", "particles": 2, "velocity": 0.1},
     {"potential": "harmonic", "particles": 13, "velocity": 0.1},
