@@ -110,8 +110,11 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
     None
         Inside the transaction, with the right to write.
     """
-    connection.execute("BEGIN IMMEDIATE")
+    if connection.in_transaction:
+        # Ctrl-C can come between the beginning of a transaction and the code that would end it.
+        connection.execute("ROLLBACK")
     try:
+        connection.execute("BEGIN IMMEDIATE")
         yield
         connection.execute("COMMIT")
     except BaseException:
