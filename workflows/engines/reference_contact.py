@@ -8,7 +8,7 @@ particles as the map has stages can act on particle 1 within one step: the searc
 Where to look is told by the quintic that fits position, velocity and acceleration at both ends:
 its Bernstein coefficients change sign at least as often as it has roots (Descartes' rule). None
 means no contact, one exactly one; with more, the step is halved until it is one of these. A
-departure from the wall at s = 0 is a root of x(s) but not of x(s)/s, on which the search works.
+departure from the wall at s = 0 is not counted, for zeros have no sign.
 """
 
 from collections.abc import Callable
@@ -161,8 +161,7 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
 
     @register
     def refine(low, high, guess, x0, near, work, scheme, parameters):
-        # The position (over s after a departure) is positive at `low` and not at `high`.
-        departing = x0 == 0.0
+        # The position is positive at `low`, a departure apart, and not at `high`.
         time = guess if low < guess < high else 0.5 * (low + high)
         for _ in range(MOST_ITERATIONS):
             x, v, a = probe(time, x0, near, work, scheme, parameters)
@@ -172,8 +171,7 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
                 low = time
             else:
                 high = time
-            slope = v - x / time if departing else v
-            better = time - x / slope if slope < 0.0 else -1.0
+            better = time - x / v if v < 0.0 else -1.0
             if not low <= better <= high:
                 better = 0.5 * (low + high)
             moved = abs(better - time)

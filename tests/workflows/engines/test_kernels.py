@@ -178,6 +178,23 @@ def test_random_paths_lose_no_contact():
     assert found > 150
 
 
+@pytest.mark.parametrize("frequency", [2.0, 4.0, 6.0, 8.0])
+@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.3, 0.9])
+def test_path_that_no_quintic_fits(frequency, offset):
+    # Up to three wiggles of particle 1 in one step: the fit alone would point anywhere.
+    def probe(time, *_):
+        phase = frequency * time
+        bend = -(frequency**2) * np.sin(phase)
+        return np.sin(phase) + offset * phase, frequency * (np.cos(phase) + offset), bend
+
+    find = build_contact_search(probe=probe, register=as_it_is)
+    time = find(1.0, probe(0.0), probe(1.0), None, None, None, None)
+    times = np.linspace(1e-4, 1.0, 100_000)
+    below = np.flatnonzero(probe(times)[0] < 0.0)
+    expected = times[below[0]] if len(below) else -1.0
+    assert time == pytest.approx(expected, abs=2e-5)
+
+
 def test_quintic_fit():
     path = np.polynomial.Polynomial([0.3, -0.7, 0.2, 1.1, -0.4, 0.9])
     step = 0.8
