@@ -1,0 +1,203 @@
+"""chaincor sweep, show, plot and store as a user meets them."""
+
+import json
+
+import pytest
+
+from workflows.cli import main
+from workflows.errors import SweepError
+from workflows.sweep_file import read_sweep
+
+SWEEP = """
+store = "out.sqlite"
+[scene]
+engine = "reference"
+potential = "harmonic"
+[axes]
+particles = [2, 3, 5]
+velocity = { from = 0.01, to = 0.1, points = 2, spacing = "log" }
+"""
+
+
+@pytest.fixture
+def chaincor(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as left:
+            main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return left.value.code, said.out, said.err
+
+    return run
+
+
+@pytest.fixture
+def sweep_file(tmp_path):
+    def write(text=SWEEP):
+        path = tmp_path / "sweep.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+# ---- the file -----------------------------------------------------------------------------------
+
+
+def points(path, *fields):
+    return [tuple(getattr(scene, field) for field in fields) for scene in read_sweep(path).scenes]
+
+
+def test_axes_are_crossed(sweep_file):
+    path = sweep_file("[axes]\nparticles = [10, 20]\nspeed = [0.1, 0.2]")
+    assert points(path, "particles", "speed") == [(10, 0.1), (10, 0.2), (20, 0.1), (20, 0.2)]
+
+
+def test_zipped_axes_move_together(sweep_file):
+    path = sweep_file(
+        'zip = [["particles", "speed"]]\n'
+        '[axes]\nparticles = [10, 20]\nspeed = [0.1, 0.2]\npotential = ["lj", "log"]'
+    )
+    assert points(path, "particles", "speed", "potential") == [
+        (10, 0.1, "lj"),
+        (10, 0.1, "log"),
+        (20, 0.2, "lj"),
+        (20, 0.2, "log"),
+    ]
+
+
+def test_an_axis_of_tables_sets_several_fields(sweep_file):
+    path = sweep_file(
+        "[axes]\n"
+        'bond = [{potential = "lj"}, {potential = "toda", toda_b = 5.0}]\nparticles = [4, 5]'
+    )
+    assert points(path, "potential", "toda_b") == [("lj", None)] * 2 + [("toda", 5.0)] * 2
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("speed = {from = 0.1, to = 0.5, points = 5}", [0.1, 0.2, 0.3, 0.4, 0.5]),
+        ('speed = {from = 0.01, to = 1, points = 3, spacing = "log"}', [0.01, 0.1, 1.0]),
+        ("speed = {from = 0.1, to = 0.3, step = 0.1}", [0.1, 0.2, 0.3]),
+        ("particles = {from = 10, to = 14, step = 2}", [10, 12, 14]),
+        ('particles = {from = 2, to = 8, points = 9, spacing = "log"}', [2, 3, 4, 5, 6, 7, 8]),
+    ],
+)
+def test_ranges(sweep_file, axis, values):
+    found = [value for (value,) in points(sweep_file(f"[axes]\n{axis}"), axis.split()[0])]
+    assert found == pytest.approx(values, rel=1e-15)
+
+
+def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
+    path = sweep_file("[scene]\nvelocity = 0.1\ntolerance = 1e-4\n[axes]\nspeed = [0.1]")
+    assert points(path, "speed", "velocity") == [(0.1, None)]
+    path = sweep_file('[scene]\ntolerance = 1e-4\n[axes]\nscheme = ["verlet"]')
+    assert points(path, "scheme", "tolerance") == [("verlet", None)]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("particles = 10", "go under"),
+        ("[axes]\ncolour = [1]", "not a field"),
+        ("[axes]\nspeed = 1.0", "expected a list"),
+        ("[axes]\nspeed = []", "expected a list"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0}", "points or step"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0, points = 2, base = 2}", "points or step"),
+        ('[axes]\nspeed = {from = -1.0, to = 2.0, points = 2, spacing = "log"}', "above zero"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = -0.1}", "step towards"),
+        ("[axes]\nspeed = {from = 1.0, to = 2.0, step = 0}", "step towards"),
+        ('zip = [["speed", "particles"]]\n[axes]\nspeed = [1.0]\nparticles = [2, 3]', "lengths"),
+        ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "each once"),
+        ('[scene]\ndump = "a.dump"', "one place"),
+        ("scene = 3", "expected a table"),
+        ("arrays = 3", "true or false"),
+    ],
+)
+def test_what_makes_no_sense_is_told(sweep_file, text, said):
+    with pytest.raises(SweepError, match=said):
+        read_sweep(sweep_file(text))
+
+
+def test_a_point_that_is_no_scene_is_named(chaincor, sweep_file):
+    path = sweep_file("[axes]\nparticles = [10, 0]")
+    status, _, error = chaincor("sweep", path)
+    assert status == 2
+    assert "point 2 (particles = 0)" in error
+    assert "Traceback" not in error
+
+
+# ---- the commands -------------------------------------------------------------------------------
+
+
+def test_dry_run_computes_and_writes_nothing(chaincor, sweep_file, tmp_path):
+    status, out, _ = chaincor("sweep", sweep_file(), "--dry-run")
+    assert status == 0
+    assert "points       6 (3 particles x 2 velocity)" in out
+    assert not (tmp_path / "out.sqlite").exists()
+    status, out, _ = chaincor("sweep", sweep_file(), "--dry-run", "--json")
+    forecast = json.loads(out)
+    assert len(forecast["points"]) == forecast["to_compute"]["points"] == 6
+
+
+@pytest.mark.slow
+def test_a_sweep_from_file_to_plots(chaincor, sweep_file, tmp_path):
+    path, store = sweep_file(), tmp_path / "out.sqlite"
+    status, out, error = chaincor("sweep", path, "--shard", "1/2", "--json", "--workers", "1")
+    assert (status, json.loads(out)["computed"], error) == (0, 3, "")
+    status, out, _ = chaincor("sweep", path, "--json", "--workers", "1")
+    assert (status, json.loads(out)["computed"], json.loads(out)["found"]) == (0, 3, 3)
+    assert "nothing to compute: 6" in chaincor("sweep", path)[1]
+
+    status, out, _ = chaincor("show", store, "--where", "particles=2", "--columns", "restitution")
+    assert out.split() == ["restitution", "1", "1"]  # two particles return everything
+    rows = json.loads(chaincor("show", store, "--json")[1])
+    assert (rows["count"], len(rows["rows"])) == (6, 6)
+    assert "2 of 6 rows" in chaincor("show", store, "--limit", 2)[1]
+
+    assert chaincor("plot", store, "--x", "velocity", "--by", "particles")[0] == 0
+    assert store.with_suffix(".png").stat().st_size > 5000
+    heat = tmp_path / "heat.png"
+    status, *_ = chaincor(
+        "plot", store, "--x", "velocity", "--y", "particles", "--colour", "restitution", "-o", heat
+    )
+    assert status == 0
+    assert heat.stat().st_size > 5000
+
+    assert chaincor("store", "merge", tmp_path / "all.sqlite", store)[1].endswith("6 rows\n")
+    assert chaincor("store", "export", store, tmp_path / "all.csv")[0] == 0
+    assert len((tmp_path / "all.csv").read_text().splitlines()) == 7
+
+
+@pytest.mark.slow
+def test_failures_are_counted_and_told_by_the_exit_status(chaincor, sweep_file, tmp_path):
+    path = sweep_file('[scene]\npotential = "harmonic"\n[axes]\nvelocity = [0.9]\nparticles = [5]')
+    status, out, _ = chaincor("sweep", path, "--workers", "1")
+    assert (status, "1 failed" in out) == (1, True)
+    status, out, _ = chaincor("sweep", path)
+    assert (status, "not tried again" in out) == (1, True)
+    rows = json.loads(
+        chaincor("show", tmp_path / "sweep.sqlite", "--columns", "failure", "--json")[1]
+    )
+    assert rows["rows"] == [{"failure": "CrossingError"}]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("sweep", "none.toml"),
+        ("sweep", "{file}", "--shard", "3/2"),
+        ("sweep", "{file}", "--shard", "x"),
+        ("sweep", "{file}", "--scheduler", "tcp://h:1", "--workers", "2"),
+        ("show", "none.sqlite"),
+        ("plot", "none.sqlite"),
+        ("store", "merge", "a.sqlite", "none.sqlite"),
+        ("store", "export", "none.sqlite", "a.csv"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(chaincor, sweep_file, arguments):
+    path = sweep_file()
+    status, out, error = chaincor(*(a.format(file=path) for a in arguments))
+    assert (status, out) == (2, "")
+    assert error.startswith("chaincor: ")
+    assert error.count("\n") == 1
