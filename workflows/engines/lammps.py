@@ -32,6 +32,8 @@ _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
+# A harmonic bond is the same at every length.
+_HARMONIC_RANGE = (0.0, 2.0)
 # A stable integration does not double the energy.
 _MOST_ENERGY = 2.0
 
@@ -234,11 +236,12 @@ def _collide(
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
+        bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            flight = _choose_flight(scene, used, table, chain, ask_every_step)
-            collision = ChainCollision(scene, flight, frame_interval)
+            flight = _choose_flight(scene, used, bond_range, chain, ask_every_step)
+            collision = ChainCollision(scene, flight, frame_interval, bond_range)
             started = time.perf_counter()
             collision.carry_out()
             seconds = time.perf_counter() - started
@@ -251,7 +254,7 @@ def _collide(
 def _choose_flight(
     scene: Scene,
     numerics: Numerics,
-    table: BondTable | None,
+    bond_range: tuple[float, float],
     chain: LammpsChain,
     ask_every_step: bool,
 ) -> Flight:
@@ -259,6 +262,5 @@ def _choose_flight(
         return ComposedFlight(chain)
     bound = None
     if not ask_every_step and scene.particles > 1:
-        lengths = (0.0, 2.0) if table is None else (table.lengths[0], table.lengths[-1])
-        bound = BlindBound(scene.bond, lengths, numerics.timestep)
+        bound = BlindBound(scene.bond, bond_range, numerics.timestep)
     return VerletFlight(chain, numerics.wall == "reflect", bound)

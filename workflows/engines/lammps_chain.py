@@ -180,10 +180,14 @@ class LammpsChain:
         """
         send, handle = self._send, self._handle
         stages = self._full_step if duration is None else self._encode(duration)
-        for command, _ in stages:
-            send(handle, command)
+        current = self._current
+        for command, timestep in stages:
+            # Palindromes begin with the weight they end with, and some weights come in pairs.
+            if timestep != current:
+                send(handle, command)
+                current = timestep
             send(handle, _RUN_ONE)
-        self._current = stages[-1][1]
+        self._current = current
         self.stages_done += len(stages)
         if self._failed(handle):
             self._raise_failure()

@@ -7,6 +7,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
 from workflows.engines.lammps_flight import Flight
+from workflows.engines.lammps_lookahead import LookAhead
 from workflows.engines.outcome import Frames, Outcome
 from workflows.errors import (
     BarrierError,
@@ -29,9 +30,17 @@ class ChainCollision:
         What carries the chain from contact to contact.
     frame_interval : float or None
         Least time between frames; None for those of the scene's dump, if it has one.
+    bond_range : tuple of float
+        Lengths between which bonds are known: those of the table, if there is one.
     """
 
-    def __init__(self, scene: Scene, flight: Flight, frame_interval: float | None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        flight: Flight,
+        frame_interval: float | None,
+        bond_range: tuple[float, float],
+    ) -> None:
         self.scene = scene
         self.bond = scene.bond
         self.flight = flight
@@ -46,6 +55,10 @@ class ChainCollision:
         if scene.dump is not None and frame_interval is None:
             self.frame_interval = scene.particles / scene.dump_frames
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+        # Frames have to be exact to the end.
+        self.look_ahead = None
+        if np.isinf(self.next_frame) and scene.particles > 1:
+            self.look_ahead = LookAhead(scene, self.chain, bond_range)
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.chain.x - self.rest, self.chain.v.copy()
@@ -124,6 +137,11 @@ class ChainCollision:
             since,
             self.bond,
         )
+        if self.ending is None and self.look_ahead is not None:
+            settled = self.look_ahead.settle(self.flight.time, self.contacts[-1][0], self.shortest)
+            if settled is not None:
+                self.flight.time, self.ending = settled
+                self._watch_bonds()
 
     def _take_frame(self) -> None:
         assert self.frame_interval is not None
