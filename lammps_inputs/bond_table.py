@@ -1,7 +1,7 @@
 """Bond tables for LAMMPS bond_style table: choosing rows, writing, and reading a user's own."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,16 @@ from lammps_inputs.errors import TableError
 from lammps_inputs.potentials import Potential, UserBond
 from lammps_inputs.scene import TableStyle
 
-KEYWORD = "CHAIN"
+# Sections of the table file, one for each bond type.
+KEYWORDS = ("CHAIN", "FAR")
+
+# A chain that breaks stretches some bonds far beyond all others. A second table takes over there,
+# so that the first, whose end at short lengths is steep, stays narrow. A bond changes over where
+# both tables hold it, out at one length and back at a shorter one.
+FAR_OUT = 2.1
+FAR_BACK = 1.9
+NEAR_END = FAR_OUT + 0.25
+FAR_START = FAR_BACK - 0.25
 
 # LAMMPS reads past the end of a spline table within one bin of it; stay three bins inside.
 MARGIN_BINS = 3
@@ -42,6 +51,8 @@ class BondTable:
         d(force)/dr at the first and the last row: what LAMMPS calls FP.
     style : str
         ``linear`` or ``spline``.
+    far : BondTable or None
+        A second table of as many rows, which takes over for very long bonds.
     """
 
     lengths: NDArray[np.float64]
@@ -49,6 +60,12 @@ class BondTable:
     forces: NDArray[np.float64]
     edge_slopes: tuple[float, float]
     style: TableStyle
+    far: "BondTable | None" = None
+
+    @property
+    def longest(self) -> float:
+        """Longest bond that can be held."""
+        return float((self.far or self).lengths[-1])
 
     @property
     def rows(self) -> int:
@@ -67,13 +84,17 @@ class BondTable:
         Returns
         -------
         str
-            The file's text.
+            The file's text: a section for each bond type.
         """
+        text = self._section(KEYWORDS[0])
+        return text if self.far is None else text + "\n" + self.far._section(KEYWORDS[1])
+
+    def _section(self, keyword: str) -> str:
         low, high = self.edge_slopes
         lines = [
             "# bond potential of the chain: row, length, energy, force = -dU/dr",
             "",
-            KEYWORD,
+            keyword,
             f"N {self.rows} FP {low:.17g} {high:.17g} EQ 1.0",
             "",
         ]
@@ -136,6 +157,47 @@ def tabulate(
         edge_slopes=(float(slopes[0]), float(slopes[1])),
         style=style,
     )
+
+
+def tabulate_near_and_far(
+    bond: Potential,
+    bond_range: tuple[float, float],
+    style: TableStyle = "spline",
+    force_error: float | None = None,
+) -> BondTable:
+    """
+    Sample a potential in one table, or in two where some bonds get very long.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    bond_range : tuple of float
+        Shortest and longest bond that will be met.
+    style : str
+        LAMMPS's interpolation.
+    force_error : float or None
+        Largest force error wanted; see :func:`choose_rows`.
+
+    Returns
+    -------
+    BondTable
+        With a far table where there are two; they overlap around ``FAR_BACK`` to ``FAR_OUT`` and
+        have equally many rows, because LAMMPS interpolates all types on equally many.
+    """
+    shortest, longest = bond_range
+    if longest <= NEAR_END + 1.0:
+        return tabulate(bond, bond_range, style, force_error=force_error)
+    if force_error is None:
+        # What the near table reaches; the far one, with its small forces, need do no better.
+        force_error = FORCE_TARGET[style] * abs(float(bond.force(shortest - 1.0)))
+    ranges = ((shortest, NEAR_END), (FAR_START, longest))
+    rows = max(
+        choose_rows(bond, _with_margin(bond, part, FEWEST_ROWS), style, force_error)
+        for part in ranges
+    )
+    near, far = (tabulate(bond, part, style, rows) for part in ranges)
+    return replace(near, far=far)
 
 
 def _with_margin(

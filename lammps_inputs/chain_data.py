@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 _ROOM = 30.0
 
 
-def format_chain_data(positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> str:
+def format_chain_data(
+    positions: NDArray[np.float64], velocities: NDArray[np.float64], bond_types: int = 1
+) -> str:
     """
     Format a chain for ``atom_style bond``, exact to the last bit.
 
@@ -18,6 +20,8 @@ def format_chain_data(positions: NDArray[np.float64], velocities: NDArray[np.flo
         Coordinates along x; particle 1, nearest the wall at x = 0, first.
     velocities : ndarray of shape (n,)
         Velocities along x, positive away from the wall.
+    bond_types : int
+        Bond types to make room for; all bonds start with type 1.
 
     Returns
     -------
@@ -32,7 +36,7 @@ def format_chain_data(positions: NDArray[np.float64], velocities: NDArray[np.flo
         f"{n} atoms",
         f"{n - 1} bonds",
         "1 atom types",
-        "1 bond types",
+        f"{bond_types} bond types",
         "",
         f"{-reach:.17g} {reach:.17g} xlo xhi",
         "-0.5 0.5 ylo yhi",

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import PurePosixPath
 from typing import Any
 
-from lammps_inputs.bond_table import KEYWORD, BondTable
+from lammps_inputs.bond_table import KEYWORDS, BondTable
 from lammps_inputs.errors import SceneError
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
@@ -54,7 +54,8 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
         "folder": folder,
         "data_file": DATA_FILE,
         "table_file": TABLE_FILE,
-        "table_keyword": KEYWORD,
+        "table_keyword": KEYWORDS[0],
+        "far_keyword": KEYWORDS[1] if table is not None and table.far is not None else None,
         "tabulated": table is not None,
         "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
         "scripted": False,

@@ -23,7 +23,7 @@ class TableCertificate:
     style : str
         ``linear`` or ``spline``.
     rows : int
-        Rows of the table.
+        Rows of the table, and of the far one where there are two.
     shortest, longest : float
         First and last bond length of the table.
     force_error, energy_error : float
@@ -74,13 +74,38 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
     TableCertificate
         The largest errors; those of an energy carry no constant.
     """
+    near = _largest_errors(chain, 1, table, bond)
+    parts = [near] if table.far is None else [near, _largest_errors(chain, 2, table.far, bond)]
+    force, energy, edge_force, edge_energy = np.max(parts, axis=0).tolist()
+    return TableCertificate(
+        style=table.style,
+        rows=table.rows,
+        shortest=float(table.lengths[0]),
+        longest=table.longest,
+        force_error=force,
+        energy_error=energy,
+        edge_force_error=edge_force,
+        edge_energy_error=edge_energy,
+        lengths_asked=_lengths_asked(table) * len(parts),
+    )
+
+
+def _lengths_asked(table: BondTable) -> int:
     # An even number of intervals that shares no factor with the rows falls between them.
-    asked = min(2 * table.rows, _MOST_LENGTHS)
+    return min(2 * table.rows, _MOST_LENGTHS)
+
+
+def _largest_errors(
+    chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
+) -> tuple[float, float, float, float]:
+    """Return the errors of force and energy inside, and the same at the edges."""
+    asked = _lengths_asked(table)
     first, last = float(table.lengths[0]), float(table.lengths[-1])
     inset = 0.25 * table.spacing
     file = chain.folder / _FILE
     chain.commands(
-        f'bond_write 1 {asked} {first + inset!r} {last - inset!r} "{file.as_posix()}" CERTIFICATE'
+        f"bond_write {bond_type} {asked} {first + inset!r} {last - inset!r} "
+        f'"{file.as_posix()}" CERTIFICATE'
     )
     rows = [line.split() for line in file.read_text().splitlines()]
     file.unlink()
@@ -89,18 +114,9 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
     # The file rounds lengths to 15 digits; LAMMPS itself used these.
     lengths = (first + inset) + (last - first - 2 * inset) / (asked - 1) * np.arange(asked)
     strains = lengths - 1.0
-    energy_errors = np.abs(energies - bond.energy(strains))
-    force_errors = np.abs(forces - bond.force(strains))
     margin = MARGIN_BINS * table.spacing
     inside = (lengths > first + margin) & (lengths < last - margin)
-    return TableCertificate(
-        style=table.style,
-        rows=table.rows,
-        shortest=float(first),
-        longest=float(last),
-        force_error=float(np.max(force_errors[inside], initial=0.0)),
-        energy_error=float(np.max(energy_errors[inside], initial=0.0)),
-        edge_force_error=float(np.max(force_errors[~inside], initial=0.0)),
-        edge_energy_error=float(np.max(energy_errors[~inside], initial=0.0)),
-        lengths_asked=asked,
-    )
+    errors = (np.abs(forces - bond.force(strains)), np.abs(energies - bond.energy(strains)))
+    force, energy = (float(np.max(e[inside], initial=0.0)) for e in errors)
+    edge_force, edge_energy = (float(np.max(e[~inside], initial=0.0)) for e in errors)
+    return force, energy, edge_force, edge_energy

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.bond_table import BondTable
+from lammps_inputs.bond_table import FAR_BACK, FAR_OUT, FAR_START, NEAR_END, BondTable
 from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
@@ -49,7 +49,11 @@ class LammpsChain:
         self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
     ) -> None:
         positions, velocities = initial_chain(scene.particles, scene.impact_velocity)
-        (folder / DATA_FILE).write_text(format_chain_data(positions, velocities))
+        self._far = None
+        if table is not None and table.far is not None:
+            self._far = np.zeros(scene.particles - 1, dtype=bool)
+        bond_types = 1 if self._far is None else 2
+        (folder / DATA_FILE).write_text(format_chain_data(positions, velocities, bond_types))
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
@@ -140,10 +144,25 @@ class LammpsChain:
             Named after what LAMMPS says.
         """
         self._set_timestep(self.timestep)
-        self._send(self._handle, b"run %d pre no post no" % steps)
-        self.stages_done += steps
-        if self._failed(self._handle):
-            self._raise_failure()
+        while steps > 0:
+            part = steps if self._far is None else min(steps, self._steps_within_tables())
+            self._send(self._handle, b"run %d pre no post no" % part)
+            self.stages_done += part
+            steps -= part
+            if self._failed(self._handle):
+                self._raise_failure()
+            if self._far is not None:
+                self._change_tables()
+
+    def _steps_within_tables(self) -> int:
+        """Return how many Verlet steps no bond can use to outrun its table."""
+        assert self._far is not None
+        lengths = np.diff(self.x)
+        room = NEAR_END - np.max(lengths, where=~self._far, initial=-np.inf)
+        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_START)
+        fastest = float(np.max(np.abs(np.diff(self.v))))
+        # Half the room: bonds may speed up while they fall together.
+        return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
 
     def verlet(self, duration: float) -> None:
         """
@@ -191,6 +210,27 @@ class LammpsChain:
         self.stages_done += len(stages)
         if self._failed(handle):
             self._raise_failure()
+        if self._far is not None:
+            self._change_tables()
+
+    def _change_tables(self) -> None:
+        """Give bonds that got very long the far table, and those that came back the near one."""
+        assert self._far is not None
+        lengths = np.diff(self.x)
+        far = np.where(self._far, lengths > FAR_BACK, lengths > FAR_OUT)
+        changed = np.flatnonzero(far != self._far)
+        if len(changed) == 0:
+            return
+        lines = []
+        for bond in changed.tolist():
+            lines += [
+                f"group ends id {bond + 1} {bond + 2}",
+                f"set group ends bond {2 if far[bond] else 1}",
+                "group ends delete",
+            ]
+        # A set-up rebuilds the list of bonds with their types, and takes no step.
+        self.commands("\n".join([*lines, "run 0 post no"]))
+        self._far = far
 
     def restart(self, timestep: float) -> None:
         """
@@ -201,6 +241,9 @@ class LammpsChain:
         timestep : float
             The composed step H.
         """
+        if self._far is not None and self._far.any():
+            self.restore(self._initial)
+            self._change_tables()
         self.restore(self._initial)
         self.timestep = timestep
         self._full_step = self._encode(timestep)
