@@ -99,7 +99,8 @@ def _run(arguments: list[str] | None) -> int:
         click.echo("chaincor: interrupted", err=True)
         return 130
     except ChaincorError as error:
-        click.echo(f"chaincor: {' '.join(str(error).split())}", err=True)
+        page = f"docs/errors.md: {type(error).__name__}"
+        click.echo(f"chaincor: {' '.join(str(error).split())} ({page})", err=True)
         return error.exit_status
     except BrokenPipeError:
         return 1

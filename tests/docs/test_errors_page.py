@@ -1,0 +1,41 @@
+"""Every named error has its section on the page that messages point to, and no section is stale."""
+
+import importlib
+import pkgutil
+import re
+
+import analysis
+import lammps_inputs
+import workflows
+from lammps_inputs.errors import ChaincorError
+from tests.docs.documents import ROOT
+from workflows.cli import main
+
+
+def named_errors():
+    for package in (lammps_inputs, analysis, workflows):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            importlib.import_module(module.name)
+    found, queue = set(), [ChaincorError]
+    while queue:
+        for kind in queue.pop().__subclasses__():
+            found.add(kind.__name__)
+            queue.append(kind)
+    return found
+
+
+def test_each_error_has_a_section_with_cause_and_remedy():
+    page = (ROOT / "docs" / "errors.md").read_text()
+    sections = dict(re.findall(r"^### (\w+)\n(.*?)(?=^##|\Z)", page, re.MULTILINE | re.DOTALL))
+    assert set(sections) == named_errors()
+    for name, text in sections.items():
+        assert "**Cause.**" in text, name
+        assert "**Remedy.**" in text, name
+
+
+def test_a_message_names_its_section(capsys):
+    try:
+        main(["run", "--particles", "0"])
+    except SystemExit as leave:
+        assert leave.code == 2
+    assert capsys.readouterr().err.rstrip().endswith("(docs/errors.md: SceneError)")
