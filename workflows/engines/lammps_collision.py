@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
-from workflows.engines.lammps_flight import Flight
+from workflows.engines.lammps_flight import Flight, VerletFlight
 from workflows.engines.lammps_lookahead import LookAhead
 from workflows.engines.outcome import Frames, Outcome
 from workflows.errors import (
@@ -58,7 +58,8 @@ class ChainCollision:
         # Frames have to be exact to the end.
         self.look_ahead = None
         if np.isinf(self.next_frame) and scene.particles > 1:
-            self.look_ahead = LookAhead(scene, self.chain, bond_range)
+            reflect = isinstance(flight, VerletFlight) and flight.reflect
+            self.look_ahead = LookAhead(scene, self.chain, bond_range, reflect)
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.chain.x - self.rest, self.chain.v.copy()

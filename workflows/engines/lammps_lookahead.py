@@ -33,10 +33,16 @@ class LookAhead:
         The chain.
     bond_range : tuple of float
         Lengths between which bonds are known, see :class:`BlindBound`.
+    reflect : bool
+        Whether LAMMPS's own fix mirrors particle 1 at the wall: then a coarse step that ends
+        there must be taken for a contact before the fix hides it.
     """
 
-    def __init__(self, scene: Scene, chain: LammpsChain, bond_range: tuple[float, float]) -> None:
+    def __init__(
+        self, scene: Scene, chain: LammpsChain, bond_range: tuple[float, float], reflect: bool
+    ) -> None:
         self._chain, self._bond, self._range = chain, scene.bond, bond_range
+        self._reflect = reflect
         self._rest = np.arange(scene.particles, dtype=float)
         self._interval = look_interval(scene.particles, self._bond.stiffness)
         self._cap = longest_collision(scene.particles, self._bond.stiffness)
@@ -77,7 +83,8 @@ class LookAhead:
         chain.x[:] -= shift
         ending = None
         try:
-            flight = VerletFlight(chain, False, BlindBound(self._bond, self._range, chain.timestep))
+            bound = BlindBound(self._bond, self._range, chain.timestep)
+            flight = VerletFlight(chain, self._reflect, bound)
             while ending is None:
                 if flight.advance(flight.time + self._interval) is not None:
                     break

@@ -113,6 +113,30 @@ def test_the_final_state_is_that_after_the_last_contact():
     assert late.mean(axis=1) == pytest.approx(outcome.velocities.mean(), abs=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("wall", "scheme"), [("event", "verlet"), ("event", "order6"), ("reflect", "verlet")]
+)
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"potential": "harmonic", "particles": 10, "velocity": 0.1},
+        {"potential": "harmonic", "particles": 40, "velocity": 0.1},
+        {"potential": "lj", "particles": 30, "speed": 0.4},
+        {"potential": "lj", "particles": 30, "speed": 1.0},
+        {"potential": "toda", "particles": 30, "speed": 2.0},
+    ],
+    ids=lambda f: f"{f['potential']}-{f['particles']}-{f.get('speed')}",
+)
+def test_looking_ahead_for_the_end_changes_no_contact(fields, wall, scheme):
+    # A run that takes frames goes on with exact steps to the end: every bit must be the same.
+    scene = Scene(**fields)
+    numerics = Numerics(wall=wall, scheme=scheme, timestep=0.0125, bond_range=(0.4, 40.0))
+    ahead = lammps.run(scene, numerics)
+    exact = lammps.run(scene, numerics, frame_interval=1e6)
+    for name in ("contact_times", "contact_speeds", "velocities", "displacements"):
+        assert np.array_equal(getattr(ahead, name), getattr(exact, name))
+
+
 def test_a_narrow_range_is_widened_to_the_same_answer():
     scene = Scene(potential="lj", particles=10, speed=0.4)
     numerics = Numerics(scheme="order8", timestep=0.1)
