@@ -18,6 +18,7 @@ _COMMANDS = {
     "show": "Show a store of results as a table.",
     "plot": "Draw curves or a heat map from a store.",
     "store": "Merge stores, or export one to CSV or Parquet.",
+    "explore": "Write a page with sliders for speed and potential.",
     "reproduce": "Recompute the paper's curves.",
     "doctor": "Say whether this machine can run chaincor, and what is missing.",
 }

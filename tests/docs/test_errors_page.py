@@ -4,6 +4,8 @@ import importlib
 import pkgutil
 import re
 
+import pytest
+
 import analysis
 import lammps_inputs
 import workflows
@@ -34,8 +36,7 @@ def test_each_error_has_a_section_with_cause_and_remedy():
 
 
 def test_a_message_names_its_section(capsys):
-    try:
+    with pytest.raises(SystemExit) as leave:
         main(["run", "--particles", "0"])
-    except SystemExit as leave:
-        assert leave.code == 2
+    assert leave.value.code == 2
     assert capsys.readouterr().err.rstrip().endswith("(docs/errors.md: SceneError)")

@@ -11,9 +11,18 @@ from workflows.result import Collision
 
 @click.command()
 @scene_options()
+@click.option(
+    "--animate", metavar="FILE", help="draw the motion, followed in-house, as .gif or .mp4"
+)
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
-def run(ctx: click.Context, scene_file: str | None, as_json: bool, **options: Any) -> None:
+def run(
+    ctx: click.Context,
+    scene_file: str | None,
+    animate: str | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
     """
     Run one collision and print its restitution with an error bar.
 
@@ -21,10 +30,16 @@ def run(ctx: click.Context, scene_file: str | None, as_json: bool, **options: An
     """
     from workflows.collision import collide
 
+    if animate is not None and not animate.endswith((".gif", ".mp4")):
+        raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
     result = collide(scene)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
+    if animate is not None:
+        from workflows.motion import write_animation
+
+        write_animation(scene, result.last_contact_time, animate)
     if as_json:
         click.echo(json.dumps(result.to_dict(), allow_nan=False))
     else:
