@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from lammps_inputs.potentials import Potential
+from workflows.engines.reference_coast import build_coast
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
 from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_motion import build_motion
@@ -34,6 +35,8 @@ class Kernels:
     ----------
     advance : callable
         Carries a chain over many steps; see ``reference_motion``.
+    coast : callable
+        Carries it over coarse steps; see ``reference_coast``.
     parameters : tuple
         The (p, q) of the potential's kernel.
     compiled : bool
@@ -41,6 +44,7 @@ class Kernels:
     """
 
     advance: Callable
+    coast: Callable
     parameters: tuple
     compiled: bool
 
@@ -70,7 +74,8 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
         advance = _compile(force.function, force.keep, extrapolated)
-        return Kernels(advance, force.parameters, compiled=True)
+        coast = _compile_coast(force.function, force.keep)
+        return Kernels(advance, coast, force.parameters, compiled=True)
 
     def first_force(strain, _p, _q):
         return float(bond.force(np.array([strain]))[0])
@@ -82,7 +87,8 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
         build_contact_search,
         lambda function: function,
     )
-    return Kernels(advance, (0.0, 0.0), compiled=False)
+    coast = build_coast(array_stage(bond), array_drift, array_outside)
+    return Kernels(advance, coast, (0.0, 0.0), compiled=False)
 
 
 def _array_leap(bond: Potential, extrapolated: bool) -> Callable:
@@ -111,3 +117,11 @@ def _compile(function: Callable, keep: bool, extrapolated: bool) -> Callable:
         register,
     )
     return compiler.compile(advance)
+
+
+@cache
+def _compile_coast(function: Callable, keep: bool) -> Callable:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    stage = compiler.register(looped_stage(compiler.register(function)))
+    outside = compiler.register(looped_outside)
+    return compiler.compile(build_coast(stage, compiler.register(looped_drift), outside))

@@ -13,6 +13,7 @@ from workflows.engines.ending import argue_end, longest_collision, quiet_time
 from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_chain import Chain
+from workflows.engines.reference_look_ahead import LookAhead
 from workflows.engines.reference_outcome import (
     LastContact,
     displacements_from,
@@ -42,7 +43,9 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     Returns
     -------
     Outcome
-        With the state right after the last contact.
+        With the state right after the last contact. That it was the last is mostly seen by
+        looking ahead with coarse steps (see ``look_ahead``): the duration, the number of
+        fragments and the longest bond are then good to that, some parts in 1e3.
 
     Raises
     ------
@@ -62,38 +65,42 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     chain = Chain.at_first_contact(scene, scheme)
     # Without a step to take, this only loads or compiles the loops, which is not integration.
     chain.advance(kernels, 0, numerics.timestep, scheme)
+    look_ahead = LookAhead(scene, chain, kernels, scheme, numerics.timestep)
+    look_ahead.warm_up()
+    frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
     started = time.perf_counter()
-    ending, frames = _collide(scene, chain, kernels, scheme, numerics.timestep, frame_interval)
+    ending, end, duration = _collide(
+        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames
+    )
     seconds = time.perf_counter() - started
-    ledger = chain.ledger
+    ledger = end.ledger
     return finish(
         scene,
         LastContact(
             strains=chain.last[0],
             velocities=chain.last[1],
-            contact_times=chain.contacts[0, : ledger.contacts].copy(),
-            contact_speeds=chain.contacts[1, : ledger.contacts].copy(),
+            contact_times=chain.contacts[0, : chain.ledger.contacts].copy(),
+            contact_speeds=chain.contacts[1, : chain.ledger.contacts].copy(),
         ),
         scheme=numerics.scheme,
         timestep=numerics.timestep,
         ending=ending,
-        duration=float(ledger.steps * numerics.timestep),
+        duration=duration,
         bond_range=(1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)),
-        end_strains=chain.strain,
-        end_velocities=chain.velocity,
+        end_strains=end.strain,
+        end_velocities=end.velocity,
         seconds=seconds,
         force_evaluations=int(ledger.evaluations),
-        frames=frames,
+        frames=frames.collected(),
     )
 
 
-def _collide(scene, chain, kernels, scheme, step, frame_interval):
-    """Step until the end is argued; return the argument and the frames."""
+def _collide(scene, chain, kernels, scheme, step, look_ahead, frames):
+    """Step until the end is argued; return the argument, the chain at the end and when that is."""
     bond, ledger = scene.bond, chain.ledger
     longest = longest_collision(scene.particles, bond.stiffness)
     quiet = quiet_time(scene.particles, bond.stiffness)
     last_step = math.ceil(longest / step)
-    frames = _Recorder(chain, kernels, scheme, step, frame_interval)
     while True:
         status = chain.advance(kernels, int(min(last_step, frames.next_step())), step, scheme)
         if status in (motion.OUTSIDE, motion.CROWDED):
@@ -112,7 +119,12 @@ def _collide(scene, chain, kernels, scheme, step, frame_interval):
                 float(ledger.wall_distance), chain.strain, chain.velocity, away, bond
             )
             if argument is not None:
-                return argument, frames.collected()
+                return argument, chain, float(ledger.steps * step)
+            settled = look_ahead.settle()
+            if settled is not None:
+                coast, argument = settled
+                frames.record_until(coast.time)
+                return argument, coast.chain, coast.time
             ledger.argue_after = next_argument(away, quiet)
         if status == motion.DONE:
             if ledger.steps >= last_step:
@@ -151,6 +163,13 @@ class _Recorder:
                 displacements_from(float(copy.ledger.wall_distance), copy.strain)
             )
             self._velocities.append(copy.velocity)
+
+    def record_until(self, end: float) -> None:
+        """Take all snapshots up to a time before which no contact comes; the chain is moved."""
+        self._chain.ledger.argue_after = math.inf
+        while self._next_time() <= end:
+            self._chain.advance(self._kernels, int(self.next_step()), self._step, self._scheme)
+            self.record()
 
     def collected(self) -> Frames | None:
         """Return the snapshots, if any were asked for."""

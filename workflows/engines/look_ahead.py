@@ -1,0 +1,116 @@
+"""
+Looking ahead: cheap motion that shows that no further contact comes, for any engine.
+
+The result of a collision is the state right after its last contact. What follows only has to show
+that it was the last, and particle 1 keeps so clear of the wall then that coarse Verlet steps show
+it as well as exact ones. Where the coarse motion does come near the wall, nothing has been said:
+the engine goes on exactly from where it was, and does not look again before that moment.
+"""
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.potentials import Potential
+from lammps_inputs.scene import Scene
+from workflows.engines.ending import argue_end, longest_collision, look_interval, quiet_time
+
+# Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
+# they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.
+COARSE_STEP = 0.1
+# Particle 1 must stay off even a wall that has come half its distance nearer.
+CLEARANCE = 0.5
+# That must be worth this much of v0/sqrt(U''), by which bonds swing.
+LEAST_CLEARANCE = 0.1
+# The argument costs as much as some flight: looks get rarer with the time since the contact.
+LOOK_GROWTH = 0.5
+
+
+class Coast(Protocol):
+    """A chain that flies ahead with coarse steps."""
+
+    time: float
+    """Time since the first contact."""
+
+    def fly(self, duration: float) -> bool:
+        """Fly on for at least `duration`; return False, at once, where a wall comes near."""
+
+    def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """Return distance of particle 1 from the true wall, strains and velocities."""
+
+
+def coarse_step(bond: Potential, shortest: float) -> float:
+    """
+    Return the Verlet step for looking ahead.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bonds' potential.
+    shortest : float
+        Smallest strain so far: with it the steps shrink.
+
+    Returns
+    -------
+    float
+        A tenth of 1/sqrt(U'') of the stiffest bond.
+    """
+    stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
+    return COARSE_STEP / math.sqrt(stiffest)
+
+
+def required_clearance(scene: Scene, distance: float) -> float | None:
+    """
+    Return how far from the wall the coarse motion must stay to count.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    distance : float
+        Distance of particle 1 from the wall as it is looked ahead from.
+
+    Returns
+    -------
+    float or None
+        Half that distance; None where it is too short to tell a coarse motion from a contact.
+    """
+    clearance = CLEARANCE * distance
+    least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.bond.stiffness)
+    return clearance if clearance >= least else None
+
+
+def find_end(scene: Scene, coast: Coast, last_contact: float) -> str | None:
+    """
+    Fly ahead until the end is argued or the wall comes near.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    coast : Coast
+        Is moved.
+    last_contact : float
+        Time of the last contact so far.
+
+    Returns
+    -------
+    str or None
+        The argument, see :func:`workflows.engines.ending.argue_end`; None where the motion came
+        near the wall or did not end.
+    """
+    bond = scene.bond
+    interval = look_interval(scene.particles, bond.stiffness)
+    silence = last_contact + quiet_time(scene.particles, bond.stiffness) * (1.0 + 1e-12)
+    longest = longest_collision(scene.particles, bond.stiffness)
+    while coast.time <= longest:
+        duration = max(interval, LOOK_GROWTH * (coast.time - last_contact))
+        until_silence = silence - coast.time
+        if not coast.fly(until_silence if 0.0 < until_silence < duration else duration):
+            return None
+        argument = argue_end(*coast.state(), coast.time - last_contact, bond)
+        if argument is not None:
+            return argument
+    return None

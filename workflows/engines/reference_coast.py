@@ -1,0 +1,45 @@
+"""The loop over coarse Verlet steps, with which the stepping engine looks ahead."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+
+def build_coast(stage: Callable, drift: Callable, count_outside: Callable) -> Callable:
+    """
+    Return the loop over coarse steps.
+
+    Parameters
+    ----------
+    stage, drift, count_outside : callable
+        As in ``reference_stages``.
+
+    Returns
+    -------
+    callable
+        ``coast(ledger, strain, velocity, steps, step, clearance, parameters)``: takes Verlet
+        steps and returns how many, fewer than `steps` where particle 1 comes nearer to the wall
+        than `clearance` or a strain is not allowed; the state is half a step off then.
+    """
+
+    def coast(ledger, strain, velocity, steps, step, clearance, parameters):
+        p, q = parameters
+        ahead = 0.5 * step  # the drifts of neighbouring steps merge
+        for taken in range(steps):
+            ledger.wall_distance += ahead * velocity[0]
+            stage(strain, velocity, ahead, step, p, q)
+            ahead = step
+            ledger.evaluations += 1
+            if not ledger.wall_distance > clearance:
+                return taken
+            if count_outside(strain, ledger.strain_min, ledger.strain_max) > 0:
+                low, high = np.min(strain), np.max(strain)
+                ledger.strain_min = min(ledger.strain_min, low)
+                ledger.strain_max = max(ledger.strain_max, high)
+                if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
+                    return taken
+        ledger.wall_distance += 0.5 * step * velocity[0]
+        drift(strain, velocity, 0.5 * step)
+        return steps
+
+    return coast

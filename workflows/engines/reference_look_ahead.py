@@ -1,0 +1,139 @@
+"""Looking ahead with the stepping engine: a copy of the chain flies on with coarse steps."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.scene import Scene
+from workflows.engines.kernels import Kernels
+from workflows.engines.look_ahead import coarse_step, find_end, required_clearance
+from workflows.engines.reference_chain import Chain
+from workflows.engines.reference_steps import StepScheme
+
+
+class ChainCoast:
+    """
+    A copy of a chain that flies ahead with coarse steps.
+
+    Parameters
+    ----------
+    chain : Chain
+        In flight; not changed.
+    kernels : Kernels
+        The loops.
+    now : float
+        Time since the first contact.
+    step : float
+        The Verlet step.
+    clearance : float
+        How near to the wall particle 1 may come.
+
+    Attributes
+    ----------
+    chain : Chain
+        The copy.
+    time : float
+        Time since the first contact.
+    """
+
+    def __init__(
+        self, chain: Chain, kernels: Kernels, now: float, step: float, clearance: float
+    ) -> None:
+        self.chain, self.time = chain.copy(), now
+        self._kernels, self._step, self._clearance = kernels, step, clearance
+
+    def fly(self, duration: float) -> bool:
+        """
+        Fly on.
+
+        Parameters
+        ----------
+        duration : float
+            At least so long.
+
+        Returns
+        -------
+        bool
+            False where particle 1 comes nearer to the wall than allowed, or a bond is as no bond
+            may be: the chain is there then.
+        """
+        steps = max(1, math.ceil(duration / self._step))
+        done = self._kernels.coast(
+            self.chain.ledger,
+            self.chain.strain,
+            self.chain.velocity,
+            steps,
+            self._step,
+            self._clearance,
+            self._kernels.parameters,
+        )
+        self.time += done * self._step
+        return bool(done == steps)
+
+    def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Return where the chain is.
+
+        Returns
+        -------
+        tuple
+            Distance of particle 1 from the wall, strains and velocities.
+        """
+        return float(self.chain.ledger.wall_distance), self.chain.strain, self.chain.velocity
+
+
+class LookAhead:
+    """
+    Finds out, ahead of an exact run, that no further contact comes.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    chain : Chain
+        The chain, which is not changed but for its count of force evaluations.
+    kernels : Kernels
+        Its loops.
+    scheme : StepScheme
+        Its steps: where coarse ones are no cheaper, they are not taken.
+    step : float
+        Their size.
+    """
+
+    def __init__(
+        self, scene: Scene, chain: Chain, kernels: Kernels, scheme: StepScheme, step: float
+    ) -> None:
+        self._scene, self._chain, self._kernels = scene, chain, kernels
+        self._scheme, self._step = scheme, step
+        self.not_before = 0.0
+
+    def warm_up(self) -> None:
+        """Load or compile the loop, which is not integration."""
+        ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf).fly(0.0)
+
+    def settle(self) -> tuple[ChainCoast, str] | None:
+        """
+        Look ahead from where the chain is.
+
+        Returns
+        -------
+        tuple of ChainCoast and str, or None
+            The coarse motion at the end of the collision, and the argument; None where another
+            contact may come.
+        """
+        ledger, scene = self._chain.ledger, self._scene
+        now = float(ledger.steps * self._step)
+        clearance = required_clearance(scene, float(ledger.wall_distance))
+        coarse = coarse_step(scene.bond, float(ledger.strain_min))
+        if now < self.not_before or clearance is None:
+            return None
+        if 1.0 / coarse >= self._scheme.evaluations / self._step:
+            return None
+        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance)
+        argument = find_end(scene, coast, float(ledger.last_contact))
+        if argument is not None:
+            return coast, argument
+        ledger.evaluations = coast.chain.ledger.evaluations
+        self.not_before = coast.time
+        return None
