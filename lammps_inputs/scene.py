@@ -342,6 +342,8 @@ class Scene(BaseModel):
             fields["bond_file"] = hashlib.sha256(self.bond_file.read_bytes()).hexdigest()
         if not self.explicit and self.tolerance is None:
             fields["tolerance"] = DEFAULT_TOLERANCE
+        if self.explicit and not self.error:
+            fields["error"] = False  # such a result lacks what others have
         return fields
 
     @cached_property

@@ -10,16 +10,17 @@ from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
 from workflows.cost_model import cost_model
-from workflows.engines import lammps, modal
+from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.error_bars import COARSER_SHARE, TABLE_SENSITIVITY, error_bar, rounding_error
-from workflows.errors import CrossingError, RunError
+from workflows.errors import RunError
 from workflows.scouting import Scouting, scouting_details, scouting_from
 from workflows.step_search import (
     Converged,
     converge,
     error_near,
     estimate_step,
+    exact_modes,
     eta_of,
     find_step,
     guess_step,
@@ -104,14 +105,7 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
     """Return the in-house eta that steps are chosen by."""
     goal = _TRUTH_SHARE * tolerance
     if isinstance(scene.bond, Harmonic):
-        outcome = modal.run(scene)
-        if outcome.crossed:
-            raise CrossingError(
-                f"particles of a harmonic chain pass through each other at velocity "
-                f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
-                "absolute bond length); expected less than about 0.69: use engine 'reference'"
-            )
-        return Converged(outcome, eta_of(scene, outcome), 1e-13, outcome.seconds)
+        return exact_modes(scene)
     sharp = sharpness(scene)
     if sharp > _SHARPEST_LAMMPS:
         shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)

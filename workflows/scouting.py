@@ -7,7 +7,7 @@ from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import look_interval
 from workflows.errors import RunError
-from workflows.step_search import Converged, converge
+from workflows.step_search import Converged, converge, exact_modes
 
 # The range of bonds is settled long before eta is.
 _SCOUTING_GOAL = 1e-4
@@ -91,7 +91,7 @@ def scouting_from(found: Converged) -> Scouting:
 
 def scout(scene: Scene) -> Scouting | None:
     """
-    Find the bond lengths of a collision that LAMMPS will run with a table.
+    Find the bond lengths of a collision that LAMMPS will run.
 
     Parameters
     ----------
@@ -101,10 +101,12 @@ def scout(scene: Scene) -> Scouting | None:
     Returns
     -------
     Scouting or None
-        None where no table is needed, or where the in-house integrator cannot tell.
+        None for the in-house engine, which sees its bonds, and where it cannot tell.
     """
-    if scene.engine != "lammps" or isinstance(scene.bond, Harmonic):
+    if scene.engine != "lammps":
         return None
+    if isinstance(scene.bond, Harmonic):
+        return scouting_from(exact_modes(scene))
     try:
         return scouting_from(converge(scene, _SCOUTING_GOAL))
     except RunError:

@@ -7,11 +7,11 @@ from analysis.restitution import restitution
 from lammps_inputs.bond_table import compressed_strain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene, Scheme
-from workflows.engines import reference
+from workflows.engines import modal, reference
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import COARSER_SHARE
-from workflows.errors import RunError
+from workflows.errors import CrossingError, RunError
 
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
 _STABILITY_SHARE = 0.9
@@ -22,6 +22,7 @@ _USUAL_ERROR = {"verlet": 2e-6, "order4": 3e-6, "order6": 1e-7, "order8": 1e-9}
 _RESERVE = 0.3
 # A second step a little smaller catches an error that happens to vanish at the first.
 _NEIGHBOUR = 0.93
+_MODAL_ERROR = 1e-13
 _MOST_HALVINGS = 9
 _MOST_TRIES = 5
 
@@ -199,6 +200,35 @@ def converge(scene: Scene, goal: float) -> Converged:
         f"no step was found that resolves this collision to {goal:.1g}; expected bonds that are "
         "not compressed to nothing: lower the speed, or use engine 'reference'"
     )
+
+
+def exact_modes(scene: Scene) -> Converged:
+    """
+    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+
+    Parameters
+    ----------
+    scene : Scene
+        A harmonic chain.
+
+    Returns
+    -------
+    Converged
+        With the rounding of modes as its error.
+
+    Raises
+    ------
+    CrossingError
+        If particles pass through each other, which LAMMPS cannot follow.
+    """
+    outcome = modal.run(scene)
+    if outcome.crossed:
+        raise CrossingError(
+            f"particles of a harmonic chain pass through each other at velocity "
+            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+        )
+    return Converged(outcome, eta_of(scene, outcome), _MODAL_ERROR, outcome.seconds)
 
 
 def error_near(scene: Scene, scheme: Scheme, timestep: float, truth: float) -> float:
