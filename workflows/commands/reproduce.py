@@ -1,0 +1,110 @@
+"""``chaincor reproduce``: every figure and number of the paper, with verdicts."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+STORE_FILE = "results.sqlite"
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("reproduction"),
+    show_default=True,
+    help="folder for the report, its figures, their data and the results store",
+)
+@click.option(
+    "--quick/--full",
+    "quick",
+    default=True,
+    show_default=True,
+    help="a few minutes with errors of 1e-5, or hours with 1e-7 and more points",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    default=2,
+    show_default=True,
+    help="processes that compute",
+)
+@click.option("--json", "as_json", is_flag=True, help="print the contents of report.json")
+@click.pass_context
+def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_json: bool) -> None:
+    """
+    Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
+
+    What is finished is kept in a results store beside the report, and never computed twice: an
+    interrupted run goes on where it was.
+    """
+    from workflows.reproduce.plan import FULL, QUICK
+    from workflows.reproduce.reproduce import reproduce_paper
+    from workflows.reproduce.runners import run_into_store
+
+    folder.mkdir(parents=True, exist_ok=True)
+    runner = run_into_store(folder / STORE_FILE, workers, progress=not as_json)
+    contents = reproduce_paper(QUICK if quick else FULL, folder, runner)
+    if as_json:
+        click.echo((folder / "report.json").read_text())
+    else:
+        click.echo(describe(contents, folder))
+    if contents["health"]["by_lammps"] == 0:
+        ctx.exit(1)
+
+
+def describe(contents: dict[str, Any], folder: Path) -> str:
+    """
+    Describe a report for people.
+
+    Parameters
+    ----------
+    contents : dict
+        What ``report.json`` holds.
+    folder : pathlib.Path
+        Where the report is.
+
+    Returns
+    -------
+    str
+        The curves of eta as a table, the verdicts, the times.
+    """
+    health = contents["health"]
+    lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]
+    width = max(len(row["claim"]) for row in contents["verdicts"])
+    lines += [
+        f"{row['verdict']:<28} {row['claim']:<{width}}  paper {row['paper']:.4g}, "
+        f"found {row['value']:.4g}"
+        for row in contents["verdicts"]
+    ]
+    lines += [
+        "",
+        f"{health['by_lammps']} of {health['points']} points by LAMMPS; "
+        f"{health['compared'] - health['disagreements']} of {health['compared']} agree with the "
+        f"in-house engine; largest error bar {health['largest_error']:.1e}",
+        ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items()),
+        f"report: {folder / 'report.html'}",
+    ]
+    return "\n".join(lines)
+
+
+def _curve_lines(contents: dict[str, Any]) -> list[str]:
+    """Print the curves; * marks what LAMMPS refused and the in-house engine computed."""
+    rows: dict[float, dict[str, str]] = {}
+    for point in contents["curves"]:
+        mark = " " if point["source"] == "lammps" else "*"
+        value, error = point["restitution"], point["restitution_error"]
+        text = f"{value:.6f} {error:.0e}{mark}" if point["source"] else "-"
+        rows.setdefault(point["speed"], {})[point["potential"]] = text
+    names = list(dict.fromkeys(point["potential"] for point in contents["curves"]))
+    lines = ["  v0/v*  " + "".join(f"{name:<18}" for name in names)]
+    for speed in sorted(rows):
+        cells = "".join(f"{rows[speed].get(name, '-'):<18}" for name in names)
+        lines.append(f"{speed:8.4g} {cells}")
+    refused = next((p["lammps_failure"] for p in contents["curves"] if p["lammps_failure"]), None)
+    if refused is not None:
+        lines += ["", f"* in-house; LAMMPS refused: {refused}"]
+    return lines

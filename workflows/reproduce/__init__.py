@@ -1,0 +1,1 @@
+"""The paper, recomputed: plan, measurements, findings, verdicts, figures and the report."""

@@ -1,0 +1,1 @@
+"""What the measurements say: the numbers that verdicts are passed on."""

@@ -1,0 +1,35 @@
+"""One number found, with its error and the points it rests on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from workflows.reproduce.measurements import Point
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One number that a claim of the paper is judged by.
+
+    Attributes
+    ----------
+    value : float
+        The number; nan where the points do not give one.
+    error : float
+        Its error: from error bars, from the scatter of a fit, or the spacing of points.
+    text : str
+        How it was found: range, points, what it depends on.
+    points : sequence of Point
+        What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
+        be better than "not reproduced".
+    """
+
+    value: float
+    error: float
+    text: str
+    points: Sequence[Point] = field(default=(), repr=False)
+
+    @property
+    def disagreements(self) -> int:
+        """Points on which the two engines differ by more than their bars."""
+        return sum(point.agrees is False for point in self.points)

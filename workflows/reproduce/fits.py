@@ -1,0 +1,182 @@
+"""Power laws through points, with uncertainties, and how they depend on the range."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    r"""
+    A fit of :math:`y = A x^p`.
+
+    Attributes
+    ----------
+    exponent, exponent_error : float
+        p and its standard error; nan with fewer than three points.
+    prefactor, prefactor_error : float
+        A and its standard error.
+    first, last : float
+        Range of x.
+    points : int
+        How many.
+    """
+
+    exponent: float
+    exponent_error: float
+    prefactor: float
+    prefactor_error: float
+    first: float
+    last: float
+    points: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return the fields.
+
+        Returns
+        -------
+        dict
+            Names and values.
+        """
+        return asdict(self)
+
+    def at(self, x: ArrayLike) -> NDArray[np.float64]:
+        """
+        Return the fitted curve.
+
+        Parameters
+        ----------
+        x : array_like
+            Where.
+
+        Returns
+        -------
+        numpy.ndarray
+            A x^p.
+        """
+        return self.prefactor * np.asarray(x, dtype=float) ** self.exponent
+
+
+def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> PowerLaw:
+    r"""
+    Fit :math:`\ln y = \ln A + p \ln x` by least squares, all points alike.
+
+    The points are exact to far less than their scatter about a power law, which is real: the
+    standard errors are those of the scatter.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Positive numbers.
+    exponent : float, optional
+        Fixes p; then only A is fitted.
+
+    Returns
+    -------
+    PowerLaw
+        The fit; all nan with fewer than two points, or if a number is not positive.
+    """
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    nan = float("nan")
+    if x.size < 2 or not (np.all(x > 0.0) and np.all(y > 0.0)):
+        return PowerLaw(nan, nan, nan, nan, nan, nan, x.size)
+    logarithms = np.log(x), np.log(y)
+    if exponent is None:
+        design = np.column_stack((logarithms[0], np.ones_like(x)))
+        target = logarithms[1]
+    else:
+        design = np.ones((x.size, 1))
+        target = logarithms[1] - exponent * logarithms[0]
+    solution = np.linalg.lstsq(design, target, rcond=None)[0]
+    freedom = x.size - design.shape[1]
+    errors = np.full(design.shape[1], nan)
+    if freedom > 0:
+        variance = np.sum((target - design @ solution) ** 2) / freedom
+        errors = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
+    prefactor = float(np.exp(solution[-1]))
+    return PowerLaw(
+        exponent=float(solution[0]) if exponent is None else exponent,
+        exponent_error=float(errors[0]) if exponent is None else 0.0,
+        prefactor=prefactor,
+        prefactor_error=prefactor * float(errors[-1]),
+        first=float(x.min()),
+        last=float(x.max()),
+        points=x.size,
+    )
+
+
+def fit_over_ranges(
+    x: ArrayLike, y: ArrayLike, ranges: list[tuple[float, float]]
+) -> list[PowerLaw]:
+    """
+    Fit a power law over several ranges of x.
+
+    Parameters
+    ----------
+    x, y : array_like
+        Positive numbers.
+    ranges : list of tuple
+        First and last x of each.
+
+    Returns
+    -------
+    list of PowerLaw
+        One for each range that holds at least three points.
+    """
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    fits = []
+    for first, last in ranges:
+        within = (x >= first) & (x <= last)
+        if np.count_nonzero(within) >= 3:
+            fits.append(fit_power_law(x[within], y[within]))
+    return fits
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """
+    The lowest point of a curve, from a parabola through the points around it.
+
+    Attributes
+    ----------
+    place, value : float
+        Where, and how low.
+    place_error : float
+        Half the distance of the neighbouring points.
+    """
+
+    place: float
+    value: float
+    place_error: float
+
+
+def find_minimum(x: ArrayLike, y: ArrayLike) -> Minimum:
+    """
+    Return the minimum of a curve given by points.
+
+    Parameters
+    ----------
+    x : array_like
+        Rising and positive; the parabola is in ln x.
+    y : array_like
+        Values.
+
+    Returns
+    -------
+    Minimum
+        nan where the lowest point is at an end: then there is no minimum.
+    """
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    nan = float("nan")
+    if x.size < 3:
+        return Minimum(nan, nan, nan)
+    k = int(np.argmin(y))
+    if k in (0, x.size - 1):
+        return Minimum(nan, float(y[k]), nan)
+    a, b, c = np.polyfit(np.log(x[k - 1 : k + 2] / x[k]), y[k - 1 : k + 2], 2)
+    shift = -b / (2.0 * a)
+    spacing = 0.5 * (x[k + 1] - x[k - 1])
+    return Minimum(float(x[k] * np.exp(shift)), float(c - b * b / (4.0 * a)), float(0.5 * spacing))

@@ -1,0 +1,66 @@
+"""From measurements to findings to verdicts."""
+
+from dataclasses import dataclass
+
+from workflows.reproduce.findings.finding import Finding
+from workflows.reproduce.findings.harmonic import HarmonicLaw, harmonic_findings, harmonic_law
+from workflows.reproduce.findings.lengths import length_findings
+from workflows.reproduce.findings.low_speed import low_speed_findings
+from workflows.reproduce.findings.speeds import speed_findings
+from workflows.reproduce.hard_spheres import run_hard_spheres
+from workflows.reproduce.measurements import Measurements
+from workflows.reproduce.rules import RULES, Judgement, judge
+
+
+@dataclass(frozen=True)
+class Judged:
+    """
+    Everything the measurements say.
+
+    Attributes
+    ----------
+    law : HarmonicLaw
+        Fits to harmonic chains.
+    judgements : tuple of Judgement
+        One for each rule that has a finding, in the order of the rules.
+    """
+
+    law: HarmonicLaw
+    judgements: tuple[Judgement, ...]
+
+
+def judge_all(measured: Measurements) -> Judged:
+    """
+    Find all numbers and judge them.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Judged
+        Findings and verdicts.
+    """
+    law = harmonic_law(measured)
+    found = {
+        **harmonic_findings(measured, law),
+        **speed_findings(measured),
+        **length_findings(measured),
+        **low_speed_findings(measured),
+        **_hard_spheres(measured.plan.curve_particles),
+    }
+    return Judged(law, tuple(judge(rule, found[rule.key]) for rule in RULES))
+
+
+def _hard_spheres(particles: int) -> dict[str, Finding]:
+    run = run_hard_spheres(particles)
+    text = (
+        f"exact event-driven run in rational numbers, n = {particles}: {run.contacts} contacts, "
+        f"{run.exchanges} exchanges, energy of vibration {run.vibration}"
+    )
+    return {
+        "hard spheres": Finding(float(run.restitution), 0.0, text),
+        "hard-sphere contacts": Finding(run.contacts / particles, 0.0, text),
+    }

@@ -1,0 +1,272 @@
+"""Points: each by LAMMPS and in-house, with error bars, and whether the two agree."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from workflows.reproduce.plan import Plan
+from workflows.reproduce.studies import Study, studies
+
+# The in-house value should not be what limits the comparison.
+_SHARPER = 0.1
+_SHARPEST = 1e-11
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    What one engine said of one scene.
+
+    Attributes
+    ----------
+    result : dict or None
+        The fields of a collision's result; None where there is none.
+    arrays : dict
+        Its arrays, by name.
+    failure : str or None
+        Why there is no result: name of the error and message.
+    """
+
+    result: dict[str, Any] | None
+    arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    failure: str | None = None
+
+
+# Scenes in, answers out, in the same order.
+Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
+
+
+@dataclass(frozen=True)
+class Point:
+    """
+    One scene by LAMMPS and in-house.
+
+    Attributes
+    ----------
+    scene : Scene
+        As it was planned, for LAMMPS.
+    lammps, in_house : Answer or None
+        The answers; None for an engine that was not asked.
+    """
+
+    scene: Scene
+    lammps: Answer | None
+    in_house: Answer | None
+
+    @property
+    def source(self) -> str | None:
+        """``lammps`` where it has a result, else ``in-house``; None where neither has."""
+        if self.lammps is not None and self.lammps.result is not None:
+            return "lammps"
+        if self.in_house is not None and self.in_house.result is not None:
+            return "in-house"
+        return None
+
+    @property
+    def answer(self) -> Answer | None:
+        """The answer that is plotted and fitted: LAMMPS's, or in-house where there is none."""
+        return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
+
+    def _number(self, name: str) -> float:
+        answer = self.answer
+        if answer is None or answer.result is None or answer.result[name] is None:
+            return float("nan")
+        return float(answer.result[name])
+
+    @property
+    def restitution(self) -> float:
+        """The ratio of energies, eta; nan where there is no result."""
+        return self._number("restitution")
+
+    @property
+    def error(self) -> float:
+        """Error bar of eta."""
+        return self._number("restitution_error")
+
+    @property
+    def contacts(self) -> float:
+        """How often particle 1 hit the wall."""
+        return self._number("contacts")
+
+    @property
+    def particles(self) -> int:
+        """Chain length n."""
+        return self.scene.particles
+
+    @property
+    def speed(self) -> float:
+        """Impact speed in units of v*; nan for a harmonic chain."""
+        scale = self.scene.bond.natural_speed
+        if self.scene.speed is not None:
+            return self.scene.speed
+        return float("nan") if scale is None else self.scene.impact_velocity / scale
+
+    @property
+    def difference(self) -> float | None:
+        """LAMMPS less in-house; None where one of them has no result."""
+        pair = (self.lammps, self.in_house)
+        if any(answer is None or answer.result is None for answer in pair):
+            return None
+        first, second = (answer.result["restitution"] for answer in pair)  # type: ignore[union-attr,index]
+        return float(first - second)
+
+    @property
+    def allowed_difference(self) -> float | None:
+        """Sum of the two error bars."""
+        if self.difference is None:
+            return None
+        bars = [answer.result["restitution_error"] for answer in (self.lammps, self.in_house)]  # type: ignore[union-attr,index]
+        return None if None in bars else float(sum(bars))
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether the two are within their bars; None where they cannot be compared."""
+        difference, allowed = self.difference, self.allowed_difference
+        if difference is None or allowed is None:
+            return None
+        return abs(difference) <= allowed
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """
+    All points of a plan.
+
+    Attributes
+    ----------
+    plan : Plan
+        What was asked.
+    studies : tuple of Study
+        Its studies.
+    points : dict of str to tuple of Point
+        By the key of the study.
+    """
+
+    plan: Plan
+    studies: tuple[Study, ...]
+    points: dict[str, tuple[Point, ...]]
+
+    def select(self, study: str, potential: str, **wanted: Any) -> list[Point]:
+        """
+        Return the points of a study with a result, by potential and other fields of the scene.
+
+        Parameters
+        ----------
+        study : str
+            Key.
+        potential : str
+            Name of the bonds.
+        **wanted
+            Fields of the scene and their values.
+
+        Returns
+        -------
+        list of Point
+            In the order of speed and length.
+        """
+        chosen = [
+            point
+            for point in self.points[study]
+            if point.scene.label == potential
+            and all(getattr(point.scene, name) == value for name, value in wanted.items())
+            and point.source is not None
+        ]
+        return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
+
+    def seconds(self, study: str) -> dict[str, float]:
+        """
+        Return the computing time of a study.
+
+        Parameters
+        ----------
+        study : str
+            Key.
+
+        Returns
+        -------
+        dict
+            Seconds for ``lammps`` and ``in_house``.
+        """
+        return {
+            engine: sum(
+                answer.result["seconds_total"]
+                for answer in (getattr(point, engine) for point in self.points[study])
+                if answer is not None and answer.result is not None
+            )
+            for engine in ("lammps", "in_house")
+        }
+
+    def all_points(self) -> Iterable[Point]:
+        """
+        Return each different point once.
+
+        Returns
+        -------
+        iterable of Point
+            In the order of the studies.
+        """
+        unique = {point.scene: point for points in self.points.values() for point in points}
+        return unique.values()
+
+
+def in_house_twin(scene: Scene) -> Scene:
+    """
+    Return the scene that cross-checks one of LAMMPS.
+
+    Parameters
+    ----------
+    scene : Scene
+        For LAMMPS, with a tolerance or with explicit numerics.
+
+    Returns
+    -------
+    Scene
+        For the in-house engine, with a tenth of the tolerance.
+    """
+    tolerance = max(_SHARPER * (scene.tolerance or DEFAULT_TOLERANCE), _SHARPEST)
+    none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
+    return scene.replace(**none, engine="reference", tolerance=tolerance)
+
+
+def measure(plan: Plan, run: Runner) -> Measurements:
+    """
+    Compute all points of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to compute.
+    run : callable
+        Carries out scenes; asked once, with all of them.
+
+    Returns
+    -------
+    Measurements
+        The points. A scene that failed is a point without a result.
+    """
+    planned = studies(plan)
+    alter = plan.alter or (lambda scene: scene)
+    lammps: dict[Scene, Scene] = {}
+    in_house: dict[Scene, Scene] = {}
+    for study in planned:
+        for scene in study.scenes:
+            lammps[scene] = alter(scene)
+            in_house[scene] = in_house_twin(alter(scene))
+        for scene in study.in_house:
+            in_house.setdefault(scene, alter(scene).replace(engine="reference"))
+    wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
+    answers = dict(zip(wanted, run(wanted), strict=True))
+
+    def point(scene: Scene) -> Point:
+        by_lammps = answers[lammps[scene]] if scene in lammps else None
+        return Point(scene, by_lammps, answers[in_house[scene]])
+
+    points = {
+        study.key: tuple(point(scene) for scene in (*study.scenes, *study.in_house))
+        for study in planned
+    }
+    return Measurements(plan, planned, points)

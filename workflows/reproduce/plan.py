@@ -1,0 +1,132 @@
+"""What is computed to check the paper, as plain numbers: a quick plan and a full one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from lammps_inputs.scene import Scene
+
+# The paper's five speeds of its figure of 1 - eta against n, in units of v*.
+PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
+# Orders of the lowest anharmonic term in its figure of the increase, each with the sign of c that
+# stiffens compression. eta(v/v*) is the same for every |c|: c only scales lengths.
+PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    Everything that decides what `chaincor reproduce` computes.
+
+    Speeds are in units of v*, tolerances are absolute errors of eta.
+
+    Attributes
+    ----------
+    name : str
+        ``quick`` or ``full``.
+    tolerance : float
+        Asked of every plotted point.
+    curve_particles : int
+        Length of the chains whose eta is drawn against speed.
+    curve_speeds : tuple of float
+        Speeds for lj, toda and log chains.
+    harmonic_sizes, harmonic_far_sizes : tuple of int
+        Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones in-house
+        only.
+    harmonic_velocities : tuple of float
+        Velocities at which the harmonic chain's eta must be the same.
+    sizes : tuple of int
+        Lengths of lj chains at the paper's five speeds.
+    far_sizes : mapping of float to tuple of int
+        Longer ones, in-house only, by speed.
+    increase_speeds : mapping of int to tuple of float
+        Speeds for the increase of dissipation, by order; chains of order 3 fly apart from 0.15 v*
+        upward, and reach their low-speed limit only below 0.005 v*.
+    increase_tolerances : mapping of int to float
+        By order: at most 2 % of the smallest increase that is drawn.
+    slope_sizes, slope_far_sizes : tuple of int
+        Lengths of lj chains for C, the initial slope of dissipation against speed.
+    slope_speeds : tuple of float
+        Speeds for it.
+    pair_speeds : tuple of float
+        Speeds of the chain of two, for alpha.
+    alter : callable or None
+        Changes every scene before it is run; for trying out whether the verdicts notice.
+    """
+
+    name: str
+    tolerance: float
+    curve_particles: int
+    curve_speeds: tuple[float, ...]
+    harmonic_sizes: tuple[int, ...]
+    harmonic_far_sizes: tuple[int, ...]
+    harmonic_velocities: tuple[float, ...]
+    sizes: tuple[int, ...]
+    far_sizes: dict[float, tuple[int, ...]]
+    increase_speeds: dict[int, tuple[float, ...]]
+    increase_tolerances: dict[int, float]
+    slope_sizes: tuple[int, ...]
+    slope_far_sizes: tuple[int, ...]
+    slope_speeds: tuple[float, ...]
+    pair_speeds: tuple[float, ...]
+    alter: Callable[[Scene], Scene] | None = None
+
+
+def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:
+    """Return evenly spaced speeds on a logarithmic scale, to 6 digits, and some more."""
+    spaced = (float(f"{u:.6g}") for u in np.geomspace(first, last, count))
+    return tuple(sorted({*spaced, *more}))
+
+
+def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
+    spaced = np.round(np.geomspace(first, last, count)).astype(int).tolist()
+    return tuple(sorted({*spaced, *more}))
+
+
+# Where the minimum is; those of reference speeds; where f/n reaches 1.
+_NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.75, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0, 5.0)
+
+QUICK = Plan(
+    name="quick",
+    tolerance=1e-5,
+    curve_particles=100,
+    curve_speeds=_speeds(0.01, 10.0, 25, *_NOTEWORTHY),
+    harmonic_sizes=_sizes(2, 1000, 28, 10, 19, 20, 100, 500),
+    harmonic_far_sizes=_sizes(150, 3000, 60, 4000, 5000, 7000, 10000),
+    harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
+    sizes=(10, 20, 50, 100, 200, 500, 1000),
+    far_sizes={0.39: (3000,), 0.16: (3000, 10000), 0.078: (3000,), 0.008: (3000, 10000)},
+    increase_speeds={
+        3: _speeds(0.01, 0.13, 12, 0.001, 0.002, 0.004),
+        4: _speeds(0.01, 0.2, 13),
+        5: _speeds(0.01, 0.2, 13),
+    },
+    increase_tolerances={3: 2e-6, 4: 4e-7, 5: 2e-8},
+    slope_sizes=(100, 300),
+    slope_far_sizes=(1000, 3000),
+    slope_speeds=_speeds(0.005, 0.3, 9),
+    pair_speeds=_speeds(1e-3, 0.3, 9),
+)
+
+FULL = Plan(
+    name="full",
+    tolerance=1e-7,
+    curve_particles=100,
+    curve_speeds=_speeds(0.01, 10.0, 61, *_NOTEWORTHY),
+    harmonic_sizes=_sizes(2, 2000, 60, 10, 19, 20, 100, 500, 1000),
+    harmonic_far_sizes=_sizes(150, 20000, 250),
+    harmonic_velocities=(1e-3, 1e-2, 0.1, 0.3, 0.5),
+    sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000, 1400, 2000),
+    far_sizes=dict.fromkeys(PAPER_SIZE_SPEEDS, (3000, 5000, 10000, 20000)),
+    increase_speeds={
+        3: _speeds(0.01, 0.13, 25, *_speeds(0.0005, 0.008, 7)),
+        4: _speeds(0.005, 0.2, 25),
+        5: _speeds(0.005, 0.2, 25),
+    },
+    increase_tolerances={3: 1e-7, 4: 2e-8, 5: 1e-9},
+    slope_sizes=(100, 300, 1000),
+    slope_far_sizes=(3000, 10000, 30000),
+    slope_speeds=_speeds(0.003, 0.3, 15),
+    pair_speeds=_speeds(1e-3, 0.3, 17),
+)
