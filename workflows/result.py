@@ -91,7 +91,7 @@ class Collision:
     energy_drift : float
         (E_end - E_start)/E_start.
     momentum_residual : float
-        |sum of wall impulses - change of momentum| / (n v0).
+        ``|sum of wall impulses - change of momentum| / (n v0)``.
     ending : str
         The argument by which no further contact can come: ``energy`` or ``quiet``.
     duration : float

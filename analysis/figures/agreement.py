@@ -15,7 +15,7 @@ def plot_agreement(
     scenes: Sequence[str], ratios: Mapping[str, Sequence[float]], ax: "Axes | None" = None
 ) -> "Axes":
     """
-    Plot |difference| / (both error bars) for each scene and quantity.
+    Plot ``|difference| / (both error bars)`` for each scene and quantity.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ class TableCertificate:
     shortest, longest : float
         First and last bond length of the table.
     force_error, energy_error : float
-        Largest |LAMMPS - analytic| over the lengths asked, away from the ends.
+        Largest ``|LAMMPS - analytic|`` over the lengths asked, away from the ends.
     edge_force_error, edge_energy_error : float
         The same within the margin at both ends, where no bond of an accepted run has been.
     lengths_asked : int

@@ -1,0 +1,58 @@
+"""The documentation: built offline by `make docs`, every warning an error."""
+
+import sys
+from importlib import metadata
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+project = "chaincor"
+author = copyright = "chaincor maintainers"
+try:
+    release = metadata.version("chaincor")
+except metadata.PackageNotFoundError:  # built from a source tree that is not installed
+    release = ""
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.apidoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "mathml",
+    "command_line",
+    "scene_fields",
+]
+exclude_patterns = ["_build", "examples"]
+nitpicky = False
+
+myst_enable_extensions = ["dollarmath", "attrs_inline"]
+myst_heading_anchors = 3
+myst_links_external_new_tab = False
+
+html_theme = "furo"
+html_title = "chaincor"
+html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["chaincor.css"]
+html_copy_source = False
+html_show_sphinx = False
+
+apidoc_modules = [
+    {
+        "path": f"../{package}",
+        "destination": f"reference/api/{package}",
+        "separate_modules": True,
+        "include_private": False,
+        "implicit_namespaces": False,
+        "max_depth": 3,
+        "automodule_options": {"members", "show-inheritance"},
+    }
+    for package in ("lammps_inputs", "analysis", "workflows")
+]
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_mock_imports = ["distributed", "dask"]
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False

@@ -1,0 +1,59 @@
+"""A directive that shows the help of all commands, taken from the commands themselves."""
+
+from typing import Any
+
+import click
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+
+class CommandHelp(SphinxDirective):
+    """``{command-help}`` makes a section for each command, with what ``--help`` prints."""
+
+    def run(self) -> list[nodes.Node]:
+        """
+        Ask each command for its help.
+
+        Returns
+        -------
+        list of docutils.nodes.Node
+            Sections.
+        """
+        from workflows.cli import program
+
+        context = click.Context(program, info_name="chaincor", max_content_width=96)
+        sections: list[nodes.Node] = []
+        for name in program.list_commands(context):
+            command = program.get_command(context, name)
+            if command is None:
+                raise self.error(f"chaincor {name} cannot be loaded")
+            sections.append(_section(name, command, context))
+        return sections
+
+
+def _section(name: str, command: click.Command, context: click.Context) -> nodes.section:
+    own: Any = click.Context(command, info_name=name, parent=context, max_content_width=96)
+    text = command.get_help(own)
+    title = f"chaincor {name}"
+    section = nodes.section("", nodes.title("", title), ids=[f"chaincor-{name}"], names=[title])
+    section += nodes.literal_block(text, text, language="text")
+    return section
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """
+    Register the directive.
+
+    Parameters
+    ----------
+    app : Sphinx
+        The build.
+
+    Returns
+    -------
+    dict
+        What Sphinx asks of an extension.
+    """
+    app.add_directive("command-help", CommandHelp)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
