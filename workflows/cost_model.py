@@ -11,6 +11,9 @@ from platformdirs import user_config_path
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.ending import look_interval
+from workflows.engines.lammps_lookahead import QUIET_STEP
+from workflows.step_search import sharpness
 
 _FILE = "cost_model.json"
 
@@ -48,7 +51,13 @@ class CostModel:
     setup: float
     table_row: float
 
-    def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
+    def integration(
+        self,
+        scene: Scene,
+        numerics: Numerics,
+        duration: float,
+        last_contact_time: float | None = None,
+    ) -> float:
         """
         Return the expected seconds of integration.
 
@@ -60,6 +69,8 @@ class CostModel:
             Scheme, step and table.
         duration : float
             Simulated time.
+        last_contact_time : float or None
+            Time of the last contact, where it is known: coarse steps do for what follows it.
 
         Returns
         -------
@@ -69,12 +80,19 @@ class CostModel:
         harmonic = scene.label == "harmonic"
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         stages = COMPOSITIONS[numerics.scheme].stages
-        evaluations = stages * duration / numerics.timestep
         per_stage = self.step + per_bond * (scene.particles - 1)
+        quiet = 0.0
+        if last_contact_time is not None:
+            exact = last_contact_time + 1.5 * look_interval(scene.particles, scene.bond.stiffness)
+            step = min(QUIET_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
+            if stages > 1 or numerics.timestep < step:
+                quiet = max(duration - exact, 0.0) / step * per_stage
+                duration = min(exact, duration)
+        evaluations = stages * duration / numerics.timestep
         if numerics.scheme == "verlet":
-            return evaluations * per_stage + 0.9 * scene.particles * self.contact
+            return quiet + evaluations * per_stage + 0.9 * scene.particles * self.contact
         # A contact costs about one more composed step.
-        return (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
+        return quiet + (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
 
     def save(self, path: Path) -> None:
         """

@@ -11,7 +11,7 @@ from workflows.engines.lammps_flight import BlindBound, VerletFlight
 
 # Verlet steps in units of the fastest bond's 1/frequency. Over a quiet time of some 200 their
 # phase error is below 0.1, which moves particle 1 by a small part of the clearance asked for.
-_STEP = 0.05
+QUIET_STEP = 0.05
 # Particle 1 must stay off even a wall that has come half its distance nearer.
 _CLEARANCE = 0.5
 
@@ -109,4 +109,4 @@ class LookAhead:
 
     def _timestep(self, shortest: float) -> float:
         stiffest = max(float(self._bond.curvature(shortest - 1.0)), self._bond.stiffness)
-        return _STEP / math.sqrt(stiffest)
+        return QUIET_STEP / math.sqrt(stiffest)

@@ -1,0 +1,78 @@
+"""``chaincor tradeoff``: error against time, measured."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from workflows.commands.scene_options import scene_from, scene_options
+
+# A study chooses these itself, and writes none of the files of a single run.
+_OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
+_FILES = ("dump", "dump_frames", "save", "arrays")
+
+
+@click.command()
+@scene_options(*_OWN, *_FILES)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="write figures (PNG, SVG), CSV and JSON here",
+)
+@click.option("--quick", is_flag=True, help="fewer settings: some 15 s instead of 90 s")
+@click.option(
+    "--calibrate",
+    is_flag=True,
+    help="measure what LAMMPS costs on this machine, for all later runs, and nothing else",
+)
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+def tradeoff(
+    scene_file: str | None,
+    output: Path | None,
+    quick: bool,
+    calibrate: bool,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """
+    Measure error against time for every engine, wall, scheme, step and table.
+
+    Prints the cheapest setting for each decade of error, the error by cause, and one line of
+    advice for the scene's tolerance (1e-6 by default).
+    """
+    if calibrate:
+        _calibrate(as_json)
+        return
+    from workflows.tradeoff.progress import study_progress
+    from workflows.tradeoff.report import describe_study, to_dict, write_study
+    from workflows.tradeoff.study import measure_tradeoff
+
+    scene = scene_from(scene_file, options)
+    with study_progress() as progress:
+        study = measure_tradeoff(scene, quick=quick, progress=progress)
+    if output is not None:
+        write_study(study, output)
+    if as_json:
+        click.echo(json.dumps(to_dict(study), allow_nan=False))
+    else:
+        click.echo(describe_study(study))
+
+
+def _calibrate(as_json: bool) -> None:
+    from dataclasses import asdict
+
+    from workflows.calibrate import calibrate
+    from workflows.cost_model import user_cost_model_path
+
+    model = calibrate()
+    path = user_cost_model_path()
+    model.save(path)
+    if as_json:
+        click.echo(json.dumps(asdict(model)))
+        return
+    for name, value in asdict(model).items():
+        click.echo(f"{name:<14} {value if isinstance(value, str) else f'{value:.3g} s'}")
+    click.echo(f"written to {path}")

@@ -1,0 +1,183 @@
+"""The error of a setting apart by cause: each cause by the run that lacks it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from analysis.restitution import restitution
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from workflows.engines import lammps
+from workflows.engines.outcome import Outcome
+from workflows.step_search import eta_of
+from workflows.tradeoff.oracles import (
+    lepton_formula,
+    restitution_with_exact_bonds,
+    restitution_without_rounding,
+    wider_floats,
+)
+from workflows.tradeoff.truth import Truth
+
+# Seconds per force call of bond_style lepton, and per step in NumPy: for planning.
+_LEPTON_CALL = 2e-4
+_WIDE_STAGE = 3e-5
+
+CAUSES = ("wall", "integrator", "table", "rounding", "output")
+
+
+@dataclass(frozen=True)
+class ErrorBudget:
+    """
+    Error of eta by cause.
+
+    Attributes
+    ----------
+    name : str
+        What the budget is of.
+    wall : float or None
+        Stock wall less event wall at the same steps, root mean square over phases; None for the
+        event wall, which is located to rounding.
+    integrator : float or None
+        Event wall, exact bonds and no rounding, less the truth.
+    table : float or None
+        Table less exact bonds, at the same steps; None where there is no formula or no time.
+    rounding : float or None
+        Doubles less wider floats, at the same steps; None where this machine has none.
+    output : float
+        eta from final velocities as a default dump prints them (six digits), less eta.
+    output_exact : float
+        The same as this program's dumps print them (17 digits).
+    total : float
+        The setting's whole error.
+    exact_restitution : float or None
+        eta of these steps with exact bonds, for the study of tables.
+    """
+
+    name: str
+    wall: float | None
+    integrator: float | None
+    table: float | None
+    rounding: float | None
+    output: float
+    output_exact: float
+    total: float
+    exact_restitution: float | None
+
+    def parts(self) -> dict[str, float | None]:
+        """
+        Return the causes.
+
+        Returns
+        -------
+        dict
+            Names and errors.
+        """
+        return {cause: getattr(self, cause) for cause in CAUSES}
+
+
+def printed_restitution(scene: Scene, outcome: Outcome, pattern: str) -> float:
+    """
+    Return eta from final velocities that went through a printed dump.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome : Outcome
+        A run.
+    pattern : str
+        Number format, such as ``%g``.
+
+    Returns
+    -------
+    float
+        eta.
+    """
+    printed = np.array([float(pattern % v) for v in outcome.velocities])
+    return float(restitution(printed, scene.impact_velocity))
+
+
+def measure_budget(
+    scene: Scene,
+    truth: Truth,
+    name: str,
+    numerics: Numerics,
+    *,
+    phases: int,
+    oracle_seconds: float,
+    advance: Callable[[], None] = lambda: None,
+) -> ErrorBudget:
+    """
+    Take the causes of error away one after the other.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    truth : Truth
+        Converged values.
+    name : str
+        What the budget is of.
+    numerics : Numerics
+        The setting.
+    phases : int
+        Nearby steps over which the stock wall's error is averaged.
+    oracle_seconds : float
+        Time that the slow runs with exact bonds and with wider floats may take each.
+    advance : callable
+        Called after each run.
+
+    Returns
+    -------
+    ErrorBudget
+        Absolute errors; signed, those of one event-wall run add up to its whole error.
+    """
+    wall = None
+    event = replace(numerics, wall="event")
+    full = lammps.run(scene, numerics)
+    total = eta_of(scene, full) - truth.restitution
+    advance()
+    located = full
+    if numerics.wall == "reflect":
+        located = lammps.run(scene, event)
+        differences = [total]
+        wall_errors = [eta_of(scene, full) - eta_of(scene, located)]
+        for phase in range(1, phases):
+            step = numerics.timestep * (1.0 - 0.02 * phase / phases)
+            stock = lammps.run(scene, replace(numerics, timestep=step))
+            other = lammps.run(scene, replace(event, timestep=step))
+            wall_errors.append(eta_of(scene, stock) - eta_of(scene, other))
+            differences.append(eta_of(scene, stock) - truth.restitution)
+            advance()
+        wall = float(np.sqrt(np.mean(np.square(wall_errors))))
+        total = float(np.sqrt(np.mean(np.square(differences))))
+    tabulated = not isinstance(scene.bond, Harmonic)
+    exact = eta_of(scene, located)
+    table: float | None = 0.0
+    if tabulated:
+        table = None
+        fits = _LEPTON_CALL * located.force_evaluations < oracle_seconds
+        if fits and lepton_formula(scene) is not None:
+            exact = restitution_with_exact_bonds(scene, event, located)
+            table = abs(eta_of(scene, located) - exact)
+        advance()
+    integrator = rounding = None
+    if wider_floats() and _WIDE_STAGE * located.force_evaluations < oracle_seconds:
+        smooth = restitution_without_rounding(scene, event, located)
+        integrator = abs(smooth - truth.restitution)
+        # Without exact bonds the difference would hold the table's error as well.
+        rounding = None if table is None else abs(exact - smooth)
+    advance()
+    return ErrorBudget(
+        name=name,
+        wall=wall,
+        integrator=integrator,
+        table=table,
+        rounding=rounding,
+        output=abs(printed_restitution(scene, full, "%g") - eta_of(scene, full)),
+        output_exact=abs(printed_restitution(scene, full, "%.17g") - eta_of(scene, full)),
+        total=abs(total),
+        exact_restitution=None if table is None else exact,
+    )

@@ -1,0 +1,237 @@
+"""What to take from a study: the Pareto front, the cheapest setting per decade, one advice."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Engine, Scene, Scheme
+from workflows.error_bars import rounding_error
+from workflows.tradeoff.measurement import Measurement
+from workflows.tradeoff.settings import Series, Setting, time_unit
+
+# An error that a setting promises is this many times the worst that was measured. Between scenes,
+# errors at equal steps (in units of the fastest bond) scatter: over 130 scenes of five potentials,
+# 20 to 200 particles and 0.03 to 1 v*, nine in ten are below twice these reserves times those of
+# the scene measured. Verlet scatters most: its errors of eta can nearly cancel.
+RESERVE: dict[Scheme, float] = {"verlet": 20.0, "order4": 8.0, "order6": 8.0, "order8": 8.0}
+LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
+
+
+def promised_error(measurement: Measurement) -> float:
+    """
+    Return the error a setting can be trusted to keep, here and in scenes like this one.
+
+    Parameters
+    ----------
+    measurement : Measurement
+        What was measured.
+
+    Returns
+    -------
+    float
+        Reserve times the worst phase.
+    """
+    return RESERVE[measurement.setting.series.scheme] * measurement.worst_error
+
+
+def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
+    """
+    Return the settings that no other beats in both error and time.
+
+    Parameters
+    ----------
+    measurements : iterable of Measurement
+        The study; failures are left out.
+
+    Returns
+    -------
+    list of Measurement
+        From fast to exact.
+    """
+    front: list[Measurement] = []
+    done = [m for m in measurements if m.failure is None]
+    for each in sorted(done, key=lambda m: (m.time, m.rms_error)):
+        if not front or each.rms_error < front[-1].rms_error:
+            front.append(each)
+    return front
+
+
+@dataclass(frozen=True)
+class CheapestRow:
+    """
+    The cheapest setting for a decade of error.
+
+    Attributes
+    ----------
+    error : float
+        What it promises: 10^-k.
+    setting : Setting
+        The setting, with the step of the scene it was measured on.
+    scaled_timestep : float
+        The step in units of the fastest bond's 1/frequency, which other scenes share.
+    measured_error : float
+        Worst over the phases.
+    seconds : float
+        Median time of the integration.
+    """
+
+    error: float
+    setting: Setting
+    scaled_timestep: float
+    measured_error: float
+    seconds: float
+
+    def numerics(self, scene: Scene) -> Numerics:
+        """
+        Return these numerics for another scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            A collision that need not have been measured.
+
+        Returns
+        -------
+        Numerics
+            The same step in units of its own fastest bond; the table's range is left to the
+            engine.
+        """
+        series = self.setting.series
+        step = self.scaled_timestep * time_unit(scene, series.wall)
+        return Setting(series, step).numerics(None)
+
+    def promise(self, scene: Scene) -> float:
+        """
+        Return the error these numerics promise in another scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            A collision.
+
+        Returns
+        -------
+        float
+            This row's error, or where it is larger what rounding does to absolute coordinates.
+        """
+        return max(self.error, rounding_error(self.setting.series.engine, scene))
+
+
+def cheapest_settings(
+    scene: Scene, measurements: Iterable[Measurement], engine: Engine
+) -> list[CheapestRow]:
+    """
+    Return the cheapest setting for each decade of error of eta.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision measured.
+    measurements : iterable of Measurement
+        The study.
+    engine : str
+        Whose settings to choose from.
+
+    Returns
+    -------
+    list of CheapestRow
+        From 1e-2 on, as far as any setting goes.
+    """
+    usable = [m for m in measurements if m.failure is None and m.setting.series.engine == engine]
+    rows = []
+    for decade in range(LOOSEST_DECADE, TIGHTEST_DECADE + 1):
+        error = 10.0**-decade
+        good = [m for m in usable if promised_error(m) <= error]
+        if not good:
+            break
+        best = min(good, key=lambda m: m.time)
+        rows.append(
+            CheapestRow(
+                error=error,
+                setting=best.setting,
+                scaled_timestep=best.setting.timestep / time_unit(scene, best.setting.series.wall),
+                measured_error=best.worst_error,
+                seconds=best.time,
+            )
+        )
+    return rows
+
+
+def give_advice(rows: list[CheapestRow], tolerance: float) -> str:
+    """
+    Say in one line what an error costs.
+
+    Parameters
+    ----------
+    rows : list of CheapestRow
+        From :func:`cheapest_settings`.
+    tolerance : float
+        Error of eta wanted.
+
+    Returns
+    -------
+    str
+        One line.
+    """
+    good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
+    if not good:
+        reached = f"{rows[-1].error:.0e}" if rows else "nothing"
+        return f"{tolerance:.0e} is beyond what was measured here (reached: {reached})"
+    row = min(good, key=lambda each: each.seconds)
+    return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}"
+
+
+def describe(setting: Setting) -> str:
+    """
+    Describe a setting in a few words.
+
+    Parameters
+    ----------
+    setting : Setting
+        The setting.
+
+    Returns
+    -------
+    str
+        For people.
+    """
+    name = "dt" if setting.series.scheme == "verlet" else "H"
+    return f"{setting.series.label}, {name} {setting.timestep:.3g}"
+
+
+def format_seconds(seconds: float) -> str:
+    """
+    Format a time with two digits and a unit.
+
+    Parameters
+    ----------
+    seconds : float
+        A time.
+
+    Returns
+    -------
+    str
+        Such as ``60 ms``.
+    """
+    if seconds >= 1.0:
+        return f"{seconds:.2g} s"
+    digits = max(0, 1 - math.floor(math.log10(max(1e3 * seconds, 1e-9))))
+    return f"{1e3 * seconds:.{digits}f} ms"
+
+
+def find_series(measurements: Iterable[Measurement]) -> list[Series]:
+    """
+    Return the series of a study in the order they were measured.
+
+    Parameters
+    ----------
+    measurements : iterable of Measurement
+        The study.
+
+    Returns
+    -------
+    list of Series
+        Each once.
+    """
+    return list(dict.fromkeys(m.setting.series for m in measurements))

@@ -1,0 +1,226 @@
+"""Runs that take the same steps as LAMMPS but lack one source of error each."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.restitution import restitution
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.lammps_chain import LammpsChain
+from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
+from workflows.engines.outcome import Outcome
+from workflows.errors import RunError
+
+State = tuple[NDArray, NDArray, NDArray]
+
+
+def lepton_formula(scene: Scene) -> str | None:
+    """
+    Return the bond energy as ``bond_style lepton`` reads it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    str or None
+        A formula in the strain, which lepton calls r; None for a bond without a formula.
+    """
+    formula = scene.bond.lammps_energy("strain")
+    # Lepton's r is the length less the natural one; its natural logarithm is called log.
+    return (
+        None
+        if formula is None
+        else formula.replace("strain", "r").replace("ln(", "log(").replace(" ", "")
+    )
+
+
+def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome) -> float:
+    """
+    Run LAMMPS without a table: ``bond_style lepton`` differentiates the formula itself.
+
+    It compiles the formula anew at every force call, 100 us and more: an oracle, not an engine.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision, of a bond with a formula.
+    numerics : Numerics
+        Event wall, scheme and step; the table is left out.
+    like : Outcome
+        LAMMPS's run with the table. The run here ends with as many contacts.
+
+    Returns
+    -------
+    float
+        eta after the same steps, with forces exact to rounding.
+
+    Raises
+    ------
+    RunError
+        If the bond has no formula, or LAMMPS fails.
+    """
+    formula = lepton_formula(scene)
+    if formula is None:
+        raise RunError("this bond has no formula; expected a named potential for bond_style lepton")
+    with (
+        tempfile.TemporaryDirectory(prefix="chaincor-") as name,
+        LammpsChain(scene, numerics, None, Path(name)) as chain,
+    ):
+        chain.commands(f'bond_style lepton\nbond_coeff 1 1.0 "{formula}"\nrun 0 post no')
+        return _collide(scene, numerics, chain, like)
+
+
+def wider_floats() -> bool:
+    """
+    Return whether this machine computes with more digits than a double has.
+
+    Returns
+    -------
+    bool
+        False where long double is a plain double.
+    """
+    return bool(np.finfo(np.longdouble).eps < 0.01 * np.finfo(np.float64).eps)
+
+
+def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome) -> float:
+    """
+    Take LAMMPS's steps in NumPy with coordinates of 64 bits instead of 53.
+
+    Bonds are exact as well. What is left is the error of the integrator.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Event wall, scheme and step.
+    like : Outcome
+        LAMMPS's run. The run here ends with as many contacts.
+
+    Returns
+    -------
+    float
+        eta after the same steps.
+    """
+    return _collide(scene, numerics, WideChain(scene, numerics), like)
+
+
+def _collide(
+    scene: Scene, numerics: Numerics, chain: "LammpsChain | WideChain", like: Outcome
+) -> float:
+    """Go on to the last contact: that no further one comes has been argued for `like`."""
+    flight: Flight
+    if numerics.scheme == "verlet":
+        # Curvatures of any length a bond may have; only blind windows are told by them.
+        bond_range = (1.0 + max(0.5 * scene.bond.strain_min, -0.5), 3.0)
+        bound = BlindBound(scene.bond, bond_range, numerics.timestep)
+        flight = VerletFlight(chain, False, bound)  # type: ignore[arg-type]
+    else:
+        flight = ComposedFlight(chain)  # type: ignore[arg-type]
+    for _ in like.contact_times:
+        if flight.advance(like.duration) is None:
+            break
+    return float(restitution(chain.v.astype(float), scene.impact_velocity))
+
+
+class WideChain:
+    """
+    A chain with the interface of :class:`LammpsChain`, integrated here in long doubles.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Scheme and step.
+
+    Attributes
+    ----------
+    x, v, f : ndarray of shape (n,)
+        Coordinates, velocities and forces.
+    stages_done : int
+        Verlet steps taken.
+    """
+
+    def __init__(self, scene: Scene, numerics: Numerics) -> None:
+        self._bond = scene.bond
+        self.weights = COMPOSITIONS[numerics.scheme].weights
+        self.timestep = numerics.timestep
+        self.stages_done = 0
+        self.x = np.arange(scene.particles, dtype=np.longdouble)
+        self.v = np.full(scene.particles, -scene.impact_velocity, dtype=np.longdouble)
+        self.f = np.zeros(scene.particles, dtype=np.longdouble)
+
+    def run(self, steps: int) -> None:
+        """
+        Take full Verlet steps.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+        """
+        for _ in range(steps):
+            self.verlet(self.timestep)
+
+    def verlet(self, duration: float) -> None:
+        """
+        Take one Verlet step: kick, drift, kick.
+
+        Parameters
+        ----------
+        duration : float
+            The step, of either sign.
+        """
+        h = np.longdouble(duration)
+        self.v += 0.5 * h * self.f
+        self.x += h * self.v
+        # The strain is exact before it is rounded to the double that the potential takes.
+        force = self._bond.force((np.diff(self.x) - 1.0).astype(float))
+        self.f[:] = 0.0
+        self.f[:-1] -= force
+        self.f[1:] += force
+        self.v += 0.5 * h * self.f
+        self.stages_done += 1
+
+    def step(self, duration: float | None = None) -> None:
+        """
+        Take one composed step.
+
+        Parameters
+        ----------
+        duration : float or None
+            Its length; None for the full step H.
+        """
+        length = self.timestep if duration is None else duration
+        for weight in self.weights:
+            self.verlet(weight * length)
+
+    def snapshot(self) -> State:
+        """
+        Copy the state.
+
+        Returns
+        -------
+        tuple of ndarray
+            x, v and f.
+        """
+        return self.x.copy(), self.v.copy(), self.f.copy()
+
+    def restore(self, state: State) -> None:
+        """
+        Put a copied state back.
+
+        Parameters
+        ----------
+        state : tuple of ndarray
+            From :meth:`snapshot`.
+        """
+        self.x[:], self.v[:], self.f[:] = state

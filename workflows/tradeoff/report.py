@@ -1,0 +1,294 @@
+"""A study for people and for programs: text, CSV, JSON and figures."""
+
+import csv
+import json
+import math
+import platform
+from pathlib import Path
+from typing import Any
+
+from analysis.atomic_write import folder_aside
+from workflows.tradeoff.budget import CAUSES
+from workflows.tradeoff.front import (
+    CheapestRow,
+    describe,
+    find_series,
+    format_seconds,
+    pareto_front,
+    promised_error,
+)
+from workflows.tradeoff.measurement import Measurement
+from workflows.tradeoff.settings import time_unit
+from workflows.tradeoff.study import Tradeoff
+from workflows.versions import versions
+
+_STOCK_REFLECTING = "stock wall"
+
+
+def _plain(value: float | None) -> float | None:
+    """JSON has no infinities."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def measurement_row(study: Tradeoff, measurement: Measurement, front: list[Measurement]) -> dict:
+    """
+    Return one setting's results.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+    measurement : Measurement
+        One of its settings.
+    front : list of Measurement
+        The Pareto front.
+
+    Returns
+    -------
+    dict
+        Flat, for CSV and JSON.
+    """
+    setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
+    series = setting.series
+    row: dict[str, Any] = {
+        "engine": series.engine,
+        "wall": series.wall,
+        "scheme": series.scheme,
+        "table": series.table,
+        "table_points": measurement.table_points,
+        "timestep": setting.timestep,
+        "scaled_timestep": setting.timestep / time_unit(study.scene, series.wall),
+        "phases": len(measurement.seconds),
+        "failure": measurement.failure,
+        "on_front": measurement in front,
+    }
+    names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
+    for name in names:
+        row[name] = _plain(getattr(measurement, name)) if done else None
+    row["promised_error"] = _plain(promised_error(measurement)) if done else None
+    row["seconds"] = measurement.time if done else None
+    row["setup_seconds"] = (
+        sorted(measurement.setup_seconds)[len(measurement.setup_seconds) // 2] if done else None
+    )
+    row["force_evaluations"] = measurement.force_evaluations
+    return row
+
+
+def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
+    series = row.setting.series
+    return {
+        "error": row.error,
+        "engine": series.engine,
+        "wall": series.wall,
+        "scheme": series.scheme,
+        "table": series.table,
+        "timestep": row.setting.timestep,
+        "scaled_timestep": row.scaled_timestep,
+        "measured_error": row.measured_error,
+        "seconds": row.seconds,
+    }
+
+
+def to_dict(study: Tradeoff) -> dict[str, Any]:
+    """
+    Return a study as plain values.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+
+    Returns
+    -------
+    dict
+        For JSON.
+    """
+    front, truth, scene = pareto_front(study.measurements), study.truth, study.scene
+    return {
+        "potential": scene.label,
+        "particles": scene.particles,
+        "velocity": scene.impact_velocity,
+        "truth": {
+            "restitution": truth.restitution,
+            "restitution_error": truth.restitution_error,
+            "last_contact_time": truth.last_contact_time,
+            "last_contact_time_error": _plain(truth.last_contact_time_error),
+            "mode_energies_error": truth.mode_energies_error,
+            "contacts": truth.contacts,
+            "source": truth.source,
+        },
+        "settings": [measurement_row(study, m, front) for m in study.measurements],
+        "cheapest": {
+            engine: [_cheapest_row(row) for row in rows] for engine, rows in study.cheapest.items()
+        },
+        "budgets": [
+            {"name": b.name, "total": b.total, "output_exact": b.output_exact, **b.parts()}
+            for b in study.budgets
+        ],
+        "tables": [vars(point) for point in study.tables],
+        "tolerance": study.tolerance,
+        "advice": study.advice,
+        "seconds_total": study.seconds,
+        "machine": f"{platform.machine()} {platform.system()}",
+        "versions": versions(),
+    }
+
+
+def _column(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def describe_study(study: Tradeoff) -> str:
+    """
+    Describe a study for people.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+
+    Returns
+    -------
+    str
+        The cheapest settings, the error budgets and the advice.
+    """
+    truth, scene = study.truth, study.scene
+    lines = [
+        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
+        f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
+        "",
+        "cheapest settings: error kept (with its reserve), measured error, time of integration",
+    ]
+    for engine, rows in study.cheapest.items():
+        lines.append(f"  {'LAMMPS' if engine == 'lammps' else 'in-house engine'}")
+        lines += [
+            f"    {row.error:.0e}  {row.measured_error:.1e}  {format_seconds(row.seconds):>8}  "
+            f"{describe(row.setting)}"
+            for row in rows
+        ]
+        if not rows:
+            lines.append("    none was good to 1e-2")
+    lines += ["", "error of eta by cause:"]
+    lines.append("    " + "".join(f"{name:>12}" for name in ("", *CAUSES, "total")))
+    for budget in study.budgets:
+        cells = [_column(value) for value in budget.parts().values()]
+        lines.append(
+            "    " + "".join(f"{c:>12}" for c in (budget.name, *cells, _column(budget.total)))
+        )
+    lines.append(
+        "    (output: if read from a default dump, six digits; with the 17 digits of chaincor's "
+        f"dumps {study.budgets[0].output_exact:.0e})"
+        if study.budgets
+        else "    none"
+    )
+    enough = [p for p in study.tables if p.style == "linear" and p.bond_range == "scene"]
+    if enough:
+        lines += ["", "error of eta from linear tables over this scene's own bond lengths:"]
+        lines.append("    " + ", ".join(f"{p.rows} rows {p.restitution_error:.0e}" for p in enough))
+    stock = [m for m in study.measurements if m.setting.series.wall == "reflect" and m.seconds]
+    if stock:
+        lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
+        lines += [
+            f"    dt {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
+            f"{m.worst_error:.1e}  {format_seconds(m.time):>8}"
+            for m in stock
+        ]
+    failed = [m for m in study.measurements if m.failure]
+    if failed:
+        lines += ["", f"{len(failed)} settings with too large a step did not run"]
+    lines += ["", f"advice: {study.advice}", f"({study.seconds:.0f} s)"]
+    return "\n".join(lines)
+
+
+def write_study(study: Tradeoff, folder: Path) -> None:
+    """
+    Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+    folder : pathlib.Path
+        Made if it is not there.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    plain = to_dict(study)
+    with folder_aside(folder) as aside:
+        (aside / "tradeoff.json").write_text(json.dumps(plain, indent=2, allow_nan=False) + "\n")
+        _write_csv(aside / "work_precision.csv", plain["settings"])
+        _write_csv(aside / "error_budget.csv", plain["budgets"])
+        _write_csv(aside / "tables.csv", plain["tables"])
+        _draw(study, aside)
+
+
+def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
+    if not rows:
+        return
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _draw(study: Tradeoff, folder: Path) -> None:
+    from analysis.figures.tradeoff import (
+        TableCurve,
+        WorkPrecisionCurve,
+        plot_error_budget,
+        plot_table_errors,
+        plot_work_precision,
+    )
+
+    curves = []
+    done = [m for m in study.measurements if not m.failure and m.seconds]
+    for series in find_series(done):
+        own = sorted((m for m in done if m.setting.series == series), key=lambda m: m.time)
+        curves.append(
+            WorkPrecisionCurve(
+                label=series.label,
+                group=_STOCK_REFLECTING if series.wall == "reflect" else series.engine,
+                scheme=series.scheme,
+                dashed=series.table == "linear",
+                seconds=[m.time for m in own],
+                errors=[m.rms_error for m in own],
+                lowest=[float(m.errors.min()) for m in own],
+                highest=[m.worst_error for m in own],
+            )
+        )
+    front = pareto_front(m for m in done if m.setting.series.engine == "lammps")
+    figures = {
+        "work_precision": plot_work_precision(
+            curves,
+            front=([m.time for m in front], [m.rms_error for m in front]),
+            floor=study.truth.restitution_error,
+        )
+    }
+    if study.budgets:
+        figures["error_budget"] = plot_error_budget(
+            {budget.name: budget.parts() for budget in study.budgets},
+            {budget.name: budget.total for budget in study.budgets},
+        )
+    if study.tables:
+        kinds = dict.fromkeys((p.style, p.bond_range) for p in study.tables)
+        figures["tables"] = plot_table_errors(
+            [
+                TableCurve(
+                    style=style,
+                    bond_range=name,
+                    rows=[p.rows for p in study.tables if (p.style, p.bond_range) == (style, name)],
+                    errors=[
+                        p.restitution_error
+                        for p in study.tables
+                        if (p.style, p.bond_range) == (style, name)
+                    ],
+                )
+                for style, name in kinds
+            ]
+        )
+    for name, axes in figures.items():
+        for ending in ("png", "svg"):
+            axes.figure.savefig(folder / f"{name}.{ending}")

@@ -1,0 +1,220 @@
+"""One study from beginning to end: truth, ladders, budgets, tables, advice."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import DEFAULT_TOLERANCE, Engine, Scene
+from workflows.error_bars import rounding_error
+from workflows.errors import RunError
+from workflows.tradeoff.budget import ErrorBudget, measure_budget
+from workflows.tradeoff.front import CheapestRow, cheapest_settings, give_advice
+from workflows.tradeoff.measurement import Measurement, measure_ladders
+from workflows.tradeoff.settings import (
+    STOCK_PHASES,
+    STOCK_TIMESTEP,
+    Series,
+    Setting,
+    study_settings,
+    time_unit,
+)
+from workflows.tradeoff.tables import TablePoint, measure_tables
+from workflows.tradeoff.truth import Truth, find_truth
+
+ENGINES: tuple[Engine, ...] = ("lammps", "reference")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    How long the parts of a study may take.
+
+    Attributes
+    ----------
+    ladder_seconds : float
+        All settings together.
+    oracle_seconds : float
+        One run with exact bonds or wider floats.
+    stock_budget : bool
+        Whether the stock recipe gets an error budget as well.
+    """
+
+    ladder_seconds: float
+    oracle_seconds: float
+    stock_budget: bool
+
+
+FULL = Plan(ladder_seconds=55.0, oracle_seconds=12.0, stock_budget=True)
+QUICK = Plan(ladder_seconds=7.0, oracle_seconds=5.0, stock_budget=False)
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """
+    What a study found.
+
+    Attributes
+    ----------
+    scene : Scene
+        The collision.
+    truth : Truth
+        Converged values.
+    measurements : tuple of Measurement
+        Every setting that was run.
+    cheapest : dict
+        Engine to its cheapest settings by decade.
+    budgets : tuple of ErrorBudget
+        Of the advised setting, and of the stock recipe.
+    tables : tuple of TablePoint
+        Effect of tables; empty for harmonic bonds.
+    tolerance : float
+        What the advice is for.
+    advice : str
+        One line.
+    seconds : float
+        Time the study took.
+    """
+
+    scene: Scene
+    truth: Truth
+    measurements: tuple[Measurement, ...]
+    cheapest: dict[str, list[CheapestRow]]
+    budgets: tuple[ErrorBudget, ...]
+    tables: tuple[TablePoint, ...]
+    tolerance: float
+    advice: str
+    seconds: float
+
+
+# Called with a part's name and the fraction of the whole study that is done.
+Progress = Callable[[str, float], None]
+
+
+def measure_tradeoff(
+    scene: Scene, *, quick: bool = False, progress: Progress = lambda _part, _done: None
+) -> Tradeoff:
+    """
+    Measure error against time for a scene, on this machine.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; its own numerics, engine and files are ignored.
+    quick : bool
+        Fewer settings and phases, in seconds instead of a minute or two.
+    progress : callable
+        Told what goes on.
+
+    Returns
+    -------
+    Tradeoff
+        Everything that was found.
+
+    Raises
+    ------
+    RunError
+        If the collision cannot be converged, or no setting ran at all.
+    """
+    started = time.perf_counter()
+    plan = QUICK if quick else FULL
+    tolerance = scene.tolerance or DEFAULT_TOLERANCE
+    scene = bare_scene(scene)
+    progress("converged value", 0.0)
+    truth = find_truth(scene)
+    floor = truth.restitution_error + 0.1 * rounding_error("lammps", scene)
+    measurements = measure_ladders(
+        scene,
+        truth,
+        study_settings(scene, quick),
+        quick=quick,
+        seconds=plan.ladder_seconds,
+        floor=floor,
+        advance=lambda part: progress("settings", 0.05 + 0.6 * part),
+    )
+    if all(m.failure for m in measurements):
+        raise RunError(f"no setting runs this scene: {measurements[0].failure}")
+    cheapest = {engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES}
+    budgets, tables = _find_causes(
+        scene, truth, _advised(measurements, cheapest["lammps"], tolerance), plan, progress
+    )
+    progress("done", 1.0)
+    return Tradeoff(
+        scene=scene,
+        truth=truth,
+        measurements=tuple(measurements),
+        cheapest=cheapest,
+        budgets=budgets,
+        tables=tables,
+        tolerance=tolerance,
+        advice=give_advice(cheapest["lammps"], tolerance),
+        seconds=time.perf_counter() - started,
+    )
+
+
+def bare_scene(scene: Scene) -> Scene:
+    """
+    Return the physics of a scene, without numerics and files.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Scene
+        For LAMMPS, with everything else left open.
+    """
+    own = ("tolerance", "wall", "scheme", "timestep", "table", "table_points")
+    open_fields = dict.fromkeys((*own, "dump", "save", "arrays"))
+    return scene.replace(**open_fields, engine="lammps")
+
+
+def _advised(
+    measurements: list[Measurement], rows: list[CheapestRow], tolerance: float
+) -> Setting | None:
+    """Return the setting the advice names, or the most exact one that LAMMPS has."""
+    good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
+    if good:
+        return min(good, key=lambda row: row.seconds).setting
+    usable = [m for m in measurements if not m.failure and m.setting.series.engine == "lammps"]
+    return min(usable, key=lambda m: m.rms_error).setting if usable else None
+
+
+def _find_causes(
+    scene: Scene, truth: Truth, advised: Setting | None, plan: Plan, progress: Progress
+) -> tuple[tuple[ErrorBudget, ...], tuple[TablePoint, ...]]:
+    if advised is None:
+        return (), ()
+    bond_range = truth.scouting.table_range(scene)
+    numerics = advised.numerics(bond_range)
+    progress("causes", 0.66)
+    budgets = [
+        measure_budget(
+            scene, truth, "advised", numerics, phases=1, oracle_seconds=plan.oracle_seconds
+        )
+    ]
+    if plan.stock_budget:
+        progress("causes", 0.74)
+        spline = None if isinstance(scene.bond, Harmonic) else "spline"
+        stock = Setting(
+            Series("lammps", "reflect", "verlet", spline),  # type: ignore[arg-type]
+            STOCK_TIMESTEP * time_unit(scene, "reflect"),
+        )
+        budgets.append(
+            measure_budget(
+                scene,
+                truth,
+                "stock recipe",
+                stock.numerics(bond_range),
+                phases=STOCK_PHASES,
+                oracle_seconds=plan.oracle_seconds,
+            )
+        )
+    progress("tables", 0.9)
+    tables: list[TablePoint] = []
+    exact = budgets[0].exact_restitution
+    if exact is not None and not isinstance(scene.bond, Harmonic):
+        tables = measure_tables(scene, truth, numerics, exact, quick=not plan.stock_budget)
+    return tuple(budgets), tuple(tables)

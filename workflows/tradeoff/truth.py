@@ -1,0 +1,168 @@
+"""The converged values that all errors are counted from, each with its own bar."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.modes import mode_energies
+from lammps_inputs.potentials import Harmonic
+from lammps_inputs.scene import Scene
+from workflows.engines import modal
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import COARSER_SHARE
+from workflows.errors import RunError
+from workflows.scouting import Scouting, scouting_from
+from workflows.step_search import Converged, converge, eta_of, run_in_house
+
+# Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
+_GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
+# The exact propagator of harmonic chains, against itself in higher precision.
+_MODAL_ERROR = 1e-13
+
+
+@dataclass(frozen=True)
+class Truth:
+    """
+    Converged values of a collision.
+
+    Attributes
+    ----------
+    restitution, restitution_error : float
+        eta and its bar.
+    last_contact_time, last_contact_time_error : float
+        Time of the last contact and its bar.
+    mode_energies : ndarray of shape (n,)
+        E_j right after the last contact.
+    mode_energies_error : float
+        Largest error of any of them, in units of the energy at impact.
+    contacts : int
+        Hits on the wall.
+    scouting : Scouting
+        Bond lengths and duration.
+    source : str
+        What computed it.
+    """
+
+    restitution: float
+    restitution_error: float
+    last_contact_time: float
+    last_contact_time_error: float
+    mode_energies: NDArray[np.float64]
+    mode_energies_error: float
+    contacts: int
+    scouting: Scouting
+    source: str
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """
+    How far a run is from the truth.
+
+    Attributes
+    ----------
+    restitution : float
+        Signed error of eta.
+    last_contact_time : float
+        Error of the time of the last contact; inf where the number of contacts differs.
+    mode_energies : float
+        Largest error of any E_j, in units of the energy at impact.
+    """
+
+    restitution: float
+    last_contact_time: float
+    mode_energies: float
+
+
+def find_truth(scene: Scene) -> Truth:
+    """
+    Converge a collision as far as the in-house engine goes.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Truth
+        For harmonic chains from the exact propagator, else from order 8 at two steps.
+
+    Raises
+    ------
+    RunError
+        If no step resolves the collision.
+    """
+    if isinstance(scene.bond, Harmonic):
+        exact = modal.run(scene)
+        found = Converged(exact, eta_of(scene, exact), _MODAL_ERROR, exact.seconds)
+        return _truth_from(scene, found, exact, "exact modes")
+    found = _converge_far(scene)
+    step = found.outcome.timestep
+    assert step is not None
+    coarse = run_in_house(scene, "order8", 2.0 * step)
+    return _truth_from(scene, found, coarse, f"in-house engine, order 8, H = {step:.4g}")
+
+
+def _converge_far(scene: Scene) -> Converged:
+    for goal in _GOALS:
+        try:
+            return converge(scene, goal)
+        except RunError as error:
+            failure = error
+    raise failure
+
+
+def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) -> Truth:
+    outcome, share = found.outcome, COARSER_SHARE["order8"]
+    rounding = np.finfo(float).eps * scene.particles
+    bare = Truth(
+        restitution=found.restitution,
+        restitution_error=found.error,
+        last_contact_time=float(outcome.contact_times[-1]),
+        last_contact_time_error=rounding,
+        mode_energies=_modes(scene, outcome),
+        mode_energies_error=rounding,
+        contacts=len(outcome.contact_times),
+        scouting=scouting_from(found),
+        source=source,
+    )
+    spread = deviation_from(bare, scene, coarse)
+    return replace(
+        bare,
+        last_contact_time_error=share * spread.last_contact_time + rounding,
+        mode_energies_error=share * spread.mode_energies + rounding,
+    )
+
+
+def _modes(scene: Scene, outcome: Outcome) -> NDArray[np.float64]:
+    return mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
+
+
+def deviation_from(truth: Truth, scene: Scene, outcome: Outcome) -> Deviation:
+    """
+    Compare a run with the truth.
+
+    Parameters
+    ----------
+    truth : Truth
+        Converged values.
+    scene : Scene
+        The collision.
+    outcome : Outcome
+        A run of it.
+
+    Returns
+    -------
+    Deviation
+        Its errors.
+    """
+    energy = 0.5 * scene.particles * scene.impact_velocity**2
+    late = abs(float(outcome.contact_times[-1]) - truth.last_contact_time)
+    same = len(outcome.contact_times) == truth.contacts
+    return Deviation(
+        restitution=eta_of(scene, outcome) - truth.restitution,
+        last_contact_time=late if same else float("inf"),
+        mode_energies=float(np.max(np.abs(_modes(scene, outcome) - truth.mode_energies))) / energy,
+    )
