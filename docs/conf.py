@@ -1,11 +1,15 @@
 """The documentation: built offline by `make docs`, every warning an error."""
 
+import logging
 import sys
 from importlib import metadata
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 sys.path.insert(0, str(Path(__file__).parent.parent))
+
+# Which optional file formats MDAnalysis lacks is nothing to a reader.
+logging.getLogger("MDAnalysis").setLevel(logging.ERROR)
 
 project = "chaincor"
 author = copyright = "chaincor maintainers"
@@ -19,12 +23,15 @@ extensions = [
     "sphinx.ext.apidoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "absolute_values",
     "mathml",
     "command_line",
     "scene_fields",
 ]
-exclude_patterns = ["_build", "examples"]
-nitpicky = False
+exclude_patterns = ["_build", "examples", "reference/api/*/modules.rst"]
+# Docstrings name classes without their module. Where two modules have one of that name, the plain
+# name is shown without a link.
+suppress_warnings = ["ref.python"]
 
 myst_enable_extensions = ["dollarmath", "attrs_inline"]
 myst_heading_anchors = 3
@@ -52,6 +59,7 @@ apidoc_modules = [
 ]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+autodoc_default_options = {"ignore-module-all": True}
 autodoc_mock_imports = ["distributed", "dask"]
 napoleon_google_docstring = False
 napoleon_use_ivar = True
