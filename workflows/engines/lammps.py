@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate
+from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate, tabulate_near_and_far
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
@@ -135,6 +135,12 @@ def _run_with_table(
             _keep_files(scene, folder)
 
 
+def _tabulate(bond: Potential, bond_range: tuple[float, float], numerics: Numerics) -> BondTable:
+    if numerics.table_points is not None:
+        return tabulate(bond, bond_range, numerics.table, numerics.table_points)
+    return tabulate_near_and_far(bond, bond_range, numerics.table, numerics.force_error)
+
+
 def _run_in_folder(
     scene: Scene,
     numerics: Numerics,
@@ -152,9 +158,7 @@ def _run_in_folder(
         return collide_all(None)
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     for _ in range(_MOST_WIDENINGS):
-        table = tabulate(
-            bond, bond_range, numerics.table, numerics.table_points, numerics.force_error
-        )
+        table = _tabulate(bond, bond_range, numerics)
         try:
             return collide_all(table)
         except BondRangeError as error:
@@ -202,7 +206,7 @@ def _refuse_impossible(scene: Scene, error: BondRangeError) -> None:
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
-    low, high = float(table.lengths[0]), float(table.lengths[-1])
+    low, high = float(table.lengths[0]), table.longest
     if length >= high:
         if length - 1.0 >= bond.strain_max:
             raise BondRangeError(
@@ -211,6 +215,11 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
             )
         high = 1.0 + _WIDENING * max(length - 1.0, 2.0 * (high - 1.0))
         high = min(high, 1.0 + bond.strain_max)
+    elif length > 1.0:
+        raise TimestepError(
+            f"a bond came back from very long to {length:g} within one step; expected steps that "
+            "resolve it: use a smaller timestep"
+        )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
         low = floor + (max(length, floor) - floor) / _WIDENING
