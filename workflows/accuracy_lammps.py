@@ -119,7 +119,9 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
 
 def _cost(scene: Scene, numerics: Numerics, scouting: Scouting) -> float:
     """Return the expected seconds of a run and its proof at twice the step."""
-    return 1.5 * cost_model().integration(scene, numerics, scouting.duration)
+    return 1.5 * cost_model().integration(
+        scene, numerics, scouting.duration, scouting.last_contact_time
+    )
 
 
 def _cheapest(scene: Scene, tolerance: float, truth: Converged, scouting: Scouting) -> _Candidate:
