@@ -19,7 +19,6 @@ at 8 v* and 4.5 at 64 v* for lj, 3.0 and 3.5 for toda, 9 to 11 for log; see `dev
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from lammps_inputs.potentials import Potential
 from lammps_inputs.scene import Scene
@@ -122,6 +121,8 @@ def stopping_length(bond: Potential, speed: float) -> float:
     CrossingError
         If U at zero length is finite and too low.
     """
+
+    from scipy.optimize import brentq
 
     def excess(strain):
         return float(bond.energy(np.array(strain))) - speed**2
