@@ -121,7 +121,6 @@ def stopping_length(bond: Potential, speed: float) -> float:
     CrossingError
         If U at zero length is finite and too low.
     """
-
     from scipy.optimize import brentq
 
     def excess(strain):
