@@ -170,7 +170,8 @@ def plot_error_budget(
         for group, parts in enumerate(budgets.values()):
             value = parts[cause]
             place = group + (k - 0.5 * (len(causes) - 1)) * width
-            label = cause if group == 0 else None
+            name = "six-digit output" if cause == "output" else cause
+            label = name if group == 0 else None
             if value is None or value <= 0.0:
                 # Neither zero nor "none" has a place on a logarithmic axis.
                 ax.bar(place, 0.0, width, color=_CAUSE_COLOURS[k], label=label)

@@ -18,21 +18,31 @@ RESERVE: dict[Scheme, float] = {"verlet": 20.0, "order4": 8.0, "order6": 8.0, "o
 LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
 
-def promised_error(measurement: Measurement) -> float:
+def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]:
     """
-    Return the error a setting can be trusted to keep, here and in scenes like this one.
+    Return the error each setting can be trusted to keep, here and in scenes like this one.
+
+    An error may vanish by luck at one step: a setting promises no less than the worst of its own
+    series from its step downwards, times the reserve of its scheme.
 
     Parameters
     ----------
-    measurement : Measurement
-        What was measured.
+    measurements : iterable of Measurement
+        The study; failures promise nothing.
 
     Returns
     -------
-    float
-        Reserve times the worst phase.
+    dict
+        Setting to error.
     """
-    return RESERVE[measurement.setting.series.scheme] * measurement.worst_error
+    promises: dict[Setting, float] = {}
+    largest: dict[Series, float] = {}
+    done = [m for m in measurements if m.failure is None]
+    for each in sorted(done, key=lambda m: m.setting.timestep):
+        series = each.setting.series
+        largest[series] = max(each.worst_error, largest.get(series, 0.0))
+        promises[each.setting] = RESERVE[series.scheme] * largest[series]
+    return promises
 
 
 def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
@@ -99,7 +109,7 @@ class CheapestRow:
         """
         series = self.setting.series
         step = self.scaled_timestep * time_unit(scene, series.wall)
-        return Setting(series, step).numerics(None)
+        return Setting(series, step).numerics(scene)
 
     def promise(self, scene: Scene) -> float:
         """
@@ -139,10 +149,11 @@ def cheapest_settings(
         From 1e-2 on, as far as any setting goes.
     """
     usable = [m for m in measurements if m.failure is None and m.setting.series.engine == engine]
+    promises = promised_errors(usable)
     rows = []
     for decade in range(LOOSEST_DECADE, TIGHTEST_DECADE + 1):
         error = 10.0**-decade
-        good = [m for m in usable if promised_error(m) <= error]
+        good = [m for m in usable if promises[m.setting] <= error]
         if not good:
             break
         best = min(good, key=lambda m: m.time)

@@ -100,7 +100,7 @@ class Measurement:
         phase : float
             From 0 to 1, see :meth:`Setting.numerics`.
         """
-        numerics = self.setting.numerics(truth.scouting.table_range(scene), phase)
+        numerics = self.setting.numerics(scene, truth.scouting.table_range(scene), phase)
         started = time.perf_counter()
         try:
             outcome = run_setting(scene, self.setting.series, numerics)
@@ -223,7 +223,7 @@ def expected_seconds(scene: Scene, truth: Truth, setting: Setting) -> float:
     float
         Seconds; good enough for planning.
     """
-    numerics = setting.numerics(None)
+    numerics = setting.numerics(scene)
     seconds = cost_model().integration(
         scene, numerics, truth.scouting.duration, truth.scouting.last_contact_time
     )

@@ -15,7 +15,7 @@ from workflows.tradeoff.front import (
     find_series,
     format_seconds,
     pareto_front,
-    promised_error,
+    promised_errors,
 )
 from workflows.tradeoff.measurement import Measurement
 from workflows.tradeoff.settings import time_unit
@@ -30,7 +30,9 @@ def _plain(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-def measurement_row(study: Tradeoff, measurement: Measurement, front: list[Measurement]) -> dict:
+def measurement_row(
+    study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
+) -> dict[str, Any]:
     """
     Return one setting's results.
 
@@ -40,8 +42,10 @@ def measurement_row(study: Tradeoff, measurement: Measurement, front: list[Measu
         The study.
     measurement : Measurement
         One of its settings.
-    front : list of Measurement
-        The Pareto front.
+    on_front : bool
+        Whether no other beats it in both error and time.
+    promised : float or None
+        The error it can be trusted to keep.
 
     Returns
     -------
@@ -60,12 +64,12 @@ def measurement_row(study: Tradeoff, measurement: Measurement, front: list[Measu
         "scaled_timestep": setting.timestep / time_unit(study.scene, series.wall),
         "phases": len(measurement.seconds),
         "failure": measurement.failure,
-        "on_front": measurement in front,
+        "on_front": on_front,
     }
     names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
     for name in names:
         row[name] = _plain(getattr(measurement, name)) if done else None
-    row["promised_error"] = _plain(promised_error(measurement)) if done else None
+    row["promised_error"] = promised
     row["seconds"] = measurement.time if done else None
     row["setup_seconds"] = (
         sorted(measurement.setup_seconds)[len(measurement.setup_seconds) // 2] if done else None
@@ -103,7 +107,9 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
     dict
         For JSON.
     """
-    front, truth, scene = pareto_front(study.measurements), study.truth, study.scene
+    truth, scene = study.truth, study.scene
+    front = {id(m) for m in pareto_front(study.measurements)}
+    promises = promised_errors(study.measurements)
     return {
         "potential": scene.label,
         "particles": scene.particles,
@@ -117,7 +123,10 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
             "contacts": truth.contacts,
             "source": truth.source,
         },
-        "settings": [measurement_row(study, m, front) for m in study.measurements],
+        "settings": [
+            measurement_row(study, m, id(m) in front, promises.get(m.setting))
+            for m in study.measurements
+        ],
         "cheapest": {
             engine: [_cheapest_row(row) for row in rows] for engine, rows in study.cheapest.items()
         },
@@ -246,7 +255,7 @@ def _draw(study: Tradeoff, folder: Path) -> None:
     curves = []
     done = [m for m in study.measurements if not m.failure and m.seconds]
     for series in find_series(done):
-        own = sorted((m for m in done if m.setting.series == series), key=lambda m: m.time)
+        own = [m for m in done if m.setting.series == series]
         curves.append(
             WorkPrecisionCurve(
                 label=series.label,
@@ -290,5 +299,7 @@ def _draw(study: Tradeoff, folder: Path) -> None:
             ]
         )
     for name, axes in figures.items():
+        figure = axes.get_figure(root=True)
+        assert figure is not None
         for ending in ("png", "svg"):
-            axes.figure.savefig(folder / f"{name}.{ending}")
+            figure.savefig(folder / f"{name}.{ending}")

@@ -10,8 +10,9 @@ from workflows.engines.outcome import Outcome
 from workflows.step_search import sharpness
 
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
-# Rows of the linear tables that are compared with splines of as many rows as they need.
-LINEAR_ROWS = 10_001
+# Force error of the linear tables that are compared with splines, in units of v0: some thousands
+# of rows. Splines get as many rows as they need to be exact to rounding, which is fewer.
+_LINEAR_FORCE_ERROR = 1e-7
 # The recipe found in textbooks and on mailing lists: fix wall/reflect, Verlet, this step.
 STOCK_TIMESTEP = 0.005
 STOCK_PHASES = 8
@@ -65,12 +66,16 @@ class Setting:
     series: Series
     timestep: float
 
-    def numerics(self, bond_range: tuple[float, float] | None, phase: float = 0.0) -> Numerics:
+    def numerics(
+        self, scene: Scene, bond_range: tuple[float, float] | None = None, phase: float = 0.0
+    ) -> Numerics:
         """
         Return the settings of one run.
 
         Parameters
         ----------
+        scene : Scene
+            The collision: its speed is the scale of all forces.
         bond_range : tuple of float or None
             Lengths the table must hold; None lets the engine find them.
         phase : float
@@ -87,8 +92,10 @@ class Setting:
             scheme=series.scheme,
             timestep=self.timestep * (1.0 - _PHASE_WIDTH * phase),
             table=series.table or "spline",
-            table_points=LINEAR_ROWS if series.table == "linear" else None,
             bond_range=bond_range,
+            force_error=_LINEAR_FORCE_ERROR * scene.impact_velocity
+            if series.table == "linear"
+            else None,
         )
 
 

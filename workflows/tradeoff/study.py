@@ -134,7 +134,9 @@ def measure_tradeoff(
     )
     if all(m.failure for m in measurements):
         raise RunError(f"no setting runs this scene: {measurements[0].failure}")
-    cheapest = {engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES}
+    cheapest: dict[str, list[CheapestRow]] = {
+        engine: cheapest_settings(scene, measurements, engine) for engine in ENGINES
+    }
     budgets, tables = _find_causes(
         scene, truth, _advised(measurements, cheapest["lammps"], tolerance), plan, progress
     )
@@ -188,7 +190,7 @@ def _find_causes(
     if advised is None:
         return (), ()
     bond_range = truth.scouting.table_range(scene)
-    numerics = advised.numerics(bond_range)
+    numerics = advised.numerics(scene, bond_range)
     progress("causes", 0.66)
     budgets = [
         measure_budget(
@@ -207,7 +209,7 @@ def _find_causes(
                 scene,
                 truth,
                 "stock recipe",
-                stock.numerics(bond_range),
+                stock.numerics(scene, bond_range),
                 phases=STOCK_PHASES,
                 oracle_seconds=plan.oracle_seconds,
             )
