@@ -32,7 +32,8 @@ def write_job(
     Parameters
     ----------
     scene : Scene
-        The collision; its numerics default to the event wall and Verlet steps.
+        The collision; its numerics default to the event wall and Verlet steps. A tolerance is
+        not used: a job has a fixed step.
     folder : pathlib.Path
         Where the job goes.
     dump : bool
@@ -55,7 +56,8 @@ def write_job(
         If the scheme cannot be scripted.
     """
     if scene.wall is None and scene.scheme is None:
-        scene = scene.replace(scheme="verlet")
+        # A script has a fixed step: nothing in it could choose one for a tolerance.
+        scene = scene.replace(scheme="verlet", tolerance=None)
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     numerics = Numerics.from_scene(scene)

@@ -35,7 +35,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     return stiff.run(scene, _ACCURACY, interval)
 
 
-def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 100) -> None:
+def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
     """
     Draw a collision as a moving picture.
 

@@ -26,3 +26,10 @@ def test_explaining_changes_no_result(fields, wall, tmp_path):
     assert any(line.startswith("restitution") for line in results(runs[True].stdout))
     said = (tmp_path / "True" / "chain.data").read_text()
     assert "without this section the chain is a gas" in said
+
+
+def test_a_scene_with_a_tolerance_makes_a_job_with_a_fixed_step(tmp_path):
+    write_job(Scene(particles=3, speed=0.4, tolerance=1e-6), tmp_path)
+    saved = Scene.from_file(tmp_path / "scene.toml")
+    assert saved.tolerance is None
+    assert saved.scheme == "verlet"

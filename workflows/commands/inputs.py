@@ -33,3 +33,9 @@ def inputs(
     files = write_job(scene, Path(output), dump=frames, explain=explain, replace_existing=force)
     for file in files:
         click.echo(file)
+    if scene.tolerance is not None:
+        click.echo(
+            "chaincor: note: a job has a fixed step, so the tolerance of the scene is not used; "
+            "--timestep sets the step",
+            err=True,
+        )
