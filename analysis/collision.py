@@ -84,6 +84,7 @@ def analyze_frames(
         if tally.count == 0 and reading.begins_at_contact:
             detector.add_known(state.time, velocity)
             state = _turned_round(state, velocity)
+        _refuse_impossible_bonds(state, bond)
         detector.feed(state)
         tally.feed(state)
     detection = detector.result()
@@ -243,6 +244,19 @@ def _restitution_precision(
     e = abs(float(kinematic_restitution(velocities, impact_velocity)))
     relative = (float(np.mean(resolution)) + e * impact_resolution) / impact_velocity
     return 2.0 * e * relative
+
+
+def _refuse_impossible_bonds(state: ChainState, bond: Potential | None) -> None:
+    if bond is None or state.displacements.size < 2:
+        return
+    strains = bond_strains(state.displacements)
+    outside = np.flatnonzero((strains <= bond.strain_min) | (strains > bond.strain_max))
+    if outside.size:
+        raise InputError(
+            f"bond {outside[0] + 1} is {1.0 + strains[outside[0]]:.6g} long in the frame of step "
+            f"{state.step}, where the potential '{bond.name}' has no energy; expected the "
+            "potential of the run, and particles that stay apart"
+        )
 
 
 class _Tally:

@@ -45,6 +45,9 @@ OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
 
+# Shorter steps would take days to the end of the smallest collision, and drown in rounding.
+SHORTEST_TIMESTEP = 1e-9
+
 # Composed steps that are a sensible start for each scheme where the user names none.
 DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}
 DEFAULT_REFLECT_TIMESTEP = 0.005
@@ -147,6 +150,13 @@ class Scene(BaseModel):
             raise ValueError("expected a number")
         return value
 
+    @field_validator("bond_file", "dump", "save", "arrays", mode="after")
+    @classmethod
+    def _refuse_null_character(cls, value: Path | None) -> Path | None:
+        if value is not None and "\0" in str(value):
+            raise ValueError("expected a path without null characters")
+        return value
+
     @model_validator(mode="after")
     def _check_together(self) -> Self:
         self._check_parameters()
@@ -173,7 +183,7 @@ class Scene(BaseModel):
             raise ValueError(
                 f"speed is in units of v*, which the {self.label} bond does not have; give velocity"
             )
-        if not 0.0 < self.impact_velocity < 1e150:
+        if not 1e-150 < self.impact_velocity < 1e150:
             raise ValueError(
                 f"the impact velocity would be {self.impact_velocity:g}; expected a number that "
                 "floating point can square"
@@ -187,14 +197,21 @@ class Scene(BaseModel):
                 "numerics by itself: drop one or the other"
             )
         if self.engine == "reference":
-            for key in ("table", "table_points", "save"):
+            for key in ("table", "table_points", "save", "dump"):
                 if getattr(self, key) is not None:
-                    raise ValueError(f"{key} is for engine 'lammps'; the reference has no tables")
+                    raise ValueError(
+                        f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps"
+                    )
             if self.wall == "reflect":
                 raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
         if self.wall == "reflect" and self.scheme not in (None, "verlet"):
             raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{self.scheme}'")
         if self.timestep is not None:
+            if self.timestep < SHORTEST_TIMESTEP / self.bond.stiffness**0.5:
+                raise ValueError(
+                    f"timestep is {self.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
+                    "shorter one would not come to an end"
+                )
             limit = VERLET_STABILITY_LIMIT / (2.0 * self.bond.stiffness**0.5)
             if self.timestep >= limit:
                 raise ValueError(

@@ -56,7 +56,10 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme: Scheme = "order4" if tolerance > 3e-4 else "order6" if tolerance > 1e-6 else "order8"
     order, share = COMPOSITIONS[scheme].order, COARSER_SHARE[scheme]
-    step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * tolerance / share)
+    # Below the rounding floor a finer step buys nothing.
+    floor = rounding_error("reference", scene)
+    reachable = max(tolerance, floor)
+    step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
     for _ in range(_MOST_REFINEMENTS):
@@ -71,9 +74,9 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
             if best is None or error < best[0]:
                 best = (error, fine, coarse[0])
         tries.append({"timestep": step, "step_error": error})
-        if error + rounding_error("reference", scene) <= tolerance or step < 1e-5:
+        if error + floor <= tolerance or error < 0.3 * floor or step < 1e-5:
             break
-        wanted = (0.5 * tolerance / error) ** (1.0 / order) if math.isfinite(error) else 0.5
+        wanted = (0.5 * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
         step *= min(max(wanted, 0.3), 0.8)
     if best is None:
         raise last_failure
@@ -84,7 +87,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
 
 def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
     """Ask the adaptive integrator for ever more accuracy until two runs agree."""
-    accuracy = _ADAPTIVE_START * tolerance
+    accuracy = _ADAPTIVE_START * max(tolerance, rounding_error("reference", scene))
     coarse = stiff.run(scene, accuracy)
     tries: list[dict[str, float]] = []
     for _ in range(_MOST_REFINEMENTS):

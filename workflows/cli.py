@@ -24,6 +24,9 @@ _COMMANDS = {
 }
 
 
+_LONGEST_LINE = 700
+
+
 class _LazyGroup(click.Group):
     """A group whose commands are imported from ``workflows.commands`` when they are called."""
 
@@ -91,8 +94,7 @@ def _run(arguments: list[str] | None) -> int:
     try:
         status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
-        text = " ".join(error.format_message().split())
-        click.echo(f"chaincor: {text}", err=True)
+        _complain(error.format_message())
         return error.exit_code
     except click.exceptions.Exit as leave:
         return leave.exit_code
@@ -100,14 +102,28 @@ def _run(arguments: list[str] | None) -> int:
         click.echo("chaincor: interrupted", err=True)
         return 130
     except ChaincorError as error:
-        page = f"docs/errors.md: {type(error).__name__}"
-        click.echo(f"chaincor: {' '.join(str(error).split())} ({page})", err=True)
+        _complain(str(error), f" (docs/errors.md: {type(error).__name__})")
         return error.exit_status
     except BrokenPipeError:
+        return 1
+    except MemoryError:
+        _complain(
+            "the machine's memory, or the limit set for this program, is used up; expected room "
+            "for the chain and its bond table: take fewer particles, table points or workers"
+        )
         return 1
     except OSError as error:
         where = f" {error.filename!r}" if error.filename else ""
         reason = error.strerror or type(error).__name__
-        click.echo(f"chaincor: cannot use the file{where}: {reason}", err=True)
+        _complain(f"cannot use the file{where}: {reason}")
         return 1
     return status if isinstance(status, int) else 0
+
+
+def _complain(text: str, end: str = "") -> None:
+    """Print one line: what was given may hold line ends, and may be endless."""
+    line = " ".join(text.split())
+    if len(line) > _LONGEST_LINE:
+        line = f"{line[: _LONGEST_LINE // 2]} ... {line[-_LONGEST_LINE // 2 :]}"
+    printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line)
+    click.echo(f"chaincor: {printable}{end}", err=True)

@@ -17,6 +17,7 @@ from workflows.answer import spread_of
 from workflows.engines import lammps, reference
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
+from workflows.outputs import refuse_unusable_outputs
 from workflows.result import Collision, ErrorBar
 from workflows.scouting import scout, scouting_details
 from workflows.versions import versions
@@ -46,13 +47,14 @@ def collide(scene: Scene, tolerance: float | None = None) -> Collision:
     Raises
     ------
     InputError
-        If a tolerance is given together with explicit numerics.
+        If a tolerance is given together with explicit numerics, or outputs have no place.
     RunError
         If no number that can be trusted came out; each cause has a name.
     """
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
+    refuse_unusable_outputs(scene)
     if scene.explicit:
         outcome, bar, found = _run_as_given(scene)
         asked, reason = None, None

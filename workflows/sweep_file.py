@@ -140,23 +140,21 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
             f"the range of axis '{name}' is {axis!r}; expected from, to, and either points or "
             "step; with points also spacing"
         )
-    first, last = axis["from"], axis["to"]
     spacing = axis.get("spacing", "linear")
     numbers = [axis[key] for key in ("from", "to", "points", "step") if key in axis]
-    if any(isinstance(n, bool) or not isinstance(n, int | float) for n in numbers) or not all(
-        math.isfinite(n) for n in numbers
-    ):
+    if not all(_is_finite(number) for number in numbers):
         raise SweepError(f"the range of axis '{name}' is {axis!r}; expected finite numbers")
+    first, last = float(axis["from"]), float(axis["to"])
     if spacing not in _SPACINGS or (spacing == "log" and "step" in axis):
         raise SweepError(
             f"spacing of axis '{name}' is {spacing!r}; expected linear, or log with points"
         )
     if "step" in axis:
-        step = axis["step"]
-        count = math.floor((last - first) / step * (1.0 + 1e-12)) + 1 if step else 0
-        if not 1 <= count <= _MOST_POINTS:
+        step = float(axis["step"])
+        count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
+        if not 1.0 <= count <= _MOST_POINTS:
             raise SweepError(f"the range of axis '{name}' is {axis!r}; expected a step towards to")
-        values = first + step * np.arange(count)
+        values = first + step * np.arange(math.floor(count))
     else:
         points = axis["points"]
         if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
@@ -168,6 +166,15 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
     if name in _WHOLE:
         return [int(value) for value in np.unique(np.rint(values))]
     return [float(value) for value in values]
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
 
 
 def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:

@@ -153,7 +153,7 @@ def _plain(value: Any) -> Any:
 def _read_file(path: Path) -> dict[str, Any]:
     try:
         if path.suffix.lower() == ".npz":
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as data, np.load(data, allow_pickle=False) as file:
                 return {name: file[name] for name in _ARRAYS if name in file.files}
         with path.open(newline="", encoding="utf-8") as text:
             rows = list(csv.DictReader(text))

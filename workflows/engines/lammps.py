@@ -9,21 +9,25 @@ from pathlib import Path
 
 import numpy as np
 
+from analysis.atomic_write import folder_aside, written_aside
 from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate, tabulate_near_and_far
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
-from lammps_inputs.script import DUMP_FILE
+from lammps_inputs.script import DATA_FILE, DUMP_FILE
 from workflows.engines.ending import longest_collision
 from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_collision import ChainCollision
 from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
 from workflows.engines.outcome import Outcome
+from workflows.error_bars import rounding_error
 from workflows.errors import (
     BondRangeError,
+    ChaincorError,
     CrossingError,
     TimestepError,
+    ToleranceError,
 )
 
 # A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
@@ -34,6 +38,8 @@ _WIDENING = 1.5
 _MOST_WIDENINGS = 12
 # A harmonic bond is the same at every length.
 _HARMONIC_RANGE = (0.0, 2.0)
+# With a rounding error like this no digit of eta is worth the run.
+_LARGEST_FLOOR = 0.1
 # A stable integration does not double the energy.
 _MOST_ENERGY = 2.0
 
@@ -108,14 +114,21 @@ def run_at_steps(
     return _run_with_table(scene, numerics, timesteps, None, False)
 
 
-def _keep_files(scene: Scene, folder: Path) -> None:
-    if scene.dump is not None and (folder / DUMP_FILE).exists():
-        scene.dump.parent.mkdir(parents=True, exist_ok=True)
-        shutil.move(folder / DUMP_FILE, scene.dump)
-    if scene.save is not None:
-        scene.save.mkdir(parents=True, exist_ok=True)
+def _keep_job(target: Path, folder: Path) -> None:
+    with folder_aside(target) as aside:
         for file in sorted(folder.iterdir()):
-            shutil.copy2(file, scene.save / file.name)
+            shutil.copy2(file, aside / file.name)
+
+
+def _refuse_drowning(scene: Scene) -> None:
+    """Refuse a motion that absolute coordinates cannot represent."""
+    floor = rounding_error("lammps", scene)
+    if floor > _LARGEST_FLOOR:
+        raise ToleranceError(
+            f"at velocity {scene.impact_velocity:g} the motion of {scene.particles} particles "
+            "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
+            f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
+        )
 
 
 def _run_with_table(
@@ -125,14 +138,24 @@ def _run_with_table(
     frame_interval: float | None,
     ask_every_step: bool,
 ) -> tuple[Outcome, ...]:
+    _refuse_drowning(scene)
     with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
         folder = Path(name)
         try:
-            return _run_in_folder(
+            outcomes = _run_in_folder(
                 scene, numerics, timesteps, frame_interval, ask_every_step, folder
             )
-        finally:
-            _keep_files(scene, folder)
+        except ChaincorError:
+            # To look into what went wrong, but never in place of a job that went well.
+            if scene.save is not None and not (scene.save / DATA_FILE).exists():
+                _keep_job(scene.save, folder)
+            raise
+        if scene.save is not None:
+            _keep_job(scene.save, folder)
+        if scene.dump is not None:
+            with written_aside(scene.dump) as aside:
+                shutil.move(folder / DUMP_FILE, aside)
+        return outcomes
 
 
 def _tabulate(bond: Potential, bond_range: tuple[float, float], numerics: Numerics) -> BondTable:

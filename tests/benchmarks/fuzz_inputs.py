@@ -1,0 +1,60 @@
+"""
+Bad input to every command: what comes back is an answer or one clear line.
+
+    python -m tests.benchmarks.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
+
+Prints how many inputs were answered, refused (exit status 2) and failed by name (1), and every
+fault: a traceback, a hang, NaN printed, more than one line, a stray or a spoiled file.
+"""
+
+import argparse
+import multiprocessing
+from collections import Counter
+
+from tests.extremes.cases import case
+from tests.extremes.judging import Answer, call_as_process, call_in_process, faults
+
+
+def _try(job: tuple[int, bool]) -> tuple[int, str, float, int | None, list[str]]:
+    number, as_process = job
+    made = case(number)
+    answer: Answer = (call_as_process if as_process else call_in_process)(made)
+    command = made.arguments[0] if made.arguments else "-"
+    return number, command, answer.seconds, answer.status, faults(made, answer)
+
+
+def main() -> None:
+    """Run the cases and print the counts."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=20_000)
+    parser.add_argument("--processes", type=int, default=200, help="as real processes")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    options = parser.parse_args()
+
+    numbers = range(options.first, options.first + options.cases)
+    jobs = [(number, False) for number in numbers]
+    jobs += [(number, True) for number in numbers[: options.processes]]
+    statuses: Counter = Counter()
+    bad, slowest = 0, (0.0, -1)
+    with multiprocessing.get_context("spawn").Pool(options.workers, maxtasksperchild=4000) as pool:
+        for number, command, seconds, status, found in pool.imap_unordered(_try, jobs, 20):
+            statuses[command if command in _COMMANDS else "other", status] += 1
+            slowest = max(slowest, (seconds, number))
+            for fault in found:
+                print(f"case {number} ({command}, {seconds:.1f} s): {fault}", flush=True)
+            bad += bool(found)
+    print(f"\n{'command':10} {'answered':>9} {'refused':>9} {'failed by name':>15} {'other':>6}")
+    for command in (*_COMMANDS, "other"):
+        counts = [statuses[command, status] for status in (0, 2, 1)]
+        rest = sum(n for (name, status), n in statuses.items() if name == command) - sum(counts)
+        print(f"{command:10} {counts[0]:9} {counts[1]:9} {counts[2]:15} {rest:6}")
+    print(f"{len(jobs)} calls, {bad} with a fault; the slowest took {slowest[0]:.1f} s", end="")
+    print(f" (case {slowest[1]})")
+    raise SystemExit(1 if bad else 0)
+
+
+_COMMANDS = ("run", "inputs", "analyze", "validate", "sweep", "show", "store")
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""Calling the command line with a case, and judging how it answers."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.extremes.cases import Case
+from workflows import cli
+
+# No input may take longer; the limit is generous where other programs share the machine.
+HANG_SECONDS = 30.0
+_STATUSES = (0, 1, 2)
+_NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
+
+
+class _HangError(BaseException):
+    """Raised by the alarm; no handler of the program's catches it."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a call gave: exit status, output, seconds, and the files it left."""
+
+    status: int | None
+    stdout: str
+    stderr: str
+    seconds: float
+    stray: tuple[str, ...]
+    spoiled: bool
+
+
+def call_in_process(case: Case, hang_seconds: float = HANG_SECONDS) -> Answer:
+    """Call the command line in this process, in a folder of its own."""
+    with _prepared(case) as (folder, temporary):
+        out, err = io.StringIO(), io.StringIO()
+        status: int | None = None
+        started = time.perf_counter()
+        before, kept = Path.cwd(), tempfile.tempdir
+        os.chdir(folder)
+        tempfile.tempdir = str(temporary)
+        try:
+            with (
+                contextlib.redirect_stdout(out),
+                contextlib.redirect_stderr(err),
+                warnings.catch_warnings(),
+                _alarm(hang_seconds),
+            ):
+                warnings.simplefilter("always")
+                status = cli._run(list(case.arguments))
+        except _HangError:
+            err.write(f"HANG: {traceback.format_exc(limit=-4)}".replace("Traceback", "at"))
+        except SystemExit as leave:
+            err.write(f"SystemExit({leave.code})")
+        except BaseException:
+            err.write(traceback.format_exc())
+        finally:
+            os.chdir(before)
+            tempfile.tempdir = kept
+        seconds = time.perf_counter() - started
+        stray, spoiled = _left_behind(case, folder, temporary, status)
+        return Answer(status, out.getvalue(), err.getvalue(), seconds, stray, spoiled)
+
+
+def call_as_process(case: Case, hang_seconds: float = HANG_SECONDS) -> Answer:
+    """Call the command line as users do: in a process of its own."""
+    with _prepared(case) as (folder, temporary):
+        started = time.perf_counter()
+        code = "from workflows.cli import main; main()"
+        environment = os.environ | {"TMPDIR": str(temporary)}
+        environment["PYTHONPATH"] = str(Path(__file__).parents[2])
+        status: int | None = None
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", code, *case.arguments],
+                cwd=folder,
+                env=environment,
+                capture_output=True,
+                timeout=hang_seconds,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            out, err = "", "HANG"
+        else:
+            status = done.returncode
+            out, err = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
+        seconds = time.perf_counter() - started
+        stray, spoiled = _left_behind(case, folder, temporary, status)
+        return Answer(status, out, err, seconds, stray, spoiled)
+
+
+def faults(case: Case, answer: Answer) -> list[str]:
+    """Return what is wrong with an answer; nothing for a good one."""
+    found = []
+    lines = [line for line in answer.stderr.splitlines() if line.strip()]
+    if "Traceback" in answer.stderr or "HANG" in answer.stderr or answer.status is None:
+        return [f"no clean exit: {answer.stderr[-1500:]}"]
+    if answer.status not in _STATUSES:
+        found.append(f"exit status {answer.status}")
+    if answer.status == 0 and lines:
+        found.append(f"noise on success: {lines[0][:300]}")
+    if answer.status == 2 and (len(lines) != 1 or answer.stdout.strip()):
+        found.append(f"not one line: {answer.stderr[:500]!r} {answer.stdout[:100]!r}")
+    if answer.status == 1 and (len(lines) > 1 or not (lines or answer.stdout.strip())):
+        found.append(f"not one line: {answer.stderr[:500]!r}")
+    if lines and not lines[0].startswith("chaincor: "):
+        found.append(f"unnamed: {lines[0][:300]}")
+    if answer.status in (1, 2) and lines and len(lines[0]) > 1000:
+        found.append(f"an endless line: {lines[0][:200]}...")
+    if case.arguments[:1] in (("run",), ("analyze",)) and _NOT_A_NUMBER.search(answer.stdout):
+        found.append(f"not a number printed: {answer.stdout[:300]}")
+    if answer.status == 0 and "--json" in case.arguments:
+        try:
+            json.loads(answer.stdout, parse_constant=_refuse)
+        except ValueError as error:
+            found.append(f"not JSON ({error}): {answer.stdout[:200]}")
+    if answer.stray:
+        found.append(f"stray files: {', '.join(answer.stray[:5])}")
+    if answer.spoiled:
+        found.append("a failure took the place of a good file")
+    return found
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(constant)
+
+
+@contextlib.contextmanager
+def _prepared(case: Case) -> Iterator[tuple[Path, Path]]:
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder, temporary = Path(name) / "here", Path(name) / "tmp"
+        folder.mkdir()
+        temporary.mkdir()
+        for relative, data in case.files.items():
+            path = folder / relative
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        yield folder, temporary
+
+
+def _left_behind(
+    case: Case, folder: Path, temporary: Path, status: int | None
+) -> tuple[tuple[str, ...], bool]:
+    allowed = [folder / name for name in case.outputs if "\x00" not in name]
+    stray = []
+    for path in folder.parent.rglob("*"):
+        known = path in (folder, temporary) or str(path.relative_to(folder.parent)) == "here/taken"
+        wanted = any(
+            path == good or good in path.parents or path in good.parents for good in allowed
+        )
+        given = path.is_dir() or path.name in {Path(name).name for name in case.files}
+        if known or given or (wanted and path.name[0] != "."):
+            continue
+        stray.append(str(path.relative_to(folder.parent)))
+    taken = folder / "taken"
+    spoiled = status in (1, 2) and "taken" in case.files and not _is_good(taken, case, status)
+    return tuple(stray), spoiled
+
+
+def _is_good(taken: Path, case: Case, status: int | None) -> bool:
+    return taken.is_file() and taken.read_bytes() == b"good"
+
+
+@contextlib.contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    def ring(_number: int, _frame: object) -> None:
+        raise _HangError
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

@@ -1,0 +1,99 @@
+"""Valid inputs of every kind, small and quick, from which bad ones are made."""
+
+import io
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from lammps_inputs.bond_table import tabulate
+from lammps_inputs.potentials import LennardJones
+from lammps_inputs.scene import Scene
+from workflows.attempt import carry_out
+from workflows.job import write_job
+from workflows.result import Collision
+from workflows.store import Store
+
+SCENES = (
+    'potential = "lj"\nparticles = 3\nspeed = 0.4\ntolerance = 1e-4\nengine = "reference"\n',
+    'potential = "harmonic"\nparticles = 4\nvelocity = 0.1\ntolerance = 1e-5\n',
+    'potential = "toda"\ntoda_b = 10.0\nparticles = 2\nspeed = 1.0\nscheme = "order8"\n'
+    "timestep = 0.05\nerror = false\n",
+    'potential = "power"\npower_order = 4\npower_c = 1.0\nparticles = 3\nspeed = 0.3\n'
+    'wall = "event"\nscheme = "verlet"\ntimestep = 0.02\ntable = "spline"\ntable_points = 501\n',
+    'potential = "log"\nparticles = 2\nvelocity = 0.2\nwall = "reflect"\ntimestep = 0.01\n'
+    "error = false\n",
+    'potential = "table"\nbond_file = "bond.table"\nparticles = 3\nvelocity = 0.02\n'
+    'engine = "reference"\nscheme = "order4"\ntimestep = 0.1\n',
+)
+
+SWEEPS = (
+    '[scene]\npotential = "lj"\nengine = "reference"\ntolerance = 1e-4\n'
+    "[axes]\nparticles = [2, 3]\nspeed = {from = 0.1, to = 1.0, points = 3}\n",
+    'store = "results.sqlite"\narrays = true\nzip = [["particles", "velocity"]]\n'
+    '[scene]\npotential = "harmonic"\n[axes]\nparticles = [2, 3, 4]\n'
+    'velocity = {from = 0.01, to = 0.1, points = 3, spacing = "log"}\n',
+    '[scene]\nparticles = 3\n[axes]\nchain = [{potential = "lj", speed = 0.1}, '
+    '{potential = "toda", toda_b = 2.0, speed = 0.2}]\n',
+)
+
+
+@dataclass(frozen=True)
+class Materials:
+    """
+    Files as bytes.
+
+    Attributes
+    ----------
+    job : dict
+        Names and contents of a folder with a job and the dump of its run.
+    store : bytes
+        A results store with a few rows, arrays and failures.
+    table : bytes
+        A LAMMPS bond table.
+    final_csv, final_npz : bytes
+        Final velocities of three particles, as a user's integrator writes them.
+    """
+
+    job: dict[str, bytes]
+    store: bytes
+    table: bytes
+    final_csv: bytes
+    final_npz: bytes
+
+
+@cache
+def materials() -> Materials:
+    """Make the files by running chaincor itself."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        scene = Scene(particles=3, speed=0.4, scheme="order6", dump=folder / "d", dump_frames=5.0)
+        attempt = carry_out(scene)
+        assert attempt.collision is not None
+        job = folder / "job"
+        write_job(Scene(particles=3, speed=0.4, table_points=101), job)
+        (folder / "d").rename(job / "dump.lammpstrj")
+        with Store(folder / "s.sqlite") as store:
+            failed = carry_out(Scene(potential="harmonic", particles=2, velocity=5.0))
+            store.record([attempt, failed], arrays=True)
+        table = tabulate(LennardJones(), (0.9, 1.2), "spline", 41)
+        return Materials(
+            job={path.name: path.read_bytes() for path in job.iterdir()},
+            store=(folder / "s.sqlite").read_bytes(),
+            table=table.to_text().encode(),
+            final_csv=_final_csv(attempt.collision),
+            final_npz=_final_npz(attempt.collision),
+        )
+
+
+def _final_csv(result: Collision) -> bytes:
+    rows = [f"{v!r},{u!r}" for v, u in zip(result.velocities, result.displacements, strict=True)]
+    return "\n".join(["velocity,displacement", *rows, ""]).encode()
+
+
+def _final_npz(result: Collision) -> bytes:
+    buffer = io.BytesIO()
+    np.savez(buffer, velocities=result.velocities, displacements=result.displacements)
+    return buffer.getvalue()

@@ -1,0 +1,31 @@
+"""Files a collision is asked to write: refused before it runs where they cannot be written."""
+
+from lammps_inputs.errors import InputError
+from lammps_inputs.scene import Scene
+
+
+def refuse_unusable_outputs(scene: Scene) -> None:
+    """
+    Check where a collision's files go, before any time is spent on it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Raises
+    ------
+    InputError
+        If two outputs have one path, a file is wanted where a folder is, or a folder where a file
+        is.
+    """
+    given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
+    paths = {key: path.absolute() for key, path in given.items() if path is not None}
+    if len(set(paths.values())) < len(paths):
+        raise InputError(f"{' and '.join(paths)} share a path; expected one for each: give another")
+    for key, path in paths.items():
+        folder = path if key == "save" else path.parent
+        in_the_way = [p for p in (folder, *folder.parents) if p.exists() and not p.is_dir()]
+        if in_the_way or (key != "save" and path.is_dir()):
+            found = f"{str(in_the_way[0])!r} is a file" if in_the_way else "that is a folder"
+            raise InputError(f"{key} is {str(given[key])!r}, but {found}; give another path")
