@@ -1,5 +1,6 @@
 """Power laws through points, with uncertainties, and how they depend on the range."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -109,7 +110,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> 
 
 
 def fit_over_ranges(
-    x: ArrayLike, y: ArrayLike, ranges: list[tuple[float, float]]
+    x: ArrayLike, y: ArrayLike, ranges: Sequence[tuple[float, float]]
 ) -> list[PowerLaw]:
     """
     Fit a power law over several ranges of x.
@@ -118,7 +119,7 @@ def fit_over_ranges(
     ----------
     x, y : array_like
         Positive numbers.
-    ranges : list of tuple
+    ranges : sequence of tuple
         First and last x of each.
 
     Returns

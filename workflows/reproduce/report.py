@@ -11,6 +11,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from analysis.atomic_write import written_aside
+from workflows.reproduce.beyond import remarks
 from workflows.reproduce.figures.figure import Figure
 from workflows.reproduce.findings.low_speed import increases
 from workflows.reproduce.fits import PowerLaw
@@ -164,6 +165,7 @@ def gather(
             "harmonic 1 - eta, all points": [fit.to_dict() for fit in judged.law.ranges],
             **_increase_fits(measured),
         },
+        "beyond": [asdict(remark) for remark in remarks(measured)],
         "slips": [asdict(slip) for slip in slips],
         "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
         "work": work,
@@ -216,7 +218,7 @@ def write_report(folder: Path, contents: dict[str, Any], figures: tuple[Figure, 
         images[figure.key] = _data_uri(rendered)
     environment = Environment(
         loader=PackageLoader("workflows.reproduce"),
-        autoescape=lambda name: bool(name) and name.endswith("html.j2"),
+        autoescape=lambda name: name is not None and name.endswith("html.j2"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -224,6 +226,7 @@ def write_report(folder: Path, contents: dict[str, Any], figures: tuple[Figure, 
     )
     environment.filters["number"] = format_number
     environment.filters["value"] = format_value
+    environment.filters["unbroken"] = lambda text: text.replace(" v*", "\u00a0v*")
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)

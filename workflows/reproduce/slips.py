@@ -1,4 +1,4 @@
-"""The paper's slips: what is printed, what is right, and a check that is computed anew each time."""
+"""The paper's slips: what is printed, what is right, and a check computed anew each time."""
 
 import math
 from collections.abc import Callable
@@ -126,7 +126,7 @@ def _particle_order() -> Slip:
         "x_n < … < x₁ in the text and b = (−ℓ, 0, …, 0, ℓ); but x_j = ℓj and x_(j+1) − x_j − ℓ",
         "one order: x₁ < x₂ < … < x_n with the wall at x = 0, and b = (ℓ, 0, …, 0, −ℓ); in eq. (2) "
         "the sum runs over j, its terms over i",
-        f"force of eq. (4) as printed on a chain at rest: {residuals[0]:g} in the order of eq. (6), "
+        f"force of eq. (4) on a chain at rest: {residuals[0]:g} in the order of eq. (6), "
         f"{residuals[1]:g} in the opposite one",
         residuals[0] > 0.5 and residuals[1] == 0.0,
     )
@@ -184,7 +184,7 @@ def _mode_energies() -> Slip:
         "eq. (7)",
         "E_j = (4m/n) v² cos²(πj/2n) sin²(…)/sin²(…)",
         "",
-        f"right: with the chain's own contacts in place of equal ones the sum over j ≥ 1 is 1 − η to "
+        f"right: with the chain's own contacts instead of equal ones the sum over j is 1 − η to "
         f"{difference:.0e} (n = {_CHAIN})",
         difference < 1e-9,
     )
@@ -245,7 +245,7 @@ def _harmonic_law() -> Slip:
         "1 − η ~ 0.652 n^(−2/3)",
         "",
         f"right, with v² = (π²/8) v0²: closed form {HARMONIC_DISSIPATION_COEFFICIENT:.4f}, the sum "
-        f"over j at n = {n} {direct:.4f}; with v = v₀, as eq. (16) has it, it would be {without:.3f}",
+        f"over j at n = {n} {direct:.4f}; with v = v₀, as in eq. (16), it would be {without:.3f}",
         abs(direct - HARMONIC_DISSIPATION_COEFFICIENT) < 0.01,
     )
 
@@ -377,3 +377,33 @@ def _dissipation_or_increase() -> Slip:
         f"at n = {n}, v → 0 there remains 1 − η = {left:.5f}",
         left > 0.01,
     )
+
+
+def slips_page(slips: tuple[Slip, ...]) -> str:
+    """
+    Write the slips as a page of the documentation.
+
+    Parameters
+    ----------
+    slips : tuple of Slip
+        From :func:`all_slips`.
+
+    Returns
+    -------
+    str
+        Markdown, which ``docs/paper_slips.md`` holds.
+    """
+    parts = [
+        "# Slips of the paper\n\n"
+        "S. Nagahiro and Y. Hayakawa, *Collision of one-dimensional nonlinear chains*, "
+        "Phys. Rev. E 67, 036609 (2003), derived again equation by equation. Equations are "
+        "counted as in its source. The checks are functions of `workflows/reproduce/slips.py`; "
+        "a test makes them again and compares this page with their output.\n"
+    ]
+    for number, slip in enumerate(slips, start=1):
+        correct = slip.correct or "as printed: it was suspected, and is right"
+        parts.append(
+            f"\n## {number}. {slip.where}\n\n- Printed: {slip.printed}\n- Correct: {correct}\n"
+            f"- Evidence: {slip.evidence}\n"
+        )
+    return "".join(parts)

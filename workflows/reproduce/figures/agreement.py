@@ -37,7 +37,7 @@ def agreement(measured: Measurements) -> Figure:
         title="LAMMPS against the in-house engine",
         caption=(
             f"Every point that both engines computed: {len(points)}, of which {len(outside)} "
-            f"differ by more than the sum of the two error bars (the most by a factor {worst:.2g}). "
+            f"differ by more than the sum of their error bars (the most by a factor {worst:.2g}). "
             "Below the line they agree."
         ),
         table=table_of([point_record(p) for p in measured.all_points()]),

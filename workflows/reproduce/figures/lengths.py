@@ -54,10 +54,9 @@ def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
         caption=(
             "The paper's figure 3. Filled: LAMMPS; open: the exact in-house propagator, for more "
             f"lengths. Fit to LAMMPS, n = {fit.first:.0f} to {fit.last:.0f}: 1 − η ∝ n^p, "
-            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}. Below, n^(2/3)(1 − η): the scatter "
-            "is not noise (error bars are smaller than the dots) but depends on how the last "
-            "contact falls, and it does not die out; 0.652 is the limit of the paper's "
-            "approximate formula."
+            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}. Below, n^(2/3)(1 − η): scatter "
+            "is no noise (error bars are smaller than the dots): how the last contacts fall "
+            "changes with n; 0.652 is the limit of the paper's approximate formula."
         ),
         table=table_of([point_record(point) for point in points]),
         draw=lambda: _draw_harmonic([p for p in points if p.particles >= 3], law),
@@ -126,9 +125,9 @@ def lj_lengths(measured: Measurements) -> Figure:
         title="Dissipation of Lennard-Jones chains against their length, at five speeds",
         caption=(
             "The paper's figure 5, carried on to "
-            f"n = {longest}. Filled: LAMMPS; open: in-house only. Grey: the harmonic chain, whose "
-            "dissipation vanishes as n^(−2/3). A curve that levels off stays finite in the limit of "
-            "long chains. Exponent of 1 − η over the last decade of n: "
+            f"n = {longest}. Filled: LAMMPS; open: in-house only. Grey: the harmonic chain, "
+            "whose dissipation vanishes as n^(−2/3). A curve that levels off stays finite in the "
+            "limit of long chains. Exponent of 1 − η over the last decade of n: "
             + ", ".join(
                 f"{law.exponent:.2f} at {speed:.3f} v*"
                 for speed, (law, _) in last_exponents(measured).items()

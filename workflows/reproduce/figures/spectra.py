@@ -37,7 +37,7 @@ def mode_spectra(measured: Measurements) -> Figure:
         for p in points
         for j, share in enumerate(_shares(p))
     ]
-    half = ", ".join(f"{_half_of(p)} at {p.speed:g} v*" for p in _nearest(points))
+    half = ", ".join(f"{half_of_vibration(p)} at {p.speed:g} v*" for p in _nearest(points))
     return Figure(
         key="mode_spectra",
         title="Beyond the paper: where the lost energy sits",
@@ -61,7 +61,20 @@ def _shares(point: Point) -> np.ndarray:
     return _energies(point) / energy
 
 
-def _half_of(point: Point) -> int:
+def half_of_vibration(point: Point) -> int:
+    """
+    Return the mode up to which half of the vibrational energy lies.
+
+    Parameters
+    ----------
+    point : Point
+        With mode energies.
+
+    Returns
+    -------
+    int
+        j >= 1.
+    """
     vibration = np.cumsum(_shares(point)[1:])
     return int(np.searchsorted(vibration, 0.5 * vibration[-1])) + 1
 

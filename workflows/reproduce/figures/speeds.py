@@ -96,14 +96,14 @@ def contacts_and_restitution(measured: Measurements) -> Figure:
         Both on the paper's one axis.
     """
     points = measured.select("curves", "lj")
+    full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
     return Figure(
         key="contacts_and_restitution",
         title="Contacts per particle and restitution against speed",
         caption=(
             "The paper's figure 7, lj, n = "
             f"{measured.plan.curve_particles}. f/n reaches 1, the value of hard spheres, at "
-            f"{min((p.speed for p in points if p.contacts == p.particles), default=float('nan')):.3g}"
-            " v*; η rises with it, and goes on rising."
+            f"{full:.3g} v*; η rises with it, and goes on rising."
         ),
         table=table_of([point_record(p) for p in points]),
         draw=lambda: _draw_contacts(points),

@@ -15,7 +15,7 @@ PAPER_CHAIN = 500
 # Shorter chains are not on the law.
 _SHORTEST = 30
 _PREFACTOR_RANGES = ((30, 200), (200, 1000), (1000, 3001), (3001, 20001))
-_RANGES = [(10, 100), (30, 300), (100, 1000), (200, 2000), (1000, 20000), (30, 20000)]
+_RANGES = ((10, 100), (30, 300), (100, 1000), (200, 2000), (1000, 20000), (30, 20000))
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def harmonic_findings(measured: Measurements, law: HarmonicLaw) -> dict[str, Fin
             mean.prefactor,
             mean.prefactor_error,
             f"exponent fixed at -2/3, {mean.points} points, n = {mean.first:.0f} to "
-            f"{mean.last:.0f}; single lengths scatter from {min(scatter):.2f} to {max(scatter):.2f}; "
+            f"{mean.last:.0f}; single lengths from {min(scatter):.2f} to {max(scatter):.2f}; "
             f"median by range: {_medians(points)}",
             fitted,
         ),
@@ -153,7 +153,8 @@ def _paper_chain(points: list[Point]) -> dict[str, Finding]:
         "interval": Finding(
             numbers.mean_interval,
             1e-4,
-            f"mean over {numbers.count - 1} intervals, {where}; median {numbers.median_interval:.4f}",
+            f"mean over {numbers.count - 1} intervals, {where}; "
+            f"median {numbers.median_interval:.4f}",
             chain,
         ),
         "contacts per particle": Finding(

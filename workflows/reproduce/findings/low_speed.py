@@ -177,7 +177,8 @@ def pair_alphas(points: list[Point]) -> np.ndarray:
     """
     values = []
     for point in points:
-        times = point.answer.arrays["contact_times"] if point.answer is not None else []
+        arrays = {} if point.answer is None else point.answer.arrays
+        times = arrays.get("contact_times", np.empty(0))
         interval = times[1] - times[0] if len(times) == 2 else _NAN
         values.append((1.0 - interval / PAIR_INTERVAL) / point.speed)
     return np.array(values)
@@ -263,7 +264,7 @@ def _simulated_slopes(measured: Measurements) -> dict[str, Finding]:
 
 def _powers(measured: Measurements) -> dict[str, Finding]:
     found = increases(measured)
-    results = {}
+    results: dict[str, Finding] = {}
     for order, printed in PAPER_SLOPES.items():
         if order not in found:
             missing = Finding(_NAN, _NAN, "no points")

@@ -1,0 +1,56 @@
+"""Power laws and minima: exact data come back exactly, scatter gives its textbook error."""
+
+import numpy as np
+import pytest
+
+from workflows.reproduce.fits import find_minimum, fit_over_ranges, fit_power_law
+
+
+def test_exact_power_law_is_found_to_rounding():
+    x = np.geomspace(0.01, 10.0, 7)
+    fit = fit_power_law(x, 0.652 * x ** (-2.0 / 3.0))
+    assert fit.exponent == pytest.approx(-2.0 / 3.0, abs=1e-13)
+    assert fit.prefactor == pytest.approx(0.652, rel=1e-13)
+    assert fit.exponent_error < 1e-13
+
+
+def test_standard_error_is_that_of_linear_regression():
+    rng = np.random.default_rng(1)
+    x = np.geomspace(1.0, 100.0, 12)
+    noise = 0.1 * rng.standard_normal(12)
+    fit = fit_power_law(x, 2.0 * x**1.5 * np.exp(noise))
+    (slope, _), covariance = np.polyfit(
+        np.log(x), np.log(2.0) + 1.5 * np.log(x) + noise, 1, cov=True
+    )
+    assert fit.exponent == pytest.approx(slope)
+    assert fit.exponent_error == pytest.approx(np.sqrt(covariance[0, 0]))
+
+
+def test_fixed_exponent_gives_the_geometric_mean():
+    x = np.array([1.0, 2.0, 4.0])
+    fit = fit_power_law(x, np.array([2.0, 8.0, 4.0]) / x, exponent=-1.0)
+    assert fit.prefactor == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("y", [[1.0, -1.0, 2.0], [0.0, 1.0, 2.0], [np.nan, 1.0, 2.0]])
+def test_numbers_that_are_not_positive_give_no_fit(y):
+    assert np.isnan(fit_power_law([1.0, 2.0, 3.0], y).exponent)
+
+
+def test_ranges_with_too_few_points_are_left_out():
+    x = np.array([1.0, 2.0, 3.0, 10.0])
+    fits = fit_over_ranges(x, x**2, [(1.0, 3.0), (5.0, 20.0)])
+    assert [(fit.first, fit.last) for fit in fits] == [(1.0, 3.0)]
+
+
+def test_minimum_of_a_parabola_in_the_logarithm():
+    x = np.geomspace(0.1, 10.0, 9)
+    y = 0.7 + 0.2 * np.log(x / 0.83) ** 2
+    low = find_minimum(x, y)
+    assert low.place == pytest.approx(0.83, rel=1e-9)
+    assert low.value == pytest.approx(0.7, rel=1e-9)
+
+
+def test_curve_without_a_minimum_has_none():
+    x = np.geomspace(0.1, 10.0, 9)
+    assert np.isnan(find_minimum(x, -x).place)

@@ -1,0 +1,25 @@
+"""Both plans hold what the paper's figures need."""
+
+import pytest
+
+from workflows.reproduce.plan import FULL, PAPER_SIZE_SPEEDS, QUICK
+from workflows.reproduce.studies import studies
+
+
+@pytest.mark.parametrize("plan", [QUICK, FULL], ids=lambda plan: plan.name)
+def test_plan_covers_the_figures(plan):
+    assert len(plan.curve_speeds) >= 25
+    assert (plan.curve_speeds[0], plan.curve_speeds[-1]) == (0.01, 10.0)
+    assert max(plan.sizes) >= 1000
+    assert max(max(sizes) for sizes in plan.far_sizes.values()) >= 10_000
+    assert {2, 19, 20, 100, 500} <= set(plan.harmonic_sizes)
+    scenes = [s for study in studies(plan) for s in (*study.scenes, *study.in_house)]
+    assert {s.speed for s in scenes if s.label == "lj"} >= set(PAPER_SIZE_SPEEDS)
+
+
+def test_every_increase_can_be_told_from_its_error_bar():
+    # At low speed the increase is about 0.5 u, 1.9 u^2 and 5 u^3 (n = 100): 2 % of it at most.
+    for order, factor in ((3, 0.4), (4, 1.9), (5, 5.0)):
+        for plan in (QUICK, FULL):
+            smallest = factor * min(plan.increase_speeds[order]) ** (order - 2)
+            assert plan.increase_tolerances[order] <= 0.02 * smallest

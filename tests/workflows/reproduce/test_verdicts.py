@@ -1,0 +1,85 @@
+"""Verdicts are computed from the data: wrong physics or a crude wall turns them red."""
+
+from dataclasses import replace
+
+import pytest
+
+from lammps_inputs.potentials import UserBond
+from workflows.reproduce.judging import judge_all
+from workflows.reproduce.measurements import measure
+from workflows.reproduce.plan import QUICK
+from workflows.reproduce.report import examine_points
+from workflows.reproduce.runners import run_here
+from workflows.reproduce.rules import Verdict
+
+SMALL = replace(
+    QUICK,
+    curve_particles=20,
+    curve_speeds=(0.01, 0.4, 0.8, 2.0),
+    harmonic_sizes=(30, 100),
+    harmonic_far_sizes=(),
+    harmonic_velocities=(0.01, 0.1),
+    sizes=(10, 20),
+    far_sizes={},
+    increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.004, 0.01, 0.015, 0.02)),
+    slope_sizes=(20,),
+    slope_far_sizes=(),
+    slope_speeds=(0.02, 0.05, 0.1),
+    pair_speeds=(0.001, 0.01, 0.03, 0.1),
+)
+# What even the small plan reproduces, each resting on other points.
+SOUND = {"independence of v0", "contact time", "alpha", "power r = 4", "power r = 5"}
+
+
+def verdicts(plan):
+    measured = measure(plan, run_here)
+    return {j.rule.key: j for j in judge_all(measured).judgements}, examine_points(measured)
+
+
+def with_other_sign(scene):
+    """Mirror the bond: U(-s), which softens where it ought to stiffen."""
+    if scene.label == "harmonic":
+        return scene
+    bond = scene.bond
+    mirrored = UserBond(
+        lambda s: bond.energy(-s),
+        lambda s: -bond.force(-s),
+        name=f"mirrored {bond.name}",
+        strain_min=-0.95,
+        strain_max=0.95,
+    )
+    plain = dict.fromkeys(("toda_b", "power_order", "power_c", "speed"))
+    return scene.replace(**plain, potential=mirrored, velocity=scene.impact_velocity)
+
+
+def with_stock_wall(scene):
+    return scene.replace(tolerance=None, wall="reflect", timestep=0.05)
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return verdicts(SMALL)
+
+
+@pytest.mark.slow
+def test_sound_physics_is_not_red(sound):
+    found, health = sound
+    assert {key for key in SOUND if found[key].verdict is Verdict.NOT_REPRODUCED} == set()
+    assert health.by_lammps == health.points - len(health.failures)
+
+
+@pytest.mark.slow
+def test_wrong_sign_of_the_potential_turns_verdicts_red():
+    found, _ = verdicts(replace(SMALL, alter=with_other_sign))
+    for key in ("alpha", "power r = 3", "power r = 5", "simulated slope"):
+        assert found[key].verdict is Verdict.NOT_REPRODUCED, key
+    # Lengthened as much as it was shortened: alpha changes its sign.
+    assert found["alpha"].finding.value == pytest.approx(-0.8098, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_stock_wall_turns_verdicts_red():
+    found, health = verdicts(replace(SMALL, alter=with_stock_wall))
+    for key in ("independence of v0", "power r = 4", "power r = 5"):
+        assert found[key].verdict is Verdict.NOT_REPRODUCED, key
+    assert health.disagreements > 0.5 * health.compared or health.largest_error > 1e-3

@@ -1,0 +1,117 @@
+"""Beyond the paper: what the measurements say on questions it does not ask."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workflows.reproduce.figures.spectra import half_of_vibration
+from workflows.reproduce.findings.lengths import last_exponents
+from workflows.reproduce.findings.low_speed import lj_increases
+from workflows.reproduce.findings.speeds import minima
+from workflows.reproduce.measurements import Measurements, Point
+
+
+@dataclass(frozen=True)
+class Remark:
+    """
+    A question and the answer of the data.
+
+    Attributes
+    ----------
+    question : str
+        In one line.
+    answer : str
+        With numbers.
+    """
+
+    question: str
+    answer: str
+
+
+def remarks(measured: Measurements) -> tuple[Remark, ...]:
+    """
+    Return what is found beyond the paper.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    tuple of Remark
+        In the order of the figures.
+    """
+    points = measured.select("curves", "lj")
+    return (
+        Remark(
+            "Does dissipation vanish in long chains at any speed v > 0?", _long_chains(measured)
+        ),
+        Remark("What becomes of C in the limit n → ∞?", _slope_limit(measured)),
+        Remark("Where does the lost energy sit?", _spectra(points)),
+        Remark("When do lj chains break?", _breaking(points)),
+        Remark("Which restitution is meant?", _kinematic(measured)),
+    )
+
+
+def _long_chains(measured: Measurements) -> str:
+    parts = [
+        f"{1.0 - points[-1].restitution:.6f} ± {points[-1].error:.0e} at {speed:g} v* "
+        f"(n = {points[-1].particles}; last exponent {law.exponent:.2f})"
+        for speed, (law, points) in last_exponents(measured).items()
+        if points
+    ]
+    return (
+        "An exponent of 0 is a constant, −2/3 the harmonic law. 1 − η of the longest chains: "
+        + "; ".join(parts)
+        + "."
+    )
+
+
+def _slope_limit(measured: Measurements) -> str:
+    chords = [
+        f"{(1.0 - points[-1].restitution) / speed:.3f} at {speed:g} v* (n = {points[-1].particles})"
+        for speed, (_, points) in last_exponents(measured).items()
+        if points
+    ]
+    peaks = [
+        f"{float(np.max(increase.values / increase.speeds)):.2f} (n = {n})"
+        for n, increase in lj_increases(measured).items()
+    ]
+    return (
+        "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v/v*) as "
+        "v → 0, taken after n → ∞. Of the longest chains: "
+        + ", ".join(chords)
+        + ". Largest chord of the increase at one length: "
+        + ", ".join(peaks)
+        + "."
+    )
+
+
+def _spectra(points: list[Point]) -> str:
+    chosen = [p for p in points if p.speed in (0.4, 0.78, 2.0)] or points[:1]
+    return "Half of the vibrational energy is in the lowest modes up to " + ", ".join(
+        f"j = {half_of_vibration(p)} of {p.particles - 1} at {p.speed:g} v*" for p in chosen
+    )
+
+
+def _breaking(points: list[Point]) -> str:
+    broken = [p for p in points if p.answer is not None and p.answer.result["fragments"] > 1]  # type: ignore[index]
+    if not broken:
+        return "None of these did."
+    most = max(broken, key=lambda p: p.answer.result["fragments"])  # type: ignore[union-attr,index]
+    return (
+        f"The slowest that ends in pieces flies at {broken[0].speed:g} v*, the fastest at "
+        f"{broken[-1].speed:g} v*; the most pieces, {most.answer.result['fragments']}, are left at "  # type: ignore[union-attr,index]
+        f"{most.speed:g} v* (n = {most.particles})."
+    )
+
+
+def _kinematic(measured: Measurements) -> str:
+    lows = ", ".join(
+        f"η = {low.value:.3f}, e = {low.value**0.5:.3f} ({name})"
+        for name, low in minima(measured).items()
+    )
+    return (
+        f"η is a ratio of energies; e = √η, of speeds, is what others print. At the minima: {lows}."
+    )
