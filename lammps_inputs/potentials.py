@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -26,19 +26,43 @@ def lj_force(strain, _p, _q):
     """
     Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
 
-    1 - r^6 = -s (6 + 15 s + 20 s^2 + 15 s^3 + 6 s^4 + s^5) has no cancellation at small s.
+    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so that
+    nothing cancels: the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
     """
-    r = 1.0 + strain
-    inverse = 1.0 / r
-    inverse2 = inverse * inverse
-    inverse6 = inverse2 * inverse2 * inverse2
-    rest = 6.0 + strain * (15.0 + strain * (20.0 + strain * (15.0 + strain * (6.0 + strain))))
-    return -strain * rest * (inverse6 * inverse6 * inverse) * (1.0 / 6.0)
+    w = 1.0 / (1.0 + strain)
+    w2 = w * w
+    w4 = w2 * w2
+    return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
+
+
+# exp(x) - 1 of :func:`toda_force`: 1/ln 2; ln 2 in two parts, of which the first has few bits; a
+# number to which doubles can be added only rounded to integers; 1/2! to 1/13!, after which the
+# series is exact to 2e-17 up to ln(2)/2.
+_PER_LN_2 = 1.4426950408889634
+_LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+_TO_INTEGER = 1.5 * 2.0**52
+_A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
+    1.0 / math.factorial(k) for k in range(2, 14)
+)
 
 
 def toda_force(strain, b, _q):
-    """Return (exp(-b s) - 1)/b."""
-    return np.expm1(-b * strain) / b
+    """
+    Return (exp(-b s) - 1)/b to an epsilon or so, at any strain.
+
+    The exponential is written out, for no compiler vectorises a call of expm1: with
+    x = k ln 2 + y and abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is
+    made of its bits. Beyond exp(709) the force stays what it is there.
+    """
+    x = np.minimum(np.maximum(-b * strain, -40.0), 709.0)  # exp(-40) is no part of 1
+    shifted = x * _PER_LN_2 + _TO_INTEGER
+    k = shifted - _TO_INTEGER
+    y = (x - k * _LN_2) - k * _LN_2_REST
+    high = _A8 + y * (_A9 + y * (_A10 + y * (_A11 + y * (_A12 + y * _A13))))
+    rest = _A2 + y * (_A3 + y * (_A4 + y * (_A5 + y * (_A6 + y * (_A7 + y * high)))))
+    bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
+    power_of_2 = bits.view(np.float64)
+    return ((power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)) / b
 
 
 def log_force(strain, _p, _q):
@@ -46,9 +70,31 @@ def log_force(strain, _p, _q):
     return -strain / (1.0 + strain)
 
 
-def power_force(strain, c, order):
-    """Return -s - order c s^(order - 1)."""
-    return -strain * (1.0 + order * c * strain ** (order - 2))
+@cache
+def power_force(order: int) -> Callable:
+    """
+    Return the kernel -s - order c s^(order - 1) for one order.
+
+    To a compiler the order is then a constant, and the power a few multiplications.
+
+    Parameters
+    ----------
+    order : int
+        Order of the anharmonic term, 3 or more.
+
+    Returns
+    -------
+    callable
+        ``kernel(strain, c, order)``, which must be the same order.
+    """
+    exponent = order - 2
+
+    def kernel(strain, c, _order):
+        return -strain * (1.0 + order * c * strain**exponent)
+
+    # Compiled loops are told apart by qualified names.
+    kernel.__qualname__ = f"power{order}_force"
+    return kernel
 
 
 # Parameters whose squares and inverse squares floating point can hold.
@@ -67,8 +113,6 @@ class Potential(ABC):
     ----------
     name : str
         The name used in scenes.
-    force_kernel : callable or None
-        ``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists.
     strain_min, strain_max : float
         Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     dissociation : float
@@ -76,7 +120,6 @@ class Potential(ABC):
     """
 
     name: str
-    force_kernel: ClassVar[Callable | None] = None
     strain_min: float = -math.inf
     strain_max: float = math.inf
     dissociation: ClassVar[float] = math.inf
@@ -111,7 +154,7 @@ class Potential(ABC):
         numpy.ndarray
             Force, positive where the bond is compressed.
         """
-        kernel = type(self).force_kernel
+        kernel = self.force_kernel
         assert kernel is not None, "a potential without a kernel overrides force"
         return kernel(np.asarray(strain, dtype=float), *self.parameters)
 
@@ -145,6 +188,11 @@ class Potential(ABC):
         str or None
             None for a bond that has no formula.
         """
+        return None
+
+    @property
+    def force_kernel(self) -> Callable | None:
+        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
         return None
 
     @property
@@ -336,7 +384,6 @@ class Power(Potential):
     c: float
 
     name = "power"
-    force_kernel = staticmethod(power_force)
 
     def __post_init__(self):
         """Refuse orders below 3 and the sign of c that softens compression."""
@@ -351,8 +398,13 @@ class Power(Potential):
             )
 
     @property
+    def force_kernel(self):
+        """The kernel of this order."""
+        return power_force(int(self.order))
+
+    @property
     def parameters(self):
-        """(c, order)."""
+        """(c, order); the kernel knows the order."""
         return (float(self.c), int(self.order))
 
     @property

@@ -18,6 +18,8 @@ from lammps_inputs.potentials import (
     Power,
     Toda,
     UserBond,
+    power_force,
+    toda_force,
 )
 
 EPSILON = sys.float_info.epsilon
@@ -100,10 +102,32 @@ def test_force_and_curvature_are_derivatives(bond):
 
 @each_bond
 def test_kernel_is_the_method(bond):
-    kernel = type(bond).force_kernel
+    kernel = bond.force_kernel
     one_by_one = [float(kernel(float(s), *bond.parameters)) for s in STRAINS]
     # Python's and NumPy's powers and exponentials may round differently.
     assert bond.force(STRAINS) == pytest.approx(one_by_one, rel=8.0 * EPSILON, abs=0.0)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="needs more than double digits")
+def test_exponential_of_toda_to_two_epsilon():
+    sizes = np.logspace(-17.0, np.log10(38.0), 100_001)
+    # exp(709) is the largest that is not cut off, exp(-38) the smallest that changes -1.
+    strains = np.concatenate((-sizes, sizes, [-709.0, 1e-12, -1e-12], np.linspace(-3, 3, 100_001)))
+    exact = np.expm1(-strains.astype(np.longdouble))
+    error = np.abs(toda_force(strains, 1.0, 0.0) - exact)
+    assert np.all(error <= 2.0 * EPSILON * np.abs(exact))
+    assert np.array_equal(toda_force(np.array([50.0, 1e9, np.inf]), 1.0, 0.0), [-1.0, -1.0, -1.0])
+    assert toda_force(-1e9, 1.0, 0.0) > 1e307
+    assert np.isnan(toda_force(np.nan, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("order", [3, 4, 7, 12])
+def test_power_kernels_are_told_apart(order):
+    # Loops kept on disk go by qualified names.
+    kernel = power_force(order)
+    assert kernel is power_force(order)
+    assert kernel.__qualname__ == f"power{order}_force"
+    assert kernel(-0.5, 0.25, order) == pytest.approx(0.5 - order * 0.25 * (-0.5) ** (order - 1))
 
 
 @pytest.mark.parametrize(
