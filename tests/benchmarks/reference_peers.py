@@ -3,19 +3,30 @@ The in-house engine against its peers, as ratios from one run.
 
     python tests/benchmarks/reference_peers.py [--quick] [--csv FILE]
 
-Integrators are compared at equal error: for each, the coarsest setting from which on all finer
-ones are within 1e-11 of a much tighter run. All integrate over the same time and only integration
-is timed: compiling is apart. The loops over bonds are compared with the same loops in C, compiled
-here with ``gcc -O3 -march=native``.
+Integrators are compared at equal error of eta: for each, the coarsest setting from which on all
+finer ones are within 1e-11 of a much tighter run. Only integration is timed: compiling is apart.
+Times are those of the one thread that all of them use, medians of measurements taken in turns.
+Three tasks are timed:
+
+*last*: from the first contact to the last one, whose time the peers are told.
+*whole*: with the showing that it was the last, which ends when silence or energy argue it (see
+``ending``). Ours looks ahead with coarse steps, and peers are told the end and may do so too: from
+the last contact on they integrate with the loose tolerance that is quickest for them.
+*plain*: the same, but peers go on with the tolerance they have, as one would write it.
+
+The loops over bonds are compared with the same loops in C, compiled here with
+``gcc -O3 -march=native``.
 """
 
 import argparse
 import csv
 import ctypes
+import math
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,20 +35,29 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import lj_force
 from lammps_inputs.scene import Scene
 from workflows.engines import reference
+from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Outcome
+from workflows.engines.reference_chain import Chain
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce
 from workflows.engines.reference_stages import looped_stage
+from workflows.engines.reference_steps import STEP_SCHEMES
 
 ERROR = 1e-11
-REPEATS = 3
+REPEATS = 15
+# What takes longer than this needs fewer repeats.
+SLOW, SLOW_REPEATS = 0.3, 3
 SPEEDS = (0.1, 0.4, 1.0)
-HEYOKA_TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14)
+# In half decades, as steps are in quarters of a halving.
+HEYOKA_TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(18, 29))
+DOP853_TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(20, 27))
+# With which peers may look ahead.
+LOOSE_TOLERANCES = (1e-3, 1e-5, 1e-7)
+TASKS = ("last", "whole", "plain")
 
 C_LOOPS = r"""
 static inline double force(double s) {
-    double w = 1.0 / (1.0 + s), w2 = w * w, w6 = w2 * w2 * w2;
-    double rest = 6.0 + s * (15.0 + s * (20.0 + s * (15.0 + s * (6.0 + s))));
-    return -s * rest * (w6 * w6 * w) * (1.0 / 6.0);
+    double w = 1.0 / (1.0 + s), w2 = w * w, w4 = w2 * w2;
+    return (s * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0));
 }
 void forces(long repeats, long bonds, const double *restrict s, double *restrict f) {
     for (long k = 0; k < repeats; ++k) {
@@ -62,19 +82,25 @@ def restitution(velocities: np.ndarray, scene: Scene) -> float:
     return float((velocities.mean() / scene.impact_velocity) ** 2)
 
 
-def best_time(function: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Return the shortest of a few times, the least disturbed by other work."""
-    times = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - started)
-    return min(times)
+def timed(function: Callable[[], object]) -> float:
+    """Return the seconds of the processor a call takes, whatever else the machine does."""
+    started = time.thread_time()
+    function()
+    return time.thread_time() - started
 
 
 def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
     """Run the stepping engine."""
     return reference.run(scene, Numerics(scheme=scheme, timestep=step))
+
+
+def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
+    """Return the time the stepping engine takes up to a time, without arguing the end."""
+    made_of = STEP_SCHEMES[scheme]
+    kernels = kernels_for(scene.bond, made_of)
+    chain = Chain.at_first_contact(scene, made_of)
+    chain.ledger.patience = chain.ledger.argue_after = np.inf
+    return timed(lambda: chain.advance(kernels, math.ceil(last / step), step, made_of))
 
 
 class HeyokaChain:
@@ -86,8 +112,9 @@ class HeyokaChain:
         n = scene.particles
         u = hy.make_vars(*(f"u{i}" for i in range(n)))
         v = hy.make_vars(*(f"v{i}" for i in range(n)))
-        inverse = [1.0 / (1.0 + u[i + 1] - u[i]) for i in range(n - 1)]
-        force = [(w**13 - w**7) / 6.0 for w in inverse]
+        # Of the ways to write this force, the one heyoka is quickest with.
+        length = [1.0 + (u[i + 1] - u[i]) for i in range(n - 1)]
+        force = [(r**-13.0 - r**-7.0) / 6.0 for r in length]
         zero = hy.expression(0.0)
         push = [(force[i - 1] if i else zero) - (force[i] if i < n - 1 else zero) for i in range(n)]
 
@@ -96,53 +123,65 @@ class HeyokaChain:
             return True
 
         wall = hy.t_event(u[0], callback=reflect, direction=hy.event_direction.negative)
-        self._start = np.concatenate((np.zeros(n), np.full(n, -scene.impact_velocity)))
-        self._start[n] = scene.impact_velocity
+        self.start = start_state(scene)
         equations = [*zip(u, v, strict=True), *zip(v, push, strict=True)]
         self._integrator = hy.taylor_adaptive(
-            equations, self._start, t_events=[wall], tol=tolerance, compact_mode=True
+            equations, self.start, t_events=[wall], tol=tolerance, compact_mode=True
         )
 
-    def run(self, duration: float) -> np.ndarray:
-        """Return the velocities at the end."""
-        self._integrator.time = 0.0
-        self._integrator.state[:] = self._start
+    def run(self, state: np.ndarray, begin: float, end: float) -> np.ndarray:
+        """Return the state at the end."""
+        self._integrator.time = begin
+        self._integrator.state[:] = state
         self._integrator.reset_cooldowns()
-        self._integrator.propagate_until(duration)
-        return self._integrator.state[len(self._start) // 2 :].copy()
+        self._integrator.propagate_until(end)
+        return self._integrator.state.copy()
 
 
-def run_dop853(scene: Scene, tolerance: float, duration: float) -> np.ndarray:
-    """Return the velocities at the end from SciPy's DOP853 with a terminal event at the wall."""
-    from scipy.integrate import solve_ivp
-
+def start_state(scene: Scene) -> np.ndarray:
+    """Return displacements and velocities right after the first contact."""
     n, v0 = scene.particles, scene.impact_velocity
     state = np.concatenate((np.zeros(n), np.full(n, -v0)))
     state[n] = v0
-    rates = np.empty(2 * n)
+    return state
 
-    def motion(_time, y):
-        force = lj_force(np.diff(y[:n]), 0.0, 0.0)
-        rates[:n] = y[n:]
-        rates[n:] = 0.0
-        rates[n:-1] -= force
-        rates[n + 1 :] += force
-        return rates.copy()
 
-    def wall(_time, y):
-        return y[0]
+class Dop853Chain:
+    """SciPy's DOP853 with a terminal event at the wall."""
 
-    wall.terminal, wall.direction = True, -1
-    now = 0.0
-    while now < duration:
-        flight = solve_ivp(
-            motion, (now, duration), state, "DOP853", events=wall, rtol=tolerance,
-            atol=tolerance * v0,
-        )  # fmt: skip
-        now, state = flight.t[-1], flight.y[:, -1]
-        if flight.status == 1:
-            state[0], state[n] = 0.0, abs(state[n])
-    return state[n:]
+    def __init__(self, scene: Scene, tolerance: float) -> None:
+        self.start = start_state(scene)
+        self._tolerance, self._scene = tolerance, scene
+
+    def run(self, state: np.ndarray, begin: float, end: float) -> np.ndarray:
+        """Return the state at the end."""
+        from scipy.integrate import solve_ivp
+
+        n, tolerance = self._scene.particles, self._tolerance
+        rates = np.empty(2 * n)
+
+        def motion(_time, y):
+            force = lj_force(np.diff(y[:n]), 0.0, 0.0)
+            rates[:n] = y[n:]
+            rates[n:] = 0.0
+            rates[n:-1] -= force
+            rates[n + 1 :] += force
+            return rates.copy()
+
+        def wall(_time, y):
+            return y[0]
+
+        wall.terminal, wall.direction = True, -1
+        now = begin
+        while now < end:
+            flight = solve_ivp(
+                motion, (now, end), state, "DOP853", events=wall, rtol=tolerance,
+                atol=tolerance * self._scene.impact_velocity,
+            )  # fmt: skip
+            now, state = flight.t[-1], flight.y[:, -1]
+            if flight.status == 1:
+                state[0], state[n] = 0.0, abs(state[n])
+        return state
 
 
 def coarsest(settings: Iterable[float], error_of: Callable[[float], float]) -> tuple[float, float]:
@@ -159,53 +198,91 @@ def coarsest(settings: Iterable[float], error_of: Callable[[float], float]) -> t
     return chosen
 
 
+def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, Callable]:
+    """Return functions that time the tasks with the stepping engine."""
+
+    def whole() -> float:
+        return timed(lambda: run_ours(scene, step, scheme))
+
+    to_last = partial(seconds_to_last_contact, scene, step, scheme, last)
+    return {"last": to_last, "whole": whole, "plain": whole}
+
+
+def peer_tasks(chain, loose_chains: Iterable, last: float, end: float) -> dict[str, Callable]:
+    """Return functions that time the tasks with a peer; loose ones look ahead, the quickest."""
+    state = chain.run(chain.start, 0.0, last)
+    for loose in loose_chains:
+        loose.run(state, last, end)
+    quickest = min(loose_chains, key=lambda loose: timed(lambda: loose.run(state, last, end)))
+
+    def to_last() -> float:
+        return timed(lambda: chain.run(chain.start, 0.0, last))
+
+    def look_ahead() -> float:
+        return timed(lambda: quickest.run(chain.run(chain.start, 0.0, last), last, end))
+
+    def plain() -> float:
+        return timed(lambda: chain.run(chain.start, 0.0, end))
+
+    return {"last": to_last, "whole": look_ahead, "plain": plain}
+
+
 def compare_integrators(speed: float) -> list[dict[str, float | str]]:
     """Return settings, errors and times of integrators at equal error, lj, n = 100."""
     scene = Scene(potential="lj", particles=100, speed=speed)
     tight = run_ours(scene, 0.0125)
-    exact, duration = restitution(tight.velocities, scene), tight.duration
+    exact, end = restitution(tight.velocities, scene), tight.duration
+    # A little past the contact, so that those who see it a little later see it too.
+    last = float(tight.contact_times[-1]) + 1e-3
     rows: list[dict[str, float | str]] = []
+    tasks: list[dict[str, Callable]] = []
 
-    def add(name, settings, velocities_of, seconds_of):
+    def add(name, settings, velocities_of, tasks_of):
         setting, error = coarsest(
             settings, lambda s: abs(restitution(velocities_of(s), scene) - exact)
         )
-        seconds = seconds_of(setting)
-        rows.append(
-            {"speed": speed, "integrator": name, "setting": setting, "error": error}
-            | {"ms": 1e3 * seconds}
-        )
+        rows.append({"speed": speed, "integrator": name, "setting": setting, "error": error})
+        tasks.append(tasks_of(setting))
 
     for scheme, longest in (("order8", 0.2), ("extrapolated14", 0.8)):
-
-        def seconds_of(step, scheme=scheme):
-            runs = [run_ours(scene, step, scheme) for _ in range(10 * REPEATS)]
-            # Peers integrate over exactly the same time.
-            return min(run.seconds * duration / run.duration for run in runs)
-
         add(
             scheme,
             [longest / 2 ** (k / 4) for k in range(15)],
             lambda step, scheme=scheme: run_ours(scene, step, scheme).velocities,
-            seconds_of,
+            lambda step, scheme=scheme: our_tasks(scene, scheme, step, last),
         )
-    chains = {tolerance: HeyokaChain(scene, tolerance) for tolerance in HEYOKA_TOLERANCES}
-    add(
-        "heyoka",
-        HEYOKA_TOLERANCES,
-        lambda tolerance: chains[tolerance].run(duration),
-        lambda tolerance: best_time(lambda: chains[tolerance].run(duration)),
-    )
-    add(
-        "dop853",
-        (1e-9, 1e-10, 1e-11, 1e-12, 1e-13),
-        lambda tolerance: run_dop853(scene, tolerance, duration),
-        lambda tolerance: best_time(lambda: run_dop853(scene, tolerance, duration)),
-    )
-    for row in rows:
-        row["over_order8"] = float(row["ms"]) / float(rows[0]["ms"])
-        row["over_extrapolated14"] = float(row["ms"]) / float(rows[1]["ms"])
+    for name, kind, tolerances in (
+        ("heyoka", HeyokaChain, HEYOKA_TOLERANCES),
+        ("dop853", Dop853Chain, DOP853_TOLERANCES),
+    ):
+        chains = {tolerance: kind(scene, tolerance) for tolerance in tolerances}
+        loose = [kind(scene, tolerance) for tolerance in LOOSE_TOLERANCES]
+        add(
+            name,
+            tolerances,
+            lambda tolerance, chains=chains: chains[tolerance].run(
+                chains[tolerance].start, 0.0, last
+            )[scene.particles :],
+            lambda tolerance, chains=chains, loose=loose: peer_tasks(
+                chains[tolerance], loose, last, end
+            ),
+        )
+    add_times(rows, tasks)
     return rows
+
+
+def add_times(rows: list[dict], tasks: list[dict[str, Callable]]) -> None:
+    """Add the median times of the tasks, measured in turns, and their ratios to ours."""
+    samples: dict = {(k, task): [] for k in range(len(rows)) for task in TASKS}
+    for turn in range(REPEATS):
+        for (k, task), times in samples.items():
+            if turn < SLOW_REPEATS or times[0] < SLOW:
+                times.append(tasks[k][task]())
+    medians = {key: float(np.median(times)) for key, times in samples.items()}
+    for k, row in enumerate(rows):
+        row |= {f"{task}_ms": 1e3 * medians[k, task] for task in TASKS}
+        row |= {f"{task}_over_8": medians[k, task] / medians[0, task] for task in TASKS}
+        row |= {f"{task}_over_x14": medians[k, task] / medians[1, task] for task in TASKS}
 
 
 def compile_c(folder: Path) -> ctypes.CDLL:
@@ -261,7 +338,7 @@ def compare_loops(particles: int, c_loops: ctypes.CDLL, ours: tuple) -> dict[str
     best = dict.fromkeys(runs, np.inf)
     for _ in range(7):  # in turns, so that a slow moment of the machine hits all alike
         for name, run in runs.items():
-            best[name] = min(best[name], best_time(run, 1))
+            best[name] = min(best[name], timed(run))
     result = {"particles": float(particles)}
     result |= {f"{name}_ns": 1e9 * t / (repeats * bonds) for name, t in best.items()}
     result["force_ratio"] = best["force_ours"] / best["force_c"]
