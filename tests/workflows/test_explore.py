@@ -67,3 +67,23 @@ def test_frames_unpack_to_the_motion(data):
     # At first contact all move in, but for particle 1, just reversed; in the end they fly off.
     assert velocities[0] == pytest.approx([1.0, -1.0, -1.0, -1.0, -1.0, -1.0], abs=1e-3)
     assert velocities[-1].mean() ** 2 == pytest.approx(shown["restitution"], abs=1e-3)
+
+
+def luminance(colour):
+    """Relative luminance of #rgb or #rrggbb, after WCAG 2."""
+    digits = colour[1:] if len(colour) == 7 else "".join(2 * digit for digit in colour[1:])
+    parts = [int(digits[k : k + 2], 16) / 255.0 for k in (0, 2, 4)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_text_and_lines_stand_out_in_light_and_dark(page):
+    themes = re.findall(r":root \{([^}]*--ink[^}]*)\}", page)
+    assert len(themes) == 2
+    for theme in themes:
+        colours = dict(re.findall(r"--(\w+): (#\w+)", theme))
+        paper = luminance(colours.pop("paper"))
+        for name, colour in colours.items():
+            low, high = sorted((paper, luminance(colour)))
+            # WCAG 2 asks 4.5 of text.
+            assert (high + 0.05) / (low + 0.05) >= 4.5, name
