@@ -12,18 +12,25 @@ from workflows.answer import Answer, answer, spread_of
 from workflows.cost_model import cost_model
 from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
-from workflows.error_bars import COARSER_SHARE, TABLE_SENSITIVITY, error_bar, rounding_error
-from workflows.errors import RunError
+from workflows.error_bars import (
+    COARSER_SHARE,
+    TABLE_SENSITIVITY,
+    error_bar,
+    jitter_error,
+    rounding_error,
+)
+from workflows.errors import RunError, TimestepError
 from workflows.scouting import Scouting, scouting_details, scouting_from
 from workflows.step_search import (
     Converged,
     converge,
     error_near,
     estimate_step,
-    exact_modes,
     eta_of,
+    exact_modes,
     find_step,
     guess_step,
+    jitter,
     sharpness,
 )
 
@@ -37,6 +44,8 @@ _TRUTH_SHARE = 0.03
 # Schemes that a guess makes this many times dearer than the cheapest are not looked at.
 _HOPELESS = 4.0
 _MOST_REFINEMENTS = 5
+# Rounding is amplified at most about so many times: below, it must be looked at.
+_JITTER_MATTERS = 1e5
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,11 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
     # Below the rounding floor a finer step buys nothing.
     reachable = max(tolerance - floor, floor)
     truth = _yardstick(scene, reachable)
+    noise = 0.0
+    if tolerance < _JITTER_MATTERS * floor:
+        noise = _jitter(scene, truth)
+        floor = max(floor, jitter_error(noise, scene))
+        reachable = max(tolerance - floor, floor)
     scouting = scouting_from(truth)
     candidate = _cheapest(scene, reachable, truth, scouting)
     chosen = time.perf_counter() - started
@@ -75,14 +89,23 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
     order = COMPOSITIONS[numerics.scheme].order
     for attempt in range(_MOST_REFINEMENTS):
         h = numerics.timestep
-        fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
+        last = attempt == _MOST_REFINEMENTS - 1
+        try:
+            fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
+        except TimestepError:
+            if last:
+                raise
+            numerics = replace(numerics, timestep=0.5 * h)
+            continue
         difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
         expected = error_near(scene, numerics.scheme, numerics.timestep, truth.restitution)
-        step = max(COARSER_SHARE[numerics.scheme] * difference, expected) + truth.error
-        bar = error_bar(fine, scene, step)
+        # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
+        step = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
+        bar = error_bar(fine, scene, step, noise)
         assert bar.total is not None
         tries.append({"timestep": numerics.timestep, "step_error": step})
-        if bar.total <= tolerance or attempt == _MOST_REFINEMENTS - 1 or step < 0.3 * floor:
+        hopeless = bar.rounding > tolerance or step < 0.3 * floor
+        if bar.total <= tolerance or last or hopeless:
             break
         if step > _STEP_SHARE * reachable:
             wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
@@ -98,7 +121,15 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
         "in_house_error": truth.error,
         "tries": tries,
     }
-    return answer(scene, tolerance, fine, step, details)
+    return answer(scene, tolerance, fine, step, details, noise)
+
+
+def _jitter(scene: Scene, truth: Converged) -> float:
+    """Return the noise of the in-house eta; modes have no steps, and harmonic chains no chaos."""
+    if truth.outcome.timestep is None:
+        return 0.0
+    scheme = COMPOSITIONS[truth.outcome.scheme].name
+    return jitter(scene, scheme, truth.outcome.timestep, truth.restitution)
 
 
 def _yardstick(scene: Scene, tolerance: float) -> Converged:

@@ -33,7 +33,12 @@ class Answer:
 
 
 def answer(
-    scene: Scene, tolerance: float, outcome: Outcome, step: float, details: dict[str, Any]
+    scene: Scene,
+    tolerance: float,
+    outcome: Outcome,
+    step: float,
+    details: dict[str, Any],
+    jitter: float = 0.0,
 ) -> Answer:
     """
     Gather the error bar of a run and compare it with the tolerance.
@@ -50,13 +55,15 @@ def answer(
         Its error due to the finite step.
     details : dict
         For the record.
+    jitter : float
+        See :func:`workflows.error_bars.error_bar`.
 
     Returns
     -------
     Answer
         With the reason where the tolerance is not met.
     """
-    bar = error_bar(outcome, scene, step)
+    bar = error_bar(outcome, scene, step, jitter)
     assert bar.total is not None
     reason = None
     if bar.total > tolerance:
