@@ -1,6 +1,7 @@
 """The numerics of one run: who reflects, how a step is composed, how the bond is tabulated."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 from lammps_inputs.scene import (
     DEFAULT_REFLECT_TIMESTEP,
@@ -10,6 +11,9 @@ from lammps_inputs.scene import (
     TableStyle,
     Wall,
 )
+
+# The in-house engine also extrapolates steps, where a tolerance lets it choose.
+StepSchemeName = Scheme | Literal["extrapolated12", "extrapolated14", "extrapolated16"]
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,8 @@ class Numerics:
     wall : str
         ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     scheme : str
-        ``verlet``, ``order4``, ``order6`` or ``order8``.
+        ``verlet``, ``order4``, ``order6`` or ``order8``; for the in-house engine also
+        ``extrapolated12`` and so on, see ``workflows.engines.reference_steps``.
     timestep : float
         The composed step H.
     table : str
@@ -37,7 +42,7 @@ class Numerics:
     """
 
     wall: Wall = "event"
-    scheme: Scheme = "order6"
+    scheme: StepSchemeName = "order6"
     timestep: float = DEFAULT_TIMESTEPS["order6"]
     table: TableStyle = "spline"
     table_points: int | None = None
@@ -60,7 +65,7 @@ class Numerics:
             All settings.
         """
         wall = scene.wall or "event"
-        scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
+        scheme: Scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
         usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]
         return cls(
             wall=wall,

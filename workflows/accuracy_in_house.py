@@ -2,12 +2,13 @@
 
 import math
 
+from lammps_inputs.numerics import StepSchemeName
 from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene, Scheme
+from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
 from workflows.engines import hard_sphere, modal, stiff
-from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
+from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE, rounding_error
 from workflows.errors import RunError
 from workflows.step_search import eta_of, guess_step, run_in_house, sharpness
@@ -19,6 +20,12 @@ _ADAPTIVE_START = 1.0
 # The first step is guessed for this share of the tolerance.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
+# Schemes, and above which tolerance each is the cheapest.
+_SCHEMES: tuple[tuple[StepSchemeName, float], ...] = (
+    ("order4", 3e-4),
+    ("order6", 1e-6),
+    ("order8", 1e-8),
+)
 
 
 def meet_in_house(scene: Scene, tolerance: float) -> Answer:
@@ -52,10 +59,18 @@ def meet_in_house(scene: Scene, tolerance: float) -> Answer:
     return _meet_with_adaptive_steps(scene, tolerance)
 
 
+def _cheapest_scheme(tolerance: float) -> StepSchemeName:
+    """Return the scheme that was cheapest over random scenes of all potentials."""
+    for scheme, least in _SCHEMES:
+        if tolerance > least:
+            return scheme
+    return "extrapolated14"
+
+
 def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
-    scheme: Scheme = "order4" if tolerance > 3e-4 else "order6" if tolerance > 1e-6 else "order8"
-    order, share = COMPOSITIONS[scheme].order, COARSER_SHARE[scheme]
+    scheme = _cheapest_scheme(tolerance)
+    order, share = STEP_SCHEMES[scheme].order, COARSER_SHARE[scheme]
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
     reachable = max(tolerance, floor)

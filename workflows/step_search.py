@@ -1,15 +1,17 @@
 """Searching, with the in-house integrator, the step that meets an error."""
 
 import math
+import sys
 from dataclasses import dataclass
 
 from analysis.restitution import restitution
 from lammps_inputs.bond_table import compressed_strain
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene, Scheme
+from lammps_inputs.numerics import Numerics, StepSchemeName
+from lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene
 from workflows.engines import modal, reference
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
+from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE
 from workflows.errors import CrossingError, RunError
 
@@ -17,7 +19,12 @@ from workflows.errors import CrossingError, RunError
 _STABILITY_SHARE = 0.9
 # A bond that is compressed to a curvature k needs steps shorter by sqrt(k). Typical errors of eta
 # at n = 100 with the steps of DEFAULT_TIMESTEPS; only the first guess depends on them.
-_USUAL_ERROR = {"verlet": 2e-6, "order4": 3e-6, "order6": 1e-7, "order8": 1e-9}
+_USUAL_ERROR = {"verlet": 2e-6, "order4": 3e-6, "order6": 1e-7, "order8": 1e-9} | {
+    "extrapolated14": 5e-9
+}
+# The same for steps that only the in-house engine can take, up to where they are stable.
+_USUAL_STEPS: dict[str, float] = {**DEFAULT_TIMESTEPS, "extrapolated14": 0.8}
+_LARGEST_EXTRAPOLATED = 1.2
 # An estimate from one step is taken with this reserve.
 _RESERVE = 0.3
 # A second step a little smaller catches an error that happens to vanish at the first.
@@ -69,14 +76,14 @@ def eta_of(scene: Scene, outcome: Outcome) -> float:
     return float(restitution(outcome.velocities, scene.impact_velocity))
 
 
-def largest_step(scheme: Scheme, stiffness: float) -> float:
+def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     """
-    Return the largest composed step that is stable with the chain's fastest mode.
+    Return the largest step that is stable with the chain's fastest mode.
 
     Parameters
     ----------
     scheme : str
-        Composition.
+        Composition or extrapolation.
     stiffness : float
         U''(1).
 
@@ -85,11 +92,13 @@ def largest_step(scheme: Scheme, stiffness: float) -> float:
     float
         H.
     """
+    if STEP_SCHEMES[scheme].extrapolated:
+        return _LARGEST_EXTRAPOLATED / stiffness**0.5
     heaviest = max(abs(w) for w in COMPOSITIONS[scheme].weights)
     return _STABILITY_SHARE / (heaviest * stiffness**0.5)
 
 
-def run_in_house(scene: Scene, scheme: Scheme, timestep: float) -> Outcome:
+def run_in_house(scene: Scene, scheme: StepSchemeName, timestep: float) -> Outcome:
     """
     Run the in-house integrator with one scheme and step.
 
@@ -98,7 +107,7 @@ def run_in_house(scene: Scene, scheme: Scheme, timestep: float) -> Outcome:
     scene : Scene
         The collision.
     scheme : str
-        Composition.
+        Composition or extrapolation.
     timestep : float
         H.
 
@@ -131,7 +140,7 @@ def sharpness(scene: Scene) -> float:
     return math.sqrt(max(1.0, curvature / bond.stiffness))
 
 
-def guess_step(scene: Scene, scheme: Scheme, goal: float) -> float:
+def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
     """
     Guess the step that meets an error.
 
@@ -140,7 +149,7 @@ def guess_step(scene: Scene, scheme: Scheme, goal: float) -> float:
     scene : Scene
         The collision.
     scheme : str
-        Composition.
+        Composition or extrapolation.
     goal : float
         Error of eta wanted.
 
@@ -149,8 +158,8 @@ def guess_step(scene: Scene, scheme: Scheme, goal: float) -> float:
     float
         H.
     """
-    order = COMPOSITIONS[scheme].order
-    usual = DEFAULT_TIMESTEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
+    order = STEP_SCHEMES[scheme].order
+    usual = _USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
     stable = largest_step(scheme, scene.bond.stiffness)
     return min(stable, usual / scene.bond.stiffness**0.5) / sharpness(scene)
 
@@ -176,7 +185,7 @@ def converge(scene: Scene, goal: float) -> Converged:
     RunError
         What stopped the finest run, or that steps cannot become small enough.
     """
-    scheme: Scheme = "order8"
+    scheme: StepSchemeName = "order8"
     step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
     coarse: Outcome | None = None
     failure: RunError | None = None
@@ -231,7 +240,7 @@ def exact_modes(scene: Scene) -> Converged:
     return Converged(outcome, eta_of(scene, outcome), _MODAL_ERROR, outcome.seconds)
 
 
-def error_near(scene: Scene, scheme: Scheme, timestep: float, truth: float) -> float:
+def error_near(scene: Scene, scheme: StepSchemeName, timestep: float, truth: float) -> float:
     """
     Return the error of eta at a step, or at one a little smaller if that is larger.
 
@@ -240,7 +249,7 @@ def error_near(scene: Scene, scheme: Scheme, timestep: float, truth: float) -> f
     scene : Scene
         The collision.
     scheme : str
-        Composition.
+        Composition or extrapolation.
     timestep : float
         H.
     truth : float
@@ -261,7 +270,35 @@ def error_near(scene: Scene, scheme: Scheme, timestep: float, truth: float) -> f
     return worst
 
 
-def estimate_step(scene: Scene, scheme: Scheme, goal: float, truth: float) -> float | None:
+def jitter(scene: Scene, scheme: StepSchemeName, timestep: float, eta: float) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    scheme : str
+        Composition.
+    timestep : float
+        H.
+    eta : float
+        The in-house eta with this scheme and step.
+
+    Returns
+    -------
+    float
+        Largest change for impact velocities a few units in the last place away.
+    """
+    v0 = scene.impact_velocity
+    worst = 0.0
+    for ulps in (-5.0, 3.0):
+        nudged = scene.replace(speed=None, velocity=v0 * (1.0 + ulps * sys.float_info.epsilon))
+        worst = max(worst, abs(eta_of(nudged, run_in_house(nudged, scheme, timestep)) - eta))
+    return worst
+
+
+def estimate_step(scene: Scene, scheme: StepSchemeName, goal: float, truth: float) -> float | None:
     """
     Estimate, from one run, the step whose error is a goal.
 
@@ -270,7 +307,7 @@ def estimate_step(scene: Scene, scheme: Scheme, goal: float, truth: float) -> fl
     scene : Scene
         The collision.
     scheme : str
-        Composition.
+        Composition or extrapolation.
     goal : float
         Error of eta wanted.
     truth : float
@@ -281,7 +318,7 @@ def estimate_step(scene: Scene, scheme: Scheme, goal: float, truth: float) -> fl
     float or None
         H, with a reserve; None where even a much smaller step does not run.
     """
-    order = COMPOSITIONS[scheme].order
+    order = STEP_SCHEMES[scheme].order
     step = guess_step(scene, scheme, goal)
     for _ in range(_MOST_TRIES):
         try:
@@ -295,7 +332,7 @@ def estimate_step(scene: Scene, scheme: Scheme, goal: float, truth: float) -> fl
 
 
 def find_step(
-    scene: Scene, scheme: Scheme, goal: float, truth: float, start: float
+    scene: Scene, scheme: StepSchemeName, goal: float, truth: float, start: float
 ) -> float | None:
     """
     Return a step whose error is within a goal, near the largest.
@@ -305,7 +342,7 @@ def find_step(
     scene : Scene
         The collision.
     scheme : str
-        Composition.
+        Composition or extrapolation.
     goal : float
         Error of eta wanted.
     truth : float
@@ -318,7 +355,7 @@ def find_step(
     float or None
         H; None if none was found.
     """
-    order = COMPOSITIONS[scheme].order
+    order = STEP_SCHEMES[scheme].order
     step = start
     for _ in range(_MOST_TRIES):
         error = error_near(scene, scheme, step, truth)

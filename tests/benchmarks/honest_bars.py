@@ -1,7 +1,8 @@
 """
 Are the error bars honest? Random scenes against a much tighter run.
 
-    python -m tests.benchmarks.honest_bars [--scenes 300] [--seed 1] [--workers 2] [--csv FILE]
+    python -m tests.benchmarks.honest_bars [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
+        [--csv FILE]
 
 Prints, over all scenes that claim their tolerance: how often the true error is within the reported
 one, how often the reported one is within the tolerance, and the median of reported error over
@@ -45,12 +46,12 @@ class Trial:
     refusal: str | None
 
 
-def random_scene(random: np.random.Generator) -> Scene:
-    """Draw a scene over all potentials, sizes, speeds, tolerances and both engines."""
+def random_scene(random: np.random.Generator, engine: str | None = None) -> Scene:
+    """Draw a scene over all potentials, sizes, speeds, tolerances and both engines, or for one."""
     potential = str(random.choice(_POTENTIALS))
     fields = {
         "potential": potential,
-        "particles": int(round(10 ** random.uniform(np.log10(2), np.log10(300)))),
+        "particles": round(10 ** random.uniform(np.log10(2), np.log10(300))),
         "engine": str(random.choice(["lammps", "reference"])),
         "tolerance": float(10 ** random.uniform(-9, -3)),
     }
@@ -63,7 +64,7 @@ def random_scene(random: np.random.Generator) -> Scene:
     if potential == "power":
         order = int(random.integers(3, 8))
         fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
-    return Scene(**fields)
+    return Scene(**fields | ({} if engine is None else {"engine": engine}))
 
 
 def try_scene(scene: Scene) -> Trial:
@@ -136,10 +137,10 @@ def report(trials: list[Trial]) -> bool:
     )
 
 
-def run_study(scenes: int, seed: int, workers: int) -> list[Trial]:
+def run_study(scenes: int, seed: int, workers: int, engine: str | None = None) -> list[Trial]:
     """Draw and try scenes in processes of their own."""
     random = np.random.default_rng(seed)
-    drawn = [random_scene(random) for _ in range(scenes)]
+    drawn = [random_scene(random, engine) for _ in range(scenes)]
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
         return list(pool.imap(try_scene, drawn))
 
@@ -150,9 +151,10 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args()
-    trials = run_study(arguments.scenes, arguments.seed, arguments.workers)
+    trials = run_study(arguments.scenes, arguments.seed, arguments.workers, arguments.engine)
     if arguments.csv:
         with arguments.csv.open("w", newline="") as file:
             writer = csv.DictWriter(file, fieldnames=list(asdict(trials[0])))

@@ -25,7 +25,7 @@ CLEARANCE = 0.5
 # That must be worth this much of v0/sqrt(U''), by which bonds swing.
 LEAST_CLEARANCE = 0.1
 # The argument costs as much as some flight: looks get rarer with the time since the contact.
-LOOK_GROWTH = 0.5
+LOOK_GROWTH = 1.0
 
 
 class Coast(Protocol):
