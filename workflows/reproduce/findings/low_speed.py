@@ -187,8 +187,8 @@ def pair_alphas(points: list[Point]) -> np.ndarray:
 def _alpha(measured: Measurements) -> Finding:
     points = measured.select("pair", "lj")
     slow = [p for p in points if p.speed <= 0.1]
-    if len(slow) < 3:
-        return Finding(_NAN, _NAN, "fewer than three speeds")
+    if len(slow) < 4:
+        return Finding(_NAN, _NAN, "fewer than four speeds")
     speeds, values = np.array([p.speed for p in slow]), pair_alphas(slow)
     (_, _, limit), (_, _, shorter) = (
         np.polyfit(speeds[:count], values[:count], 2) for count in (len(slow), len(slow) - 1)

@@ -1,0 +1,84 @@
+"""The report is complete, stands alone, and is not computed twice."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from workflows.reproduce.plan import QUICK
+from workflows.reproduce.reproduce import reproduce_paper
+from workflows.reproduce.rules import RULES
+from workflows.reproduce.runners import run_into_store
+from workflows.store import Store
+
+TINY = replace(
+    QUICK,
+    curve_particles=10,
+    curve_speeds=(0.4, 0.8, 1.5),
+    harmonic_sizes=(10, 30),
+    harmonic_far_sizes=(40,),
+    harmonic_velocities=(0.1,),
+    sizes=(10,),
+    far_sizes={0.39: (20,)},
+    increase_speeds=dict.fromkeys((3, 4, 5), (0.01, 0.02, 0.04)),
+    increase_tolerances=dict.fromkeys((3, 4, 5), 1e-5),
+    slope_sizes=(10,),
+    slope_far_sizes=(20,),
+    slope_speeds=(0.05, 0.1),
+    pair_speeds=(0.01, 0.02, 0.05, 0.1),
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("reproduction")
+    reproduce_paper(TINY, folder, run_into_store(folder / "results.sqlite", 2, progress=False))
+    return folder
+
+
+@pytest.mark.slow
+def test_page_asks_for_nothing_from_elsewhere(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
+    assert sources
+    assert all(source.startswith(("data:image/", "#")) for source in sources)
+    for word in ("<script", "<link", "@import", "url("):
+        assert word not in page
+
+
+@pytest.mark.slow
+def test_every_figure_and_verdict_is_there(folder):
+    contents = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    assert [row["key"] for row in contents["verdicts"]] == [rule.key for rule in RULES]
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    for figure in contents["figures"]:
+        for kind in ("png", "svg"):
+            assert (folder / "figures" / f"{figure['key']}.{kind}").stat().st_size > 5000
+        assert f'id="{figure["key"]}"' in page
+    assert len(contents["figures"]) >= 7
+
+
+@pytest.mark.slow
+def test_curves_are_written_with_all_digits(folder):
+    with (folder / "figures" / "restitution_curves.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 9
+    with Store(folder / "results.sqlite", read_only=True) as store:
+        _, kept = store.select(
+            "SELECT restitution FROM collisions WHERE engine = 'lammps' AND potential = 'toda'"
+        )
+    written = {float(row["restitution"]) for row in rows if row["potential"] == "toda"}
+    assert written == {value for (value,) in kept}
+
+
+@pytest.mark.slow
+def test_nothing_finished_is_computed_twice(folder):
+    def record():
+        with Store(folder / "results.sqlite", read_only=True) as store:
+            return store.select("SELECT collision_sha256, tries, finished FROM collisions")
+
+    before = record()
+    reproduce_paper(TINY, folder, run_into_store(folder / "results.sqlite", 2, progress=False))
+    assert record() == before
