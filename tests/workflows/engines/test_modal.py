@@ -54,7 +54,7 @@ def test_five_hundred_particles():
     assert outcome.contact_speeds.mean() / 0.1 == pytest.approx(1.146, abs=5e-4)
 
 
-@pytest.mark.parametrize("velocity", [1e-150, 1e-13, 0.8, 1e100])
+@pytest.mark.parametrize("velocity", [1e-140, 1e-13, 0.8, 1e100])
 def test_restitution_does_not_depend_on_speed(velocity):
     scene = harmonic(20, velocity)
     outcome = modal.run(scene)
