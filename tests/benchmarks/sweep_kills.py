@@ -77,7 +77,7 @@ def study_kills(
     points : int
         Speeds on the axis; a sweep has six times as many collisions.
     kinds : tuple of str
-        What to kill, in turn.
+        What to kill, each as often.
     seed : int
         Of the random moments.
 
@@ -98,7 +98,7 @@ def study_kills(
     expected = read_rows(whole)
     number = 0
     while sum(study.kills.values()) < count:
-        kind = kinds[number % len(kinds)]
+        kind = min(kinds, key=study.kills.__getitem__)
         number += 1
         store = folder / f"{number}.sqlite"
         moment = chance.uniform(0.2, 1.0) * usual
@@ -232,7 +232,9 @@ def _start(command: list[str]) -> subprocess.Popen:
 
 def _run(sweep: Path, store: Path) -> None:
     process = _start([*_MAIN, str(sweep), "--store", str(store), "--workers", "2"])
-    assert process.wait(_PATIENCE) == 0, "an undisturbed sweep failed"
+    status = process.wait(_PATIENCE)
+    failures = [row[-1] for row in read_rows(store).values() if row[-1] is not None]
+    assert status == 0, f"an undisturbed sweep ended with status {status}; failures: {failures}"
 
 
 @dataclass
