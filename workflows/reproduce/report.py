@@ -14,7 +14,6 @@ from analysis.atomic_write import written_aside
 from workflows.reproduce.beyond import remarks
 from workflows.reproduce.figures.figure import Figure
 from workflows.reproduce.findings.low_speed import increases
-from workflows.reproduce.fits import PowerLaw
 from workflows.reproduce.judging import Judged
 from workflows.reproduce.measurements import Measurements
 from workflows.reproduce.rules import Verdict
@@ -175,15 +174,10 @@ def gather(
 
 
 def _increase_fits(measured: Measurements) -> dict[str, list[dict[str, Any]]]:
-    from workflows.reproduce.findings.low_speed import RANGE_ENDS
-
-    fits: dict[str, list[dict[str, Any]]] = {}
-    for order, increase in increases(measured).items():
-        laws: list[PowerLaw] = [increase.fit(0.01, end) for end in RANGE_ENDS]
-        fits[f"increase, r = {order}"] = [
-            law.to_dict() for law in laws if math.isfinite(law.exponent_error)
-        ]
-    return fits
+    return {
+        f"increase, r = {order}": [law.to_dict() for law in increase.fits()]
+        for order, increase in increases(measured).items()
+    }
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:

@@ -42,6 +42,18 @@ class Increase:
     values: np.ndarray
     errors: np.ndarray
 
+    def fits(self) -> list[PowerLaw]:
+        """
+        Fit a power law from 0.01 v* to each of `RANGE_ENDS`.
+
+        Returns
+        -------
+        list of PowerLaw
+            Each set of points once, and only where an error can be given.
+        """
+        fits = {(fit.points, fit.last): fit for fit in (self.fit(0.01, end) for end in RANGE_ENDS)}
+        return [fit for fit in fits.values() if np.isfinite(fit.exponent_error)]
+
     def fit(self, first: float, last: float) -> PowerLaw:
         """
         Fit a power law over a range of speeds.
@@ -272,8 +284,7 @@ def _powers(measured: Measurements) -> dict[str, Finding]:
             continue
         increase = found[order]
         low = increase.fit(increase.speeds[0], _LOW_SPEEDS[order])
-        fits = [increase.fit(0.01, end) for end in RANGE_ENDS]
-        fits = [fit for fit in fits if np.isfinite(fit.exponent_error)]
+        fits = increase.fits()
         spread = ", ".join(f"{fit.exponent:.2f} (to {fit.last:.3g})" for fit in fits)
         nearest = min(fits, key=lambda fit: abs(fit.exponent - printed), default=low)
         results[f"power r = {order}"] = Finding(
