@@ -1,4 +1,4 @@
-"""Links and pictures of the Markdown pages lead somewhere; the site's link check finds what fails."""
+"""Links and pictures of the pages lead somewhere; the check of the site finds what does not."""
 
 import importlib.util
 import re
