@@ -34,7 +34,7 @@ STEPS = {
     "order6": (0.56, 0.4, 0.28, 0.2),
     "order8": (0.8, 0.67, 0.56, 0.48, 0.4, 0.34, 0.28, 0.2, 0.14, 0.1, 0.07),
 }
-# Must show 1: geometric means over the scenes, at the stock wall's time and at four times that.
+# Geometric means over the scenes, at the stock wall's time and at four times that.
 WANTED = {1: 300.0, 4: 1e6}
 
 

@@ -7,7 +7,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
 from workflows.engines.lammps_flight import Flight, VerletFlight
-from workflows.engines.lammps_lookahead import LookAhead
+from workflows.engines.lammps_lookahead import PATIENCE, LookAhead
 from workflows.engines.outcome import Frames, Outcome
 from workflows.errors import (
     BarrierError,
@@ -55,6 +55,8 @@ class ChainCollision:
         if scene.dump is not None and frame_interval is None:
             self.frame_interval = scene.particles / scene.dump_frames
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+        # When a next contact, if there is one, is late.
+        self.overdue = np.inf
         # Frames have to be exact to the end.
         self.look_ahead = None
         if np.isinf(self.next_frame) and scene.particles > 1:
@@ -72,14 +74,20 @@ class ChainCollision:
         next_look = interval
         while self.ending is None:
             try:
-                contact = self.flight.advance(min(next_look, self.next_frame))
+                contact = self.flight.advance(min(next_look, self.next_frame, self.overdue))
             except BondRangeError as error:
                 raise self._named(error) from None
             if contact is not None:
                 self.contacts.append((contact.time, contact.speed))
                 self.after_contact = self._state()
+                if self.look_ahead is not None:
+                    self.overdue = contact.time + PATIENCE / stiffness**0.5
             self._watch_bonds()
             now = self.flight.time
+            if now >= self.overdue:
+                self.overdue = np.inf
+                self._settle()
+                continue
             if now >= self.next_frame:
                 self._take_frame()
             if now >= next_look:
@@ -139,10 +147,14 @@ class ChainCollision:
             self.bond,
         )
         if self.ending is None and self.look_ahead is not None:
-            settled = self.look_ahead.settle(self.flight.time, self.contacts[-1][0], self.shortest)
-            if settled is not None:
-                self.flight.time, self.ending = settled
-                self._watch_bonds()
+            self._settle()
+
+    def _settle(self) -> None:
+        assert self.look_ahead is not None
+        settled = self.look_ahead.settle(self.flight.time, self.contacts[-1][0], self.shortest)
+        if settled is not None:
+            self.flight.time, self.ending = settled
+            self._watch_bonds()
 
     def _take_frame(self) -> None:
         assert self.frame_interval is not None

@@ -12,6 +12,9 @@ from workflows.engines.lammps_flight import BlindBound, VerletFlight
 # Verlet steps in units of the fastest bond's 1/frequency. Long waves, which move particle 1 as a
 # whole, come out to 1e-3; the shortest lose their phase, but cannot carry it half-way to the wall.
 QUIET_STEP = 0.1
+# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: a look ahead
+# that meets one is cheap, but for nothing.
+PATIENCE = 3.5
 # Particle 1 must stay off even a wall that has come half its distance nearer.
 _CLEARANCE = 0.5
 
@@ -71,8 +74,7 @@ class LookAhead:
         clear = float(chain.x[0])
         if now < self._not_before or clear <= 0.0 or float(np.sum(chain.v)) <= 0.0:
             return None
-        # The first look without a contact is too early: contacts may be an interval apart.
-        if now - last_contact < self._interval:
+        if now - last_contact < PATIENCE / math.sqrt(self._bond.stiffness):
             return None
         coarse = self._timestep(shortest)
         if len(chain.weights) == 1 and chain.timestep >= coarse:
