@@ -11,6 +11,8 @@ from lammps_inputs.errors import InputError
 
 TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
+# Beyond this, energies overflow.
+_LARGEST = 1e150
 _POSITION_COLUMNS = ("x", "xu", "xs", "xsu")
 
 
@@ -165,14 +167,19 @@ class ChainLayout:
             time = float(frame.column(TIME_COLUMN)[0])
         elif frame.time is not None:
             time = frame.time
-        else:
-            assert timestep is not None
+        elif timestep is not None:
             time = frame.step * timestep
-        displacements = self.displacements(frame)
-        if not np.isfinite(velocities.sum() + displacements.sum()):
+        else:
             raise InputError(
-                f"the frame of step {frame.step} holds a value that is not a number; the run "
-                "had blown up there: use a smaller timestep"
+                f"the frame of step {frame.step} does not carry the time, unlike the first one; "
+                "expected the frames of one run"
+            )
+        displacements = self.displacements(frame)
+        largest = max(np.max(np.abs(values)) for values in (velocities, displacements, [time]))
+        if not largest < _LARGEST:
+            raise InputError(
+                f"the frame of step {frame.step} holds a value that is not a number, or one too "
+                "large; the run had blown up there: use a smaller timestep"
             )
         return ChainState(frame.step, time, displacements, velocities)
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from lammps_inputs.errors import InputError
+
 
 class TruncatedFrameError(Exception):
     """The file ends inside a frame, as after a crash; everything before is sound."""
@@ -55,7 +57,17 @@ class DumpFrame:
         -------
         numpy.ndarray of shape (n,)
             The values, exactly as written.
+
+        Raises
+        ------
+        InputError
+            If this frame, unlike others, has no such column.
         """
+        if name not in self.columns:
+            raise InputError(
+                f"the frame of step {self.step} has no column '{name}' (it has "
+                f"{' '.join(self.columns)}); expected the same columns in all frames"
+            )
         values = self.raw_column(self.columns.index(name))
         return values if self.order is None else values[self.order]
 

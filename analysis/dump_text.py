@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from analysis.dump_frame import DumpFrame, TruncatedFrameError
 from lammps_inputs.errors import InputError
 
+# A header that says more is damaged.
+_MOST_PARTICLES = 10**9
+
 
 class TextFrames:
     """
@@ -131,6 +134,8 @@ class TextFrames:
                     time = float(_complete(stream))
                 elif words[1] == b"NUMBER":
                     particles = int(_complete(stream))
+                    if particles > _MOST_PARTICLES:
+                        raise ValueError
                 elif words[1] == b"BOX":
                     rows = [_complete(stream).split()[:2] for _ in range(3)]
                     bounds = np.array(rows, dtype=float)

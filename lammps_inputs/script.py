@@ -96,6 +96,11 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     return template.render(_setup_values(numerics, table, folder))
 
 
+def _plain(name: str) -> str:
+    """Return a name fit for a comment: that of a bond table's file may hold anything."""
+    return "".join(c if c in _SAFE_PATH_CHARACTERS else "?" for c in name[:60])
+
+
 _SAFE_PATH_CHARACTERS = frozenset(
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789./_+-"
 )
@@ -153,7 +158,7 @@ def render_job(
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
     values |= {
         "scripted": True,
-        "title": f"A {scene.bond.name} chain of {scene.particles} particles meets a wall",
+        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets a wall",
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
         "quiet_factor": number(quiet_factor),

@@ -82,7 +82,7 @@ class CostModel:
         stages = COMPOSITIONS[numerics.scheme].stages
         per_stage = self.step + per_bond * (scene.particles - 1)
         quiet = 0.0
-        if last_contact_time is not None:
+        if last_contact_time is not None and duration > 0.0:
             exact = last_contact_time + 1.5 * look_interval(scene.particles, scene.bond.stiffness)
             step = min(QUIET_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
             if stages > 1 or numerics.timestep < step:

@@ -171,4 +171,7 @@ def named_errors(path: Path) -> Iterator[None]:
                 f"the results store {path} cannot be written ({reason}); what is in it is safe: "
                 "make room and run the same command again"
             ) from None
-        raise
+        raise StoreError(
+            f"the results store {path} cannot be read ({reason}); expected an undamaged one made "
+            "by `chaincor sweep`"
+        ) from None

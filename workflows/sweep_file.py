@@ -179,7 +179,10 @@ def _is_finite(value: Any) -> bool:
 
 def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:
     """Join the axes that move together; the others stay alone."""
-    if not isinstance(together, list) or not all(isinstance(group, list) for group in together):
+    if not isinstance(together, list) or not all(
+        isinstance(group, list) and all(isinstance(name, str) for name in group)
+        for group in together
+    ):
         raise SweepError(f"zip is {together!r}; expected lists of axes: [['particles', 'speed']]")
     left, groups = dict(values), []
     for names in together:

@@ -78,7 +78,7 @@ def materials() -> Materials:
         with Store(folder / "s.sqlite") as store:
             failed = carry_out(Scene(potential="harmonic", particles=2, velocity=5.0))
             store.record([attempt, failed], arrays=True)
-        table = tabulate(LennardJones(), (0.9, 1.2), "spline", 41)
+        table = tabulate(LennardJones(), (0.9, 1.1), "spline", 41)
         return Materials(
             job={path.name: path.read_bytes() for path in job.iterdir()},
             store=(folder / "s.sqlite").read_bytes(),
