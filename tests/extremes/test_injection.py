@@ -1,0 +1,224 @@
+"""Nothing that a user writes becomes a command of LAMMPS, of a shell or of Python."""
+
+import itertools
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lammps_inputs.bond_table import tabulate
+from lammps_inputs.potentials import LennardJones, UserBond
+from lammps_inputs.scene import Scene
+from lammps_inputs.script import SCRIPT_FILE
+from tests.extremes.cases import toml_text
+from workflows import cli
+from workflows.collision import collide
+from workflows.engines.lammps_chain import LammpsChain
+from workflows.engines.lammps_library import find_mpi_library
+from workflows.job import write_job
+from workflows.store import Store
+
+# Each would leave a file `pwned` where it is carried out, or end or divert the script.
+ATTACKS = (
+    "x\nshell touch pwned\n",
+    "x\r\nshell touch pwned\r\n",
+    "x\vshell touch pwned",
+    "x\fshell touch pwned",
+    "x\x85shell touch pwned",
+    "x\u2028shell touch pwned",
+    "x\u2029shell touch pwned",
+    "x\n\ninclude pwned\n",
+    "x\njump pwned\n",
+    "x\nquit\n",
+    "x\nprint hacked file pwned\n",
+    'x" \nshell touch pwned\n"',
+    "x' \nshell touch pwned\n'",
+    'x""" \nshell touch pwned\n"""',
+    "$(touch pwned)",
+    "`touch pwned`",
+    "; touch pwned",
+    "| touch pwned",
+    "&& touch pwned",
+    "x &\nshell touch pwned",
+    "${pwned}",
+    "$(v_pwned)",
+    "$x",
+    "x # comment",
+    "x &",
+    "{{ 7 * 7 }}",
+    "{% include 'job.in.j2' %}",
+    "{{ ''.__class__.__mro__ }}",
+    "__import__('os').system('touch pwned')",
+    "-in pwned",
+    "-log pwned",
+    "--help",
+    "lj\x00shell touch pwned",
+)
+FILE_NAMES = [text for text in ATTACKS if "\x00" not in text and "/" not in text]
+TEXT_KEYS = ("potential", "engine", "wall", "scheme", "table")
+
+
+def call(capsys, *arguments):
+    status = cli._run(list(arguments))
+    out, err = capsys.readouterr()
+    assert "Traceback" not in err
+    return status, out, err
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    assert not list(tmp_path.rglob("pwned"))
+
+
+@pytest.fixture
+def commands(monkeypatch):
+    """Record what LAMMPS is told, with the temporary folder's name taken out."""
+    told = []
+    original = LammpsChain.commands
+
+    def record(self, text):
+        told.append(text.replace(self.folder.as_posix(), "FOLDER"))
+        original(self, text)
+
+    monkeypatch.setattr(LammpsChain, "commands", record)
+    return told
+
+
+def test_there_are_more_than_200_attempts():
+    assert 2 * len(ATTACKS) * len(TEXT_KEYS) >= 200
+
+
+@pytest.mark.parametrize("key", TEXT_KEYS)
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_text_fields_of_a_scene_are_refused(capsys, folder, commands, attack, key):
+    (folder / "scene.toml").write_text(f"particles = 3\n{key} = {toml_text(attack)}\n")
+    # A text that is no known name is refused, before LAMMPS is told anything; on the command line
+    # as in the file.
+    for arguments in (("run", "scene.toml"), ("inputs", "scene.toml", "-o", "job")):
+        status, out, err = call(capsys, *arguments)
+        assert status == 2, err
+        assert out == ""
+        assert err.count("\n") == 1
+    assert commands == []
+    assert not (folder / "job").exists()
+
+
+def table_file(folder, name):
+    path = folder / name
+    path.write_text(tabulate(LennardJones(), (0.9, 1.1), "spline", 101).to_text())
+    return path
+
+
+@pytest.fixture(scope="module")
+def plain_job(tmp_path_factory):
+    """The job and the commands of a bond table with a harmless name."""
+    folder = tmp_path_factory.mktemp("plain")
+    path = table_file(folder, "plain")
+    assert cli._run([*job_of(path), "-o", str(folder / "job")]) == 0
+    return (folder / "job" / SCRIPT_FILE).read_text().splitlines()
+
+
+def job_of(path):
+    scene = ["--potential", "table", "--bond-file", str(path), "--particles", "3"]
+    return ["inputs", *scene, "--velocity", "0.02", "--timestep", "0.02"]
+
+
+@pytest.mark.parametrize("attack", FILE_NAMES)
+def test_the_name_of_a_bond_table_changes_no_command(capsys, folder, plain_job, attack):
+    path = table_file(folder, f"{attack}.table")
+    status, _, err = call(capsys, *job_of(path), "-o", "job")
+    assert status == 0, err
+    script = (folder / "job" / SCRIPT_FILE).read_text().rstrip("\n")
+    # Only the title, a comment, says its name; newline and vertical tab alike end no comment.
+    assert script.split("\n")[1:] == plain_job[1:]
+    assert script.splitlines()[1:] == plain_job[1:]
+    assert script.startswith("# A ")
+    # The scene is kept with the job, and still names the same file.
+    assert Scene.from_file(folder / "job" / "scene.toml").bond_file == path
+
+
+@pytest.mark.parametrize("attack", FILE_NAMES)
+def test_paths_change_no_command(capsys, folder, commands, attack):
+    scene = ["run", "--particles", "3", "--velocity", "0.02", "--scheme", "order6", "--no-error"]
+    assert call(capsys, *scene, "--save=a", "--arrays=b", "--dump=c")[0] == 0
+    plain, commands[:] = commands[:], []
+    deep = f"deep/{attack}"
+    options = (f"--save={deep}/s", f"--arrays={deep}/a", f"--dump={deep}/d")
+    status, _, err = call(capsys, *scene, *options)
+    assert status == 0, err
+    assert commands == plain
+    assert sorted(p.name for p in (folder / "deep" / attack).iterdir()) == ["a", "d", "s"]
+
+
+@pytest.mark.parametrize("attack", [name for name in FILE_NAMES if name != "--help"])
+def test_a_hostile_temporary_folder_is_refused(capsys, folder, commands, monkeypatch, attack):
+    temporary = folder / f"{attack}tmp"
+    temporary.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(temporary))
+    status, _, err = call(capsys, "run", "--particles", "3", "--velocity", "0.02")
+    assert status == 2
+    assert "set TMPDIR to such a folder" in err
+    assert commands == []
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_the_name_of_a_python_potential_changes_no_command(folder, commands, attack):
+    def told(name):
+        # No plain Python function, so that no scouting loop is compiled for each of them.
+        bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
+        scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
+        commands.clear()
+        collide(scene)
+        files = write_job(scene, folder / "job", replace_existing=True)
+        title, *script = files[0].read_text().splitlines()
+        assert title.startswith("# A ")
+        return list(commands), script, [file.read_text() for file in files[1:]]
+
+    assert told(attack) == told("plain")
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_conditions_on_a_store_are_values_not_sql(capsys, folder, attack):
+    with Store(folder / "s.sqlite"):
+        pass
+    before = (folder / "s.sqlite").read_bytes()
+    sql = (f"potential={attack}", f'potential"={attack}', f"1=1;DROP TABLE collisions;--{attack}")
+    for condition, option in itertools.product(sql, ("--where", "--sort", "--columns")):
+        status, _, err = call(capsys, "show", "s.sqlite", f"{option}={condition}")
+        assert status in (0, 2), err
+    assert (folder / "s.sqlite").read_bytes() == before
+
+
+def test_lammps_itself_runs_a_job_with_a_hostile_name(folder, capsys):
+    path = table_file(folder, "x\nshell touch pwned\n.table")
+    assert call(capsys, *job_of(path), "-o", "job")[0] == 0
+    library = find_mpi_library()
+    assert library is not None
+    done = subprocess.run(
+        [Path(sys.executable).parent / "lmp", "-in", SCRIPT_FILE],
+        cwd=folder / "job",
+        env=os.environ | {"LD_LIBRARY_PATH": str(library.parent)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert "restitution = " in done.stdout, done.stdout[-500:]
+
+
+def test_archives_with_pickles_are_refused(folder, capsys):
+    class Bomb:
+        def __reduce__(self):
+            return Path.touch, (folder / "pwned",)
+
+    np.savez(folder / "v.npz", velocities=np.array([Bomb()], dtype=object))
+    scene = ["--particles", "2", "--velocity", "0.02", "--against", "v.npz"]
+    status, _, err = call(capsys, "validate", *scene)
+    assert status == 2
+    assert "v.npz" in err
