@@ -175,7 +175,8 @@ class ChainLayout:
                 "expected the frames of one run"
             )
         displacements = self.displacements(frame)
-        largest = max(np.max(np.abs(values)) for values in (velocities, displacements, [time]))
+        # All at once: Python's max passes over a nan that does not come first.
+        largest = np.max(np.abs(np.concatenate((velocities, displacements, [time]))))
         if not largest < _LARGEST:
             raise InputError(
                 f"the frame of step {frame.step} holds a value that is not a number, or one too "

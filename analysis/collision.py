@@ -73,8 +73,11 @@ def analyze_frames(
     Raises
     ------
     InputError
-        If the frames do not show a collision of a chain.
+        If the frames do not show a collision of a chain, or a number given is not positive.
     """
+    for name, given in (("velocity", impact_velocity), ("timestep", timestep)):
+        if given is not None and not 0.0 < given < np.inf:
+            raise InputError(f"the {name} is {given}; expected a positive finite number")
     reading = _Reading(iter(frames), timestep)
     velocity = _choose_velocity(reading.start, impact_velocity, reading.resolution)
     detector = ContactDetector(velocity, bond, reading.resolution)

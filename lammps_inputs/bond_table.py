@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 from lammps_inputs.errors import TableError
 from lammps_inputs.potentials import Potential, UserBond
 from lammps_inputs.scene import TableStyle
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 # Sections of the table file, one for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
@@ -221,6 +225,9 @@ def _with_margin(
     floor = 1.0 + bond.strain_min if math.isfinite(bond.strain_min) else 0.0
     if low <= floor:
         low = floor + 0.5 * (shortest - floor)
+    ceiling = 1.0 + bond.strain_max
+    if high >= ceiling:
+        high = ceiling - max(0.5 * (ceiling - longest), 1e-9)
     return low, high
 
 
@@ -351,9 +358,12 @@ def read_bond_table(path: Path) -> Potential:
             f"bond table {str(path)!r} spans lengths {lengths[0]:g} to {lengths[-1]:g}; expected "
             "the natural length 1 inside: scale lengths so that it is"
         )
-    from scipy.interpolate import CubicSpline
-
-    force = CubicSpline(lengths - 1.0, forces, extrapolate=False)
+    force = _smooth(lengths - 1.0, forces)
+    if force is None:
+        raise TableError(
+            f"bond table {str(path)!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
+            "smooth curve follows; expected forces in units of stiffness times bond length"
+        )
     work = force.antiderivative()
     return UserBond(
         energy=lambda strain: -work(strain),
@@ -362,3 +372,16 @@ def read_bond_table(path: Path) -> Potential:
         strain_min=float(lengths[0] - 1.0),
         strain_max=float(lengths[-1] - 1.0),
     )
+
+
+def _smooth(strains: NDArray[np.float64], forces: NDArray[np.float64]) -> "CubicSpline | None":
+    """Return a spline without values beyond its data; None where its numbers overflow."""
+    from scipy.interpolate import CubicSpline
+
+    with np.errstate(all="ignore"):
+        try:
+            spline = CubicSpline(strains, forces, extrapolate=False)
+        except ValueError:
+            return None
+        finite = np.all(np.isfinite(spline.antiderivative().c))
+    return spline if finite else None

