@@ -1,7 +1,6 @@
 """A results store: one SQLite file, one row a collision."""
 
 import datetime
-import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Self
@@ -9,23 +8,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.errors import SceneError
-from lammps_inputs.potentials import Potential
 from lammps_inputs.scene import Scene
-from workflows.attempt import Attempt, Failure
-from workflows.result import Collision
+from workflows.attempt import Attempt
 from workflows.store_connection import connect, named_errors, transaction
+from workflows.store_record import write_attempt
+from workflows.store_rows import array_from_bytes, row_key, stored_collision
 from workflows.store_schema import SCHEMA_VERSION
-from workflows.stored_collision import (
-    Standing,
-    StoredCollision,
-    array_from_bytes,
-    array_to_bytes,
-    asked_tolerance,
-    result_columns,
-    result_from_columns,
-    scene_columns,
-)
+from workflows.stored_collision import Standing, StoredCollision
 
 _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
@@ -106,12 +95,26 @@ class Store:
         StoredCollision or None
             None where it would have to be computed.
         """
+        return self.find(scene, arrays=arrays) if self.has(scene, arrays=arrays) else None
+
+    def has(self, scene: Scene, *, arrays: bool = False) -> bool:
+        """
+        Say whether the result of a scene is there and exact enough.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+        arrays : bool
+            Whether the arrays are wanted as well.
+
+        Returns
+        -------
+        bool
+            False where it would have to be computed.
+        """
         standing = self.standing(scene)
-        if standing is None or not standing.answers(scene):
-            return None
-        if arrays and not standing.has_arrays:
-            return None
-        return self.find(scene, arrays=arrays)
+        return standing is not None and standing.answers(scene, arrays=arrays)
 
     def find(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
         """
@@ -129,7 +132,7 @@ class Store:
         StoredCollision or None
             None where there is no row.
         """
-        key = _key(scene)
+        key = row_key(scene)
         with named_errors(self.path):
             cursor = self.connection.execute(_ROW, (key,))
             row = cursor.fetchone()
@@ -137,7 +140,7 @@ class Store:
                 return None
             names = [column[0] for column in cursor.description]
             kept = self._arrays(key) if arrays else {}
-        return _stored(dict(zip(names, row, strict=True)), kept)
+        return stored_collision(dict(zip(names, row, strict=True)), kept)
 
     def _arrays(self, key: str) -> dict[str, NDArray[np.float64]]:
         query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
@@ -159,7 +162,7 @@ class Store:
             None where there is no row.
         """
         with named_errors(self.path):
-            return self._standing(_key(scene))
+            return self._standing(row_key(scene))
 
     def _standing(self, key: str) -> Standing | None:
         row = self.connection.execute(_STANDING, (key,)).fetchone()
@@ -205,77 +208,8 @@ class Store:
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):
             for attempt in attempts:
-                self._record(attempt, arrays, replace, now)
-
-    def _record(self, attempt: Attempt, arrays: bool, replace: bool, now: str) -> None:
-        scene = attempt.scene
-        old = self._standing(_key(scene))
-        record = {"host": attempt.host, "finished": now, "tries": 1 + (old.tries if old else 0)}
-        answered = old is not None and old.answers(scene)
-        if attempt.collision is None:
-            assert attempt.failure is not None
-            if not answered:
-                self._write_failure(scene, attempt.failure, old, record)
-            return
-        if answered and not replace:
-            assert old is not None
-            asked = asked_tolerance(scene)
-            sharper = asked is not None and old.tolerance is not None and old.tolerance < asked
-            if old.has_arrays or not arrays or sharper:
-                return
-        self._write_result(scene, attempt.collision, record)
-        # Arrays that were kept must stay those of the row's result.
-        if arrays or (old is not None and old.has_arrays):
-            self._write_arrays(_key(scene), attempt.collision)
-
-    def _write_failure(
-        self, scene: Scene, failure: Failure, old: Standing | None, record: dict[str, Any]
-    ) -> None:
-        columns: dict[str, Any] = {
-            "failure": failure.name,
-            "failure_message": failure.message,
-            "failure_tolerance": asked_tolerance(scene),
-            "failure_stands": int(failure.stands),
-        }
-        if old is None or old.restitution is None:
-            columns |= scene_columns(scene) | record | {"tolerance": asked_tolerance(scene)}
-            self._upsert(columns)
-        else:
-            columns |= {"tries": record["tries"], "collision_sha256": _key(scene)}
-            assignments = ", ".join(f"{name} = :{name}" for name in columns)
-            self.connection.execute(
-                f"UPDATE collisions SET {assignments} WHERE collision_sha256 = :collision_sha256",
-                columns,
-            )
-
-    def _write_result(self, scene: Scene, collision: Collision, record: dict[str, Any]) -> None:
-        result, versions = result_columns(collision)
-        failures = ("failure", "failure_message", "failure_tolerance", "failure_stands")
-        columns = result | scene_columns(scene) | record | dict.fromkeys(failures)
-        self._upsert(columns | {"environment": self._environment(versions)})
-
-    def _write_arrays(self, key: str, collision: Collision) -> None:
-        self.connection.executemany(
-            "INSERT OR REPLACE INTO arrays VALUES (?, ?, ?)",
-            [(key, name, array_to_bytes(a)) for name, a in collision.arrays().items()],
-        )
-
-    def _environment(self, versions: str) -> int:
-        self.connection.execute(
-            "INSERT OR IGNORE INTO environments (versions) VALUES (?)", (versions,)
-        )
-        query = "SELECT id FROM environments WHERE versions = ?"
-        return self.connection.execute(query, (versions,)).fetchone()[0]
-
-    def _upsert(self, columns: dict[str, Any]) -> None:
-        names = ", ".join(f'"{name}"' for name in columns)
-        values = ", ".join(f":{name}" for name in columns)
-        updates = ", ".join(f'"{name}" = excluded."{name}"' for name in columns)
-        self.connection.execute(
-            f"INSERT INTO collisions ({names}) VALUES ({values}) "
-            f"ON CONFLICT (collision_sha256) DO UPDATE SET {updates}",
-            columns,
-        )
+                old = self._standing(row_key(attempt.scene))
+                write_attempt(self.connection, attempt, old, now, arrays=arrays, replace=replace)
 
     def select(
         self, query: str, parameters: Sequence[Any] | dict[str, Any] = ()
@@ -300,32 +234,3 @@ class Store:
         with named_errors(self.path):
             cursor = self.connection.execute(query, parameters)
             return [column[0] for column in cursor.description], cursor.fetchall()
-
-
-def _key(scene: Scene) -> str:
-    if isinstance(scene.potential, Potential):
-        raise SceneError(
-            f"potential '{scene.label}' is a Python object, which a store cannot tell from another "
-            "of the same name; expected a named potential or 'table' with a bond_file"
-        )
-    return scene.collision_sha256
-
-
-def _stored(columns: dict[str, Any], arrays: dict[str, NDArray[np.float64]]) -> StoredCollision:
-    failure = None
-    if columns["failure"] is not None:
-        failure = Failure(
-            columns["failure"], columns["failure_message"], bool(columns["failure_stands"])
-        )
-    return StoredCollision(
-        collision_sha256=columns["collision_sha256"],
-        scene=json.loads(columns["scene"]),
-        result=result_from_columns(columns),
-        failure=failure,
-        failure_tolerance=columns["failure_tolerance"],
-        tries=columns["tries"],
-        host=columns["host"],
-        finished=columns["finished"],
-        has_arrays=bool(columns["has_arrays"]),
-        arrays=arrays,
-    )

@@ -1,7 +1,5 @@
-"""A row of a results store: what it looks like in Python and in SQLite."""
+"""What a results store has on a collision, and whether that answers what is asked."""
 
-import io
-import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,8 +8,6 @@ from numpy.typing import NDArray
 
 from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from workflows.attempt import Failure
-from workflows.result import Collision
-from workflows.store_schema import FLAG_COLUMNS, RESULT_COLUMNS, SCENE_COLUMNS
 
 
 @dataclass(frozen=True)
@@ -94,7 +90,7 @@ class Standing:
     tries: int
     has_arrays: bool
 
-    def answers(self, scene: Scene) -> bool:
+    def answers(self, scene: Scene, *, arrays: bool = False) -> bool:
         """
         Say whether the result is exact enough for a scene.
 
@@ -102,6 +98,8 @@ class Standing:
         ----------
         scene : Scene
             The collision as it is asked for now.
+        arrays : bool
+            Whether the arrays are wanted as well.
 
         Returns
         -------
@@ -109,7 +107,7 @@ class Standing:
             True if the same or a smaller error was asked for, or reached. With explicit numerics:
             if there is an error bar or none is wanted.
         """
-        if self.restitution is None:
+        if self.restitution is None or (arrays and not self.has_arrays):
             return False
         if scene.explicit:
             return self.restitution_error is not None or not scene.error
@@ -153,119 +151,3 @@ def asked_tolerance(scene: Scene) -> float | None:
         None with explicit numerics.
     """
     return None if scene.explicit else scene.tolerance or DEFAULT_TOLERANCE
-
-
-def scene_columns(scene: Scene) -> dict[str, Any]:
-    """
-    Return the columns that a scene fills.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    dict
-        Names and values.
-    """
-    canonical = scene.canonical_fields
-    columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
-    # The speed as it was given: v0/v* may differ from it in the last digit, which would split
-    # the rows of one speed into several.
-    speed, scale = scene.speed, scene.bond.natural_speed
-    if speed is None and scale is not None:
-        speed = scene.impact_velocity / scale
-    return columns | {
-        "speed": speed,
-        "collision_sha256": scene.collision_sha256,
-        "scene_sha256": scene.sha256,
-        "velocity": scene.impact_velocity,
-        "scene": json.dumps(canonical, sort_keys=True),
-    }
-
-
-def result_columns(collision: Collision) -> tuple[dict[str, Any], str]:
-    """
-    Return the columns that a result fills.
-
-    Parameters
-    ----------
-    collision : Collision
-        The result.
-
-    Returns
-    -------
-    columns : dict
-        Names and values, apart from the versions.
-    versions : str
-        The versions as JSON, for the table of environments.
-    """
-    fields = collision.to_dict()
-    versions = json.dumps(fields.pop("versions"), sort_keys=True)
-    columns = {name: fields.pop(name) for name in RESULT_COLUMNS}
-    for name in ("potential", "particles", "engine", "scene_sha256"):
-        del fields[name]  # the scene's columns hold them
-    columns["details"] = json.dumps(fields, sort_keys=True)
-    return columns, versions
-
-
-def result_from_columns(columns: dict[str, Any]) -> dict[str, Any] | None:
-    """
-    Return the fields of a result from the columns of its row.
-
-    Parameters
-    ----------
-    columns : dict
-        All columns, and ``versions``.
-
-    Returns
-    -------
-    dict or None
-        As :meth:`workflows.result.Collision.to_dict` gave them.
-    """
-    if columns["restitution"] is None:
-        return None
-    fields = {name: columns[name] for name in RESULT_COLUMNS}
-    for name in FLAG_COLUMNS:
-        if fields.get(name) is not None:
-            fields[name] = bool(fields[name])
-    fields |= {name: columns[name] for name in ("potential", "particles", "engine", "scene_sha256")}
-    fields["versions"] = json.loads(columns["versions"])
-    return fields | json.loads(columns["details"])
-
-
-def array_to_bytes(array: NDArray[np.float64]) -> bytes:
-    """
-    Write an array in NumPy's own format.
-
-    Parameters
-    ----------
-    array : ndarray
-        Any shape.
-
-    Returns
-    -------
-    bytes
-        The contents of a ``.npy`` file.
-    """
-    buffer = io.BytesIO()
-    np.save(buffer, array, allow_pickle=False)
-    return buffer.getvalue()
-
-
-def array_from_bytes(content: bytes) -> NDArray[np.float64]:
-    """
-    Read an array from NumPy's own format.
-
-    Parameters
-    ----------
-    content : bytes
-        The contents of a ``.npy`` file.
-
-    Returns
-    -------
-    ndarray
-        The array.
-    """
-    return np.load(io.BytesIO(content), allow_pickle=False)

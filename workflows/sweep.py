@@ -1,11 +1,12 @@
 """Running many collisions into a store: only what is missing, longest first, whole rows only."""
 
+import dataclasses
 import math
 import os
 import random
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -16,32 +17,13 @@ from workflows.attempt import Attempt, Failure, carry_out, host_name
 from workflows.errors import MissingLibraryError, SchedulerError, WorkerStartError
 from workflows.pool import ProcessPool
 from workflows.store import Store
-from workflows.stored_collision import StoredCollision, asked_tolerance
+from workflows.stored_collision import StoredCollision
 from workflows.sweep_cost import expected_seconds
+from workflows.sweep_plan import SweepPlan, plan_sweep
 from workflows.sweep_progress import progress_bar
 
 # Tasks handed out for each worker: one to run, and one to begin without waiting for the store.
 TASKS_PER_WORKER = 2
-
-
-@dataclass(frozen=True)
-class SweepPlan:
-    """
-    What a store leaves to be done.
-
-    Attributes
-    ----------
-    todo : tuple of Scene
-        Collisions to compute, each once.
-    found : int
-        Those that are answered.
-    known_failures : int
-        Those that failed by themselves before and would fail again.
-    """
-
-    todo: tuple[Scene, ...]
-    found: int
-    known_failures: int
 
 
 @dataclass(frozen=True)
@@ -68,14 +50,14 @@ class SweepSummary:
         everything else they needed.
     """
 
-    computed: int
-    failed: int
-    inexact: int
-    found: int
-    known_failures: int
-    seconds: float
-    integration_seconds: float
-    busy_seconds: float
+    computed: int = 0
+    failed: int = 0
+    inexact: int = 0
+    found: int = 0
+    known_failures: int = 0
+    seconds: float = 0.0
+    integration_seconds: float = 0.0
+    busy_seconds: float = 0.0
 
 
 def run_scenes(
@@ -145,62 +127,6 @@ def run_scenes(
     return [row for row in rows if row is not None]
 
 
-def plan_sweep(
-    store: Store,
-    scenes: Iterable[Scene],
-    *,
-    arrays: bool = False,
-    recompute: bool = False,
-    retry_failed: bool = False,
-) -> SweepPlan:
-    """
-    Find out which of many collisions have to be computed.
-
-    Parameters
-    ----------
-    store : Store
-        What is there.
-    scenes : iterable of Scene
-        What is asked for; of scenes that differ only in their tolerance, the tightest counts.
-    arrays : bool
-        Whether arrays are wanted.
-    recompute, retry_failed : bool
-        Whether to compute also what is there, or what would fail again.
-
-    Returns
-    -------
-    SweepPlan
-        What is left to do.
-    """
-    todo, found, known_failures = [], 0, 0
-    for scene in _tightest(scenes):
-        standing = store.standing(scene)
-        if standing is not None and not recompute:
-            answered = standing.answers(scene)
-            if answered and (standing.has_arrays or not arrays):
-                found += 1
-                continue
-            if standing.would_fail(scene) and not retry_failed:
-                known_failures += 1
-                continue
-            if answered and not scene.explicit and standing.tolerance is not None:
-                # Only the arrays are missing: compute them for the result that is there.
-                tolerance = min(standing.tolerance, asked_tolerance(scene) or math.inf)
-                scene = scene.replace(tolerance=tolerance)
-        todo.append(scene)
-    return SweepPlan(tuple(todo), found, known_failures)
-
-
-def _tightest(scenes: Iterable[Scene]) -> Iterable[Scene]:
-    """Return each collision once, as exactly as it is asked for anywhere."""
-    chosen: dict[str, Scene] = {}
-    for scene in scenes:
-        other = chosen.get(scene.collision_sha256)
-        if other is None or (asked_tolerance(scene) or 0.0) < (asked_tolerance(other) or 0.0):
-            chosen[scene.collision_sha256] = scene
-    return chosen.values()
-
-
 def run_plan(
     plan: SweepPlan,
     store: Store,
@@ -250,14 +176,15 @@ def run_plan(
     costs = {scene.collision_sha256: expected_seconds(scene) for scene in plan.todo}
     queue = deque(_longest_first(plan.todo, costs))
     pending: dict[Future, Scene] = {}
-    tally = _Tally(found=plan.found)
+    summary = SweepSummary(found=plan.found, known_failures=plan.known_failures)
     with progress_bar(progress, len(queue), sum(costs.values())) as advance:
         try:
             while queue or pending:
                 while queue and len(pending) < in_flight:
                     scene = queue.popleft()
-                    if not replace and _answered_meanwhile(store, scene, arrays):
-                        tally.found += 1
+                    if not replace and store.has(scene, arrays=arrays):
+                        # Another sweep has computed it meanwhile.
+                        summary = dataclasses.replace(summary, found=summary.found + 1)
                         advance(costs[scene.collision_sha256])
                     else:
                         pending[executor.submit(carry_out, scene)] = scene
@@ -266,7 +193,7 @@ def run_plan(
                 store.record(attempts, arrays=arrays, replace=replace)
                 for future, attempt in zip(done, attempts, strict=True):
                     del pending[future]
-                    tally.count(attempt)
+                    summary = _counted(summary, attempt)
                     advance(costs[attempt.scene.collision_sha256])
         except BaseException:
             # Whatever was finished when the interruption came is kept too.
@@ -275,25 +202,18 @@ def run_plan(
             results = [f.result() for f in done if not f.cancelled() and f.exception() is None]
             store.record(results, arrays=arrays, replace=replace)
             raise
-    return tally.summary(plan, time.perf_counter() - started)
+    return dataclasses.replace(summary, seconds=time.perf_counter() - started)
 
 
-def _longest_first(scenes: Iterable[Scene], costs: dict[str, float]) -> list[Scene]:
+def _longest_first(scenes: Sequence[Scene], costs: dict[str, float]) -> list[Scene]:
     """
     Order by cost, in random order where costs differ by less than a factor of two.
 
     Costs are not known better than that, and two sweeps that share their points and a store come
     to them in different orders, so that each finds much of its work done by the other.
     """
-    shuffled = random.sample(list(scenes), len(list(scenes)))
+    shuffled = random.sample(scenes, len(scenes))
     return sorted(shuffled, key=lambda scene: -round(math.log2(costs[scene.collision_sha256])))
-
-
-def _answered_meanwhile(store: Store, scene: Scene, arrays: bool) -> bool:
-    standing = store.standing(scene)
-    if standing is None or not standing.answers(scene):
-        return False
-    return standing.has_arrays or not arrays
 
 
 def _attempt_of(future: Future, scene: Scene) -> Attempt:
@@ -310,32 +230,14 @@ def _attempt_of(future: Future, scene: Scene) -> Attempt:
         return Attempt(scene, None, Failure.from_error(error), host_name())
 
 
-@dataclass
-class _Tally:
-    found: int
-    computed: int = 0
-    failed: int = 0
-    inexact: int = 0
-    integration_seconds: float = 0.0
-    busy_seconds: float = 0.0
-
-    def count(self, attempt: Attempt) -> None:
-        if attempt.collision is None:
-            self.failed += 1
-            return
-        self.computed += 1
-        self.inexact += attempt.collision.tolerance_met is False
-        self.integration_seconds += attempt.collision.seconds
-        self.busy_seconds += attempt.collision.seconds_total
-
-    def summary(self, plan: SweepPlan, seconds: float) -> SweepSummary:
-        return SweepSummary(
-            computed=self.computed,
-            failed=self.failed,
-            inexact=self.inexact,
-            found=self.found,
-            known_failures=plan.known_failures,
-            seconds=seconds,
-            integration_seconds=self.integration_seconds,
-            busy_seconds=self.busy_seconds,
-        )
+def _counted(summary: SweepSummary, attempt: Attempt) -> SweepSummary:
+    collision = attempt.collision
+    if collision is None:
+        return dataclasses.replace(summary, failed=summary.failed + 1)
+    return dataclasses.replace(
+        summary,
+        computed=summary.computed + 1,
+        inexact=summary.inexact + (collision.tolerance_met is False),
+        integration_seconds=summary.integration_seconds + collision.seconds,
+        busy_seconds=summary.busy_seconds + collision.seconds_total,
+    )

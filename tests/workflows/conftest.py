@@ -1,14 +1,16 @@
 """Collisions that cost nothing, for tests of what is done with them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from workflows.attempt import Attempt
+from workflows.attempt import Attempt, Failure
 from workflows.collision import collide
 from workflows.result import Collision, ErrorBar
+from workflows.store import Store
 
 
 @pytest.fixture(scope="session")
@@ -42,3 +44,21 @@ def make_attempt(_template: Collision) -> Callable[..., Attempt]:
         return Attempt(scene, collision, None, "here")
 
     return make
+
+
+@pytest.fixture
+def make_failure() -> Callable[..., Attempt]:
+    """Return a function that makes an attempt without a result."""
+    crossing = Failure("CrossingError", "particles would cross", stands=True)
+
+    def make(scene: Scene, failure: Failure = crossing) -> Attempt:
+        return Attempt(scene, None, failure, "there")
+
+    return make
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    """Yield an empty store."""
+    with Store(tmp_path / "results.sqlite") as opened:
+        yield opened

@@ -15,17 +15,12 @@ from workflows import sweep
 from workflows.attempt import Attempt, Failure, carry_out
 from workflows.errors import MissingLibraryError, SchedulerError, StoreError, WorkerDiedError
 from workflows.store import Store
-from workflows.sweep import plan_sweep, run_plan, run_scenes
+from workflows.sweep import run_plan, run_scenes
 from workflows.sweep_cost import expected_seconds, sweep_cost
+from workflows.sweep_plan import plan_sweep
 
 SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
 BROKEN = Scene(potential="lj", particles=7, speed=0.4)
-
-
-@pytest.fixture
-def store(tmp_path):
-    with Store(tmp_path / "results.sqlite") as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -1,22 +1,23 @@
 """``chaincor sweep``: many collisions into a store."""
 
 import contextlib
+import dataclasses
 import json
 import os
 import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
-    from workflows.sweep import SweepPlan, SweepSummary
+    from workflows.sweep import SweepSummary
     from workflows.sweep_cost import SweepCost
     from workflows.sweep_file import Sweep
+    from workflows.sweep_plan import SweepPlan
 
 _MOST_POINTS_SHOWN = 30
 
@@ -84,8 +85,9 @@ def sweep(
     """
     from workflows import sweep_file as files
     from workflows.store import Store
-    from workflows.sweep import plan_sweep, run_plan
+    from workflows.sweep import run_plan
     from workflows.sweep_cost import sweep_cost
+    from workflows.sweep_plan import plan_sweep
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
@@ -162,13 +164,11 @@ def _interruptible(path: Path) -> Iterator[None]:
 
 
 def _keeping_jobs(plan: "SweepPlan", folder: Path) -> "SweepPlan":
-    from workflows.sweep import SweepPlan
-
     jobs = (
         scene.replace(save=folder / scene.sha256[:16]) if scene.engine == "lammps" else scene
         for scene in plan.todo
     )
-    return SweepPlan(tuple(jobs), plan.found, plan.known_failures)
+    return dataclasses.replace(plan, todo=tuple(jobs))
 
 
 def _forecast(
@@ -179,7 +179,10 @@ def _forecast(
         for scene in scenes
     ]
     if as_json:
-        forecast = asdict(cost) | {"workers": workers, "wall_seconds": cost.wall_seconds(workers)}
+        forecast = dataclasses.asdict(cost) | {
+            "workers": workers,
+            "wall_seconds": cost.wall_seconds(workers),
+        }
         return json.dumps({"points": points, "store": str(path), "to_compute": forecast})
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
     if len(shown) > _MOST_POINTS_SHOWN:
@@ -203,7 +206,9 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
     if as_json:
         counts = {"found": plan.found, "known_failures": plan.known_failures, "computed": 0}
         counts["failed"] = 0
-        return json.dumps({"store": str(path)} | (counts if summary is None else asdict(summary)))
+        return json.dumps(
+            {"store": str(path)} | (counts if summary is None else dataclasses.asdict(summary))
+        )
     if summary is None:
         text = f"nothing to compute: {plan.found} results are in {path}"
     else:
