@@ -11,7 +11,7 @@ from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE, rounding_error
 from workflows.errors import RunError
-from workflows.step_search import eta_of, guess_step, run_in_house, sharpness
+from workflows.step_search import eta_of, guess_step, is_believed, run_in_house, sharpness
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
 _SHARPEST_FIXED = 60.0
@@ -77,6 +77,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
+    refusals: list[RunError] = []
     for _ in range(_MOST_REFINEMENTS):
         try:
             fine = run_in_house(scene, scheme, step)
@@ -84,8 +85,12 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
             coarse = [run_in_house(scene, scheme, k * step) for k in (2.0, 1.86)]
             error = share * max(abs(eta_of(scene, run) - eta) for run in coarse)
         except RunError as failure:
-            error, last_failure = math.inf, failure
+            error = math.inf
+            refusals.append(failure)
+            if is_believed(refusals):
+                raise
         else:
+            refusals.clear()
             if best is None or error < best[0]:
                 best = (error, fine, coarse[0])
         tries.append({"timestep": step, "step_error": error})
@@ -94,7 +99,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
         wanted = (0.5 * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
         step *= min(max(wanted, 0.3), 0.8)
     if best is None:
-        raise last_failure
+        raise refusals[-1]
     error, fine, proof = best
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
     return answer(scene, tolerance, fine, error, details)

@@ -2,6 +2,7 @@
 
 import math
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from analysis.restitution import restitution
@@ -13,7 +14,7 @@ from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE
-from workflows.errors import CrossingError, RunError
+from workflows.errors import CrossingError, RunError, TimestepError
 
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
 _STABILITY_SHARE = 0.9
@@ -32,6 +33,9 @@ _NEIGHBOUR = 0.93
 _MODAL_ERROR = 1e-13
 _MOST_HALVINGS = 9
 _MOST_TRIES = 5
+# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
+# one before, must say the same.
+_CONFIRMATIONS = 4
 
 
 @dataclass(frozen=True)
@@ -164,6 +168,24 @@ def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
     return min(stable, usual / scene.bond.stiffness**0.5) / sharpness(scene)
 
 
+def is_believed(refusals: Sequence[RunError]) -> bool:
+    """
+    Return whether runs at ever smaller steps agree on what stops them.
+
+    Parameters
+    ----------
+    refusals : sequence of RunError
+        What stopped the runs since the last that was not stopped.
+
+    Returns
+    -------
+    bool
+        True where the last few have the same name, one that a smaller step does not cure.
+    """
+    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
+    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
+
+
 def converge(scene: Scene, goal: float) -> Converged:
     """
     Refine the in-house integrator until its error is below a goal.
@@ -188,16 +210,18 @@ def converge(scene: Scene, goal: float) -> Converged:
     scheme: StepSchemeName = "order8"
     step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
     coarse: Outcome | None = None
-    failure: RunError | None = None
+    refusals: list[RunError] = []
     seconds = 0.0
     for _ in range(_MOST_HALVINGS):
         try:
             fine = run_in_house(scene, scheme, step)
         except RunError as error:
-            # Too large a step also makes particles cross or bonds break: believe it when small.
-            failure, coarse, step = error, None, 0.5 * step
+            refusals.append(error)
+            if is_believed(refusals):
+                raise
+            coarse, step = None, 0.5 * step
             continue
-        failure = None
+        refusals.clear()
         seconds += fine.seconds
         if coarse is not None:
             difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
@@ -205,7 +229,9 @@ def converge(scene: Scene, goal: float) -> Converged:
             if error_bar <= goal and len(fine.contact_times) == len(coarse.contact_times):
                 return Converged(fine, eta_of(scene, fine), error_bar, seconds)
         coarse, step = fine, 0.5 * step
-    raise failure or RunError(
+    if refusals:
+        raise refusals[-1]
+    raise RunError(
         f"no step was found that resolves this collision to {goal:.1g}; expected bonds that are "
         "not compressed to nothing: lower the speed, or use engine 'reference'"
     )

@@ -180,8 +180,9 @@ def argue_end(
     if size == 1 and first_displacement >= 0.0:
         return "energy"
     inner = strains[: size - 1]
-    internal = 0.5 * float(np.sum((velocities[:size] - speeds[0]) ** 2))
-    internal += float(np.sum(bond.energy(inner)))
+    with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
+        internal = 0.5 * float(np.sum((velocities[:size] - speeds[0]) ** 2))
+        internal += float(np.sum(bond.energy(inner)))
     reach = 0.5 * (size - 1)
     weights = np.arange(size - 1, 0, -1) / size
     mean_displacement = first_displacement + float(weights @ inner)

@@ -16,10 +16,11 @@ from lammps_inputs.potentials import Harmonic, Potential
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE
 from workflows.engines.ending import longest_collision
+from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_collision import ChainCollision
-from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
+from workflows.engines.lammps_flight import ComposedFlight, Flight, VerletFlight
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import rounding_error
 from workflows.errors import (
@@ -245,7 +246,11 @@ def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, f
         )
     else:
         floor = max(1.0 + bond.strain_min, 0.0)
-        low = floor + (max(length, floor) - floor) / _WIDENING
+        # In proportion to the strain where that is small, to what is left of the bond elsewhere.
+        low = max(
+            1.0 - _WIDENING * max(1.0 - length, 2.0 * (1.0 - low)),
+            floor + (max(length, floor) - floor) / _WIDENING,
+        )
         if low - floor < 1e-3:
             raise CrossingError(
                 f"a bond was compressed to {length:g} of its natural length; expected particles "
@@ -269,11 +274,12 @@ def _collide(
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
         bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
+        blind = BlindBound(scene.bond, bond_range) if scene.particles > 1 else None
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            flight = _choose_flight(scene, used, bond_range, chain, ask_every_step)
-            collision = ChainCollision(scene, flight, frame_interval, bond_range)
+            flight = _choose_flight(used, chain, None if ask_every_step else blind)
+            collision = ChainCollision(scene, flight, frame_interval, blind)
             started = time.perf_counter()
             collision.carry_out()
             seconds = time.perf_counter() - started
@@ -283,16 +289,7 @@ def _collide(
     return tuple(outcomes)
 
 
-def _choose_flight(
-    scene: Scene,
-    numerics: Numerics,
-    bond_range: tuple[float, float],
-    chain: LammpsChain,
-    ask_every_step: bool,
-) -> Flight:
+def _choose_flight(numerics: Numerics, chain: LammpsChain, blind: BlindBound | None) -> Flight:
     if numerics.scheme != "verlet":
         return ComposedFlight(chain)
-    bound = None
-    if not ask_every_step and scene.particles > 1:
-        bound = BlindBound(scene.bond, bond_range, numerics.timestep)
-    return VerletFlight(chain, numerics.wall == "reflect", bound)
+    return VerletFlight(chain, numerics.wall == "reflect", blind)

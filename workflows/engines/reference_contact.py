@@ -22,6 +22,9 @@ NARROWEST = 2.0**-20
 MOST_ITERATIONS = 80
 # Relative to the time sought: what rounding leaves.
 RESOLUTION = 4e-16
+# Newton-like steps double their digits, or halve the distance to a double zero: what takes longer
+# is a motion that has exploded, whose bounds on the curvature are out of all proportion.
+MOST_MOVES = 1000
 # Slope of the map and velocity differ by a part in 1e3 (Verlet) or less: so small a move of
 # Newton's method is its last.
 SETTLED = 1e-13
@@ -81,7 +84,8 @@ def first_root(coefficients, end):
     Returns
     -------
     float
-        The zero, or -1 where there is none up to `end`.
+        The zero, or -1 where there is none up to `end`; where `MOST_MOVES` do not reach it, a
+        time before it.
     """
     first = 1 if coefficients[0] == 0.0 else 0
     terms = coefficients[first:]
@@ -89,7 +93,9 @@ def first_root(coefficients, end):
     for m in range(terms.shape[0] - 1, 1, -1):
         curvature = curvature * end + m * (m - 1) * abs(terms[m])
     time = 0.0
-    while time <= end:
+    for _ in range(MOST_MOVES):
+        if not time <= end:
+            return -1.0
         value = 0.0
         slope = 0.0
         for m in range(terms.shape[0] - 1, -1, -1):
@@ -107,7 +113,7 @@ def first_root(coefficients, end):
         if move <= RESOLUTION * time:
             return time
         time += move
-    return -1.0
+    return time
 
 
 def fit_path(start, end, step):

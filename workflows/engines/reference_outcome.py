@@ -22,6 +22,9 @@ from workflows.errors import (
 PATIENCE = 2.0
 PATIENCE_GROWTH = 1.4
 
+# Far more than any step that resolves its bonds can be off.
+_MOST_ENERGY_GROWTH = 2.0
+
 
 @dataclass(frozen=True)
 class LastContact:
@@ -122,11 +125,23 @@ def finish(
     -------
     Outcome
         The outcome.
+
+    Raises
+    ------
+    TimestepError
+        If the chain has gained energy as only unstable steps can.
     """
     speed = scene.impact_velocity
+    energy_start = 0.5 * scene.particles * speed**2
     if energy_end is None:
-        energy_end = 0.5 * float(last.velocities @ last.velocities)
-        energy_end += float(np.sum(scene.bond.energy(last.strains)))
+        with np.errstate(over="ignore", invalid="ignore"):
+            energy_end = 0.5 * float(last.velocities @ last.velocities)
+            energy_end += float(np.sum(scene.bond.energy(last.strains)))
+    if not energy_end <= _MOST_ENERGY_GROWTH * energy_start:
+        raise TimestepError(
+            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
+            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
+        )
     low, high = bond_range
     return Outcome(
         engine="reference",
@@ -142,7 +157,7 @@ def finish(
         duration=duration,
         bond_min=low,
         bond_max=high,
-        energy_start=0.5 * scene.particles * speed**2,
+        energy_start=energy_start,
         energy_end=energy_end,
         fragments=len(find_fragments(end_strains, end_velocities, scene.bond).starts),
         seconds=seconds,
