@@ -12,7 +12,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.ending import look_interval
-from workflows.engines.lammps_lookahead import QUIET_STEP
+from workflows.engines.look_ahead import COARSE_STEP
 from workflows.step_search import sharpness
 
 _FILE = "cost_model.json"
@@ -84,7 +84,7 @@ class CostModel:
         quiet = 0.0
         if last_contact_time is not None and duration > 0.0:
             exact = last_contact_time + 1.5 * look_interval(scene.particles, scene.bond.stiffness)
-            step = min(QUIET_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
+            step = min(COARSE_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
             if stages > 1 or numerics.timestep < step:
                 quiet = max(duration - exact, 0.0) / step * per_stage
                 duration = min(exact, duration)

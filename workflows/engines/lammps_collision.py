@@ -6,8 +6,9 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
+from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_flight import Flight, VerletFlight
-from workflows.engines.lammps_lookahead import PATIENCE, LookAhead
+from workflows.engines.lammps_lookahead import LookAhead
 from workflows.engines.outcome import Frames, Outcome
 from workflows.errors import (
     BarrierError,
@@ -16,6 +17,10 @@ from workflows.errors import (
     RunError,
     UnfinishedCollisionError,
 )
+
+# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: a look ahead
+# that meets one is cheap, but for nothing.
+_PATIENCE = 3.5
 
 
 class ChainCollision:
@@ -30,8 +35,8 @@ class ChainCollision:
         What carries the chain from contact to contact.
     frame_interval : float or None
         Least time between frames; None for those of the scene's dump, if it has one.
-    bond_range : tuple of float
-        Lengths between which bonds are known: those of the table, if there is one.
+    blind : BlindBound or None
+        For looking ahead; None for a single particle.
     """
 
     def __init__(
@@ -39,7 +44,7 @@ class ChainCollision:
         scene: Scene,
         flight: Flight,
         frame_interval: float | None,
-        bond_range: tuple[float, float],
+        blind: BlindBound | None,
     ) -> None:
         self.scene = scene
         self.bond = scene.bond
@@ -59,9 +64,9 @@ class ChainCollision:
         self.overdue = np.inf
         # Frames have to be exact to the end.
         self.look_ahead = None
-        if np.isinf(self.next_frame) and scene.particles > 1:
+        if np.isinf(self.next_frame) and blind is not None:
             reflect = isinstance(flight, VerletFlight) and flight.reflect
-            self.look_ahead = LookAhead(scene, self.chain, bond_range, reflect)
+            self.look_ahead = LookAhead(scene, self.chain, blind, reflect)
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.chain.x - self.rest, self.chain.v.copy()
@@ -81,7 +86,7 @@ class ChainCollision:
                 self.contacts.append((contact.time, contact.speed))
                 self.after_contact = self._state()
                 if self.look_ahead is not None:
-                    self.overdue = contact.time + PATIENCE / stiffness**0.5
+                    self.overdue = contact.time + _PATIENCE / stiffness**0.5
             self._watch_bonds()
             now = self.flight.time
             if now >= self.overdue:
@@ -116,7 +121,8 @@ class ChainCollision:
     def _watch_bonds(self) -> None:
         if self.scene.particles == 1:
             return
-        lengths = np.diff(self.chain.x)
+        x = self.chain.x
+        lengths = x[1:] - x[:-1]  # half the time of np.diff
         shortest, longest = float(lengths.min()), float(lengths.max())
         if not shortest > 0.0:
             bond = int(np.argmin(lengths)) + 1
@@ -139,6 +145,8 @@ class ChainCollision:
     def _look_for_end(self) -> None:
         since = self.flight.time - self.contacts[-1][0]
         chain = self.chain
+        if float(chain.v.sum()) <= 0.0:
+            return  # still coming
         self.ending = argue_end(
             float(chain.x[0]),
             np.diff(chain.x - self.rest),

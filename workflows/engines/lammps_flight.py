@@ -4,11 +4,9 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-import numpy as np
 from numpy.polynomial import Polynomial
-from numpy.typing import NDArray
 
-from lammps_inputs.potentials import Potential
+from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.errors import LostAtomsError, TimestepError
 
@@ -70,146 +68,6 @@ class Flight(ABC):
         """
 
 
-class BlindBound:
-    r"""
-    How long particle 1 can be left alone because it cannot reach the wall.
-
-    With strain s of bond 1, its opening speed w and U'' = k, particle 1 moves as
-    :math:`x + v t + a t^2/2 + k w t^3/6 + O(t^4)`, and its fourth derivative is
-    :math:`k (a_2 - a_1) + k' w^2`, in which :math:`a_2 - a_1` grows as :math:`k (w_2 - 2 w) t`. The
-    remainder is taken as `SAFETY` times the largest this can be while bonds 1 and 2 close at the
-    speeds and accelerations they have now; what LAMMPS then finds is compared with it, so a window
-    in which the bound did not hold is noticed and taken back.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    bond_range : tuple of float
-        Lengths between which curvatures are tabulated; beyond, the nearest is used.
-    timestep : float
-        Verlet step h. Its own error, h^2 t/12 times higher derivatives, is part of the bound
-        three times over.
-    """
-
-    SAFETY = 1.5  # without it the remainder found was 0.9 of the bound at most, in 10 scenes
-    LONGEST = 2.5  # in units of 1/sqrt(k): further than that the series says nothing
-    _ROWS = 4001
-    _MOST_SHORTENINGS = 12
-    _COARSE = 6
-    _HALVINGS = 5
-
-    def __init__(self, bond: Potential, bond_range: tuple[float, float], timestep: float) -> None:
-        self._step_squared = timestep * timestep
-        lengths = np.linspace(*bond_range, self._ROWS)
-        curvatures = bond.curvature(lengths - 1.0)
-        slopes = np.gradient(curvatures, lengths)
-        self._first = float(bond_range[0])
-        self._per_length = (self._ROWS - 1) / float(bond_range[1] - bond_range[0])
-        self._curvatures = curvatures.tolist()
-        # Largest stiffness, and change of it, of a bond of this length or any longer one.
-        self._stiffest = np.maximum.accumulate(np.abs(curvatures)[::-1])[::-1].tolist()
-        self._steepest = np.maximum.accumulate(np.abs(slopes)[::-1])[::-1].tolist()
-
-    def _row(self, length: float) -> int:
-        row = int((length - self._first) * self._per_length)
-        return min(max(row, 0), self._ROWS - 1)
-
-    def look(self, x: NDArray[np.float64], v: NDArray[np.float64], f: NDArray[np.float64]) -> None:
-        """
-        Take in the state of the first three particles.
-
-        Parameters
-        ----------
-        x, v, f : ndarray of shape (n,)
-            Coordinates, velocities and forces; n is at least 2.
-        """
-        x1, x2, *further = x[:3].tolist()
-        v1, v2, *v3 = v[:3].tolist()
-        a1, a2, *a3 = f[:3].tolist()
-        length, opening, pull = x2 - x1, v2 - v1, abs(a1) + abs(a2)
-        beyond, beyond_opening = length, 0.0
-        if further:
-            beyond, beyond_opening = further[0] - x2, v3[0] - v2
-            pull += abs(a3[0])
-        row = self._row(length)
-        t = self.LONGEST / math.sqrt(max(abs(self._curvatures[row]), 0.25))
-        for _ in range(self._MOST_SHORTENINGS):
-            fall = pull * t * t
-            near = self._row(length - abs(opening) * t - fall)
-            far = self._row(beyond - abs(beyond_opening) * t - fall)
-            stiffness = max(self._stiffest[near], self._stiffest[far])
-            if stiffness * t * t <= self.LONGEST**2:
-                break
-            t *= 0.75
-        else:
-            t = 0.0
-        # What grows as t counts a fifth: t^5/120 is t^4/24 times t/5.
-        growth = stiffness * (abs(beyond_opening) + 2.0 * abs(opening)) * t / 5.0
-        fourth = stiffness * (pull + growth)
-        fourth += self._steepest[near] * opening * opening
-        self._longest = t
-        self._position, self._velocity, self._half_force = x1, v1, 0.5 * a1
-        self._jerk = self._curvatures[row] * opening / 6.0
-        self._remainder = self.SAFETY * fourth / 24.0
-
-    def _discrete(self) -> tuple[float, float]:
-        """Return the slopes in t and t^2 of the step's own error: a quarter of x^(3) and x^(4)."""
-        factor = 1.5 * self._step_squared
-        return factor * abs(self._jerk), factor * self._remainder
-
-    def safe_time(self) -> float:
-        """
-        Return a time within which particle 1 stays off the wall.
-
-        Returns
-        -------
-        float
-            Zero or more.
-        """
-        linear, square = self._discrete()
-        c0, c3, c4 = self._position, self._jerk, -self._remainder
-        c1, c2 = self._velocity - linear, self._half_force - square
-        low, high = 0.0, self._longest
-        part = high / self._COARSE
-        for k in range(1, self._COARSE + 1):
-            t = k * part
-            if c0 + t * (c1 + t * (c2 + t * (c3 + t * c4))) <= 0.0:
-                high = t
-                break
-            low = t
-        else:
-            return high
-        for _ in range(self._HALVINGS):
-            t = 0.5 * (low + high)
-            if c0 + t * (c1 + t * (c2 + t * (c3 + t * c4))) > 0.0:
-                low = t
-            else:
-                high = t
-        return low
-
-    def held(self, x: float, t: float) -> bool:
-        """
-        Return whether the motion stayed within the bound.
-
-        Parameters
-        ----------
-        x : float
-            Where particle 1 is.
-        t : float
-            Time since the look.
-
-        Returns
-        -------
-        bool
-            True if it did.
-        """
-        expected = self._position + t * (self._velocity + t * (self._half_force + t * self._jerk))
-        linear, square = self._discrete()
-        slack = t * (linear + t * (square + t * t * self._remainder))
-        return abs(x - expected) <= slack + 1e-14 * (1.0 + abs(self._velocity))
-
-
 class VerletFlight(Flight):
     """
     Single Verlet steps, with either wall.
@@ -268,7 +126,7 @@ class VerletFlight(Flight):
     def _run_blind(self, most: int) -> int:
         chain, bound = self.chain, self.bound
         assert bound is not None
-        bound.look(chain.x, chain.v, chain.f)
+        bound.look(chain.x, chain.v, chain.f, chain.timestep)
         steps = min(int(bound.safe_time() / chain.timestep), most)
         if steps < 2:
             return 0

@@ -10,8 +10,9 @@ from analysis.restitution import restitution
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_chain import LammpsChain
-from workflows.engines.lammps_flight import BlindBound, ComposedFlight, Flight, VerletFlight
+from workflows.engines.lammps_flight import ComposedFlight, Flight, VerletFlight
 from workflows.engines.outcome import Outcome
 from workflows.errors import RunError
 
@@ -120,7 +121,7 @@ def _collide(
     if numerics.scheme == "verlet":
         # Curvatures of any length a bond may have; only blind windows are told by them.
         bond_range = (1.0 + max(0.5 * scene.bond.strain_min, -0.5), 3.0)
-        bound = BlindBound(scene.bond, bond_range, numerics.timestep)
+        bound = BlindBound(scene.bond, bond_range)
         flight = VerletFlight(chain, False, bound)  # type: ignore[arg-type]
     else:
         flight = ComposedFlight(chain)  # type: ignore[arg-type]
