@@ -38,7 +38,7 @@ from workflows.step_search import (
 _STEP_SHARE = 0.5
 _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
-_SHARPEST_LAMMPS = 300.0
+SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance.
 _TRUTH_SHARE = 0.03
 # Schemes that a guess makes this many times dearer than the cheapest are not looked at.
@@ -138,11 +138,11 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
     if isinstance(scene.bond, Harmonic):
         return exact_modes(scene)
     sharp = sharpness(scene)
-    if sharp > _SHARPEST_LAMMPS:
+    if sharp > SHARPEST_LAMMPS:
         shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
         raise RunError(
             f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
-            f"{sharp:.2g} times faster than at rest; expected less than {_SHARPEST_LAMMPS:g} times "
+            f"{sharp:.2g} times faster than at rest; expected less than {SHARPEST_LAMMPS:g} times "
             "for LAMMPS's fixed steps: lower the speed, or use engine 'reference'"
         )
     return converge(scene, goal)

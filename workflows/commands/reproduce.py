@@ -72,12 +72,14 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
     str
         The curves of eta as a table, the verdicts, the times.
     """
+    from workflows.reproduce.typesetting import format_number, format_value
+
     health = contents["health"]
     lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]
     width = max(len(row["claim"]) for row in contents["verdicts"])
     lines += [
-        f"{row['verdict']:<28} {row['claim']:<{width}}  paper {row['paper']:.4g}, "
-        f"found {row['value']:.4g}"
+        f"{row['verdict']:<28} {row['claim']:<{width}}  paper {format_number(row['paper'])}, "
+        f"found {format_value(row['value'], row['error'])}"
         for row in contents["verdicts"]
     ]
     lines += [

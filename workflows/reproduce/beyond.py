@@ -6,9 +6,13 @@ import numpy as np
 
 from workflows.reproduce.figures.spectra import half_of_vibration
 from workflows.reproduce.findings.lengths import last_exponents
+from workflows.reproduce.findings.long_limit import describe_limits, slope_limits
 from workflows.reproduce.findings.low_speed import lj_increases
 from workflows.reproduce.findings.speeds import minima
 from workflows.reproduce.measurements import Measurements, Point
+
+# An exponent above this, half of the harmonic one, is nearer to a constant.
+_CONSTANT = -1.0 / 3.0
 
 
 @dataclass(frozen=True)
@@ -55,34 +59,31 @@ def remarks(measured: Measurements) -> tuple[Remark, ...]:
 
 
 def _long_chains(measured: Measurements) -> str:
+    laws = {speed: found for speed, found in last_exponents(measured).items() if found[1]}
     parts = [
         f"{1.0 - points[-1].restitution:.6f} ± {points[-1].error:.0e} at {speed:g} v* "
         f"(n = {points[-1].particles}; last exponent {law.exponent:.2f})"
-        for speed, (law, points) in last_exponents(measured).items()
-        if points
+        for speed, (law, points) in laws.items()
     ]
+    levels_off = [f"{speed:g}" for speed, (law, _) in laws.items() if law.exponent > _CONSTANT]
     return (
-        "An exponent of 0 is a constant, −2/3 the harmonic law. 1 − η of the longest chains: "
-        + "; ".join(parts)
-        + "."
+        "An exponent of 0 is a constant, −2/3 the harmonic law: "
+        f"{len(levels_off)} of {len(laws)} speeds level off ({', '.join(levels_off)} v*). 1 − η of "
+        "the longest chains: " + "; ".join(parts) + ". A slow chain looks harmonic until "
+        "(v₀/v*) n^(2/3) is about 1 (see the figure of C)."
     )
 
 
 def _slope_limit(measured: Measurements) -> str:
-    chords = [
-        f"{(1.0 - points[-1].restitution) / speed:.3f} at {speed:g} v* (n = {points[-1].particles})"
-        for speed, (_, points) in last_exponents(measured).items()
-        if points
-    ]
     peaks = [
         f"{float(np.max(increase.values / increase.speeds)):.2f} (n = {n})"
         for n, increase in lj_increases(measured).items()
     ]
     return (
-        "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v/v*) as "
-        "v → 0, taken after n → ∞. Of the longest chains: "
-        + ", ".join(chords)
-        + ". Largest chord of the increase at one length: "
+        "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
+        "v₀ → 0, taken after n → ∞. By a straight line in v₀, which depends on the range: "
+        + describe_limits(slope_limits(measured))
+        + ". The paper has 0.66 and 2.61. Largest (η_harmonic − η)/(v₀/v*) at one length: "
         + ", ".join(peaks)
         + "."
     )

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from workflows.accuracy_lammps import SHARPEST_LAMMPS
 from workflows.reproduce.plan import Plan
 from workflows.reproduce.studies import Study, studies
+from workflows.step_search import sharpness
 
 # The in-house value should not be what limits the comparison.
 _SHARPER = 0.1
@@ -225,9 +227,11 @@ def in_house_twin(scene: Scene) -> Scene:
     Returns
     -------
     Scene
-        For the in-house engine, with a tenth of the tolerance.
+        For the in-house engine, with a tenth of the tolerance; with the tolerance itself where
+        bonds are too sharp for LAMMPS, so that this is the value shown.
     """
-    tolerance = max(_SHARPER * (scene.tolerance or DEFAULT_TOLERANCE), _SHARPEST)
+    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else _SHARPER
+    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), _SHARPEST)
     none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
     return scene.replace(**none, engine="reference", tolerance=tolerance)
 

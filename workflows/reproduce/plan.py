@@ -85,7 +85,7 @@ def _sizes(first: int, last: int, count: int, *more: int) -> tuple[int, ...]:
 
 
 # Where the minimum is; those of reference speeds; where f/n reaches 1.
-_NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.75, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0, 5.0)
+_NOTEWORTHY = (0.4, 0.55, 0.65, 0.7, 0.78, 0.82, 0.86, 0.9, 1.1, 1.5, 2.0)
 
 QUICK = Plan(
     name="quick",
@@ -96,7 +96,13 @@ QUICK = Plan(
     harmonic_far_sizes=_sizes(150, 3000, 60, 4000, 5000, 7000, 10000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
     sizes=(10, 20, 50, 100, 200, 500, 1000),
-    far_sizes={0.39: (3000,), 0.16: (3000, 10000), 0.078: (3000,), 0.008: (3000, 10000)},
+    # Faster and longer chains spall: their eta needs ever smaller steps.
+    far_sizes={
+        0.39: (2000,),
+        0.16: (3000, 10000),
+        0.078: (3000,),
+        0.008: (2000, 3000, 5000, 10000),
+    },
     increase_speeds={
         3: _speeds(0.01, 0.13, 12, 0.001, 0.002, 0.004),
         4: _speeds(0.01, 0.2, 13),
@@ -115,10 +121,14 @@ FULL = Plan(
     curve_particles=100,
     curve_speeds=_speeds(0.01, 10.0, 61, *_NOTEWORTHY),
     harmonic_sizes=_sizes(2, 2000, 60, 10, 19, 20, 100, 500, 1000),
-    harmonic_far_sizes=_sizes(150, 20000, 250),
+    harmonic_far_sizes=_sizes(150, 20000, 120),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.3, 0.5),
-    sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000, 1400, 2000),
-    far_sizes=dict.fromkeys(PAPER_SIZE_SPEEDS, (3000, 5000, 10000, 20000)),
+    sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000),
+    far_sizes={
+        0.78: (1400, 2000),
+        0.39: (1400, 2000, 3000),
+        **dict.fromkeys((0.16, 0.078, 0.008), (1400, 2000, 3000, 5000, 10000, 20000)),
+    },
     increase_speeds={
         3: _speeds(0.01, 0.13, 25, *_speeds(0.0005, 0.008, 7)),
         4: _speeds(0.005, 0.2, 25),
@@ -126,7 +136,7 @@ FULL = Plan(
     },
     increase_tolerances={3: 1e-7, 4: 2e-8, 5: 1e-9},
     slope_sizes=(100, 300, 1000),
-    slope_far_sizes=(3000, 10000, 30000),
+    slope_far_sizes=(3000, 10000),
     slope_speeds=_speeds(0.003, 0.3, 15),
     pair_speeds=_speeds(1e-3, 0.3, 17),
 )

@@ -3,100 +3,29 @@
 import base64
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from analysis.atomic_write import written_aside
 from workflows.reproduce.beyond import remarks
 from workflows.reproduce.figures.figure import Figure
 from workflows.reproduce.findings.low_speed import increases
+from workflows.reproduce.health import examine_points
 from workflows.reproduce.judging import Judged
 from workflows.reproduce.measurements import Measurements
 from workflows.reproduce.rules import Verdict
 from workflows.reproduce.slips import Slip
 from workflows.reproduce.tables import point_record
+from workflows.reproduce.typesetting import format_number, format_value, typeset
 
 _CLASS = {
     Verdict.REPRODUCED: "good",
     Verdict.CORRECTED: "fair",
     Verdict.NOT_REPRODUCED: "bad",
 }
-
-
-@dataclass(frozen=True)
-class Health:
-    """
-    How far the data themselves can be trusted.
-
-    Attributes
-    ----------
-    points, by_lammps : int
-        Different points, and those with a value from LAMMPS.
-    compared, disagreements : int
-        Points both engines computed; those outside the sum of the bars.
-    worst_excess : float
-        Largest |difference|/(sum of bars).
-    largest_error : float
-        Largest error bar of a plotted point.
-    asked : float
-        What it was to be at most.
-    largest_relative_error : float
-        Largest error bar of a plotted or fitted increase, as a share of it.
-    failures : list of str
-        What had no result, and why.
-    """
-
-    points: int
-    by_lammps: int
-    compared: int
-    disagreements: int
-    worst_excess: float
-    largest_error: float
-    asked: float
-    largest_relative_error: float
-    failures: list[str]
-
-
-def examine_points(measured: Measurements) -> Health:
-    """
-    Count points, disagreements and failures.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Health
-        The counts.
-    """
-    points = list(measured.all_points())
-    compared = [p for p in points if p.agrees is not None]
-    excess = [abs(p.difference or 0.0) / (p.allowed_difference or 1.0) for p in compared]
-    failures = [
-        f"{p.scene.label}, n = {p.particles}, v0 = {p.scene.impact_velocity:.4g}, {engine}: "
-        f"{answer.failure}"
-        for p in points
-        for engine, answer in (("LAMMPS", p.lammps), ("in-house", p.in_house))
-        if answer is not None and answer.result is None
-    ]
-    relative = [float(np.max(np.abs(i.errors / i.values))) for i in increases(measured).values()]
-    return Health(
-        points=len(points),
-        by_lammps=sum(p.source == "lammps" for p in points),
-        compared=len(compared),
-        disagreements=sum(p.agrees is False for p in compared),
-        worst_excess=max(excess, default=math.nan),
-        largest_error=max((p.error for p in points if p.source is not None), default=math.nan),
-        asked=measured.plan.tolerance,
-        largest_relative_error=max(relative, default=math.nan),
-        failures=failures,
-    )
 
 
 def gather(
@@ -152,9 +81,11 @@ def gather(
         }
         for s in measured.studies
     ]
+    settings = {name: value for name, value in asdict(measured.plan).items() if name != "alter"}
     return {
         "plan": measured.plan.name,
         "tolerance": measured.plan.tolerance,
+        "settings": settings,
         "versions": _versions_of(measured),
         "verdicts": verdicts,
         "curves": [point_record(p) for p in measured.points["curves"]],
@@ -168,6 +99,7 @@ def gather(
         "slips": [asdict(slip) for slip in slips],
         "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
         "work": work,
+        "dearest": _dearest(measured),
         "seconds": seconds,
         "seeds": "none: nothing here is random",
     }
@@ -180,6 +112,29 @@ def _increase_fits(measured: Measurements) -> dict[str, list[dict[str, Any]]]:
     }
 
 
+def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
+    """Return the runs that took longest, each with its share of all computing time."""
+    runs = [
+        (answer.result["seconds_total"], engine, point)
+        for point in measured.all_points()
+        for engine, answer in (("LAMMPS", point.lammps), ("in-house", point.in_house))
+        if answer is not None and answer.result is not None
+    ]
+    total = sum(seconds for seconds, _, _ in runs) or 1.0
+    longest = sorted(runs, key=lambda run: -run[0])[:count]
+    return [
+        {
+            "engine": engine,
+            "potential": point.scene.label,
+            "particles": point.particles,
+            "speed": point.speed,
+            "seconds": seconds,
+            "share": seconds / total,
+        }
+        for seconds, engine, point in longest
+    ]
+
+
 def _versions_of(measured: Measurements) -> dict[str, str]:
     for point in measured.all_points():
         if point.answer is not None and point.answer.result is not None:
@@ -187,18 +142,21 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
     return {}
 
 
-def write_report(folder: Path, contents: dict[str, Any], figures: tuple[Figure, ...]) -> None:
+def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
     """
-    Write the report with its figures and their data.
+    Draw the figures and write them with their data.
 
     Parameters
     ----------
     folder : pathlib.Path
-        Where; made if it is not there.
-    contents : dict
-        From :func:`gather`.
+        Folder of the report; made if it is not there.
     figures : tuple of Figure
-        Drawn here.
+        The figures.
+
+    Returns
+    -------
+    dict of str to str
+        By key: the image as a data URI, for the page.
     """
     drawings = folder / "figures"
     drawings.mkdir(parents=True, exist_ok=True)
@@ -210,6 +168,22 @@ def write_report(folder: Path, contents: dict[str, Any], figures: tuple[Figure, 
         if figure.table is not None:
             _write(drawings / f"{figure.key}.csv", figure.table.to_csv())
         images[figure.key] = _data_uri(rendered)
+    return images
+
+
+def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
+    """
+    Write the page, the summary and the numbers.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where.
+    contents : dict
+        From :func:`gather`.
+    images : dict of str to str
+        From :func:`write_figures`.
+    """
     environment = Environment(
         loader=PackageLoader("workflows.reproduce"),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
@@ -220,7 +194,7 @@ def write_report(folder: Path, contents: dict[str, Any], figures: tuple[Figure, 
     )
     environment.filters["number"] = format_number
     environment.filters["value"] = format_value
-    environment.filters["unbroken"] = lambda text: text.replace(" v*", "\u00a0v*")
+    environment.filters["typeset"] = typeset
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
@@ -241,51 +215,6 @@ def _data_uri(rendered: dict[str, bytes]) -> str:
     kind = "svg" if len(rendered["svg"]) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
-
-
-def format_number(value: float | None) -> str:
-    """
-    Write a number with a few significant digits.
-
-    Parameters
-    ----------
-    value : float or None
-        Number.
-
-    Returns
-    -------
-    str
-        A dash where there is none.
-    """
-    if value is None or not math.isfinite(value):
-        return "–"
-    return f"{value:.4g}".replace("-", "−")
-
-
-def format_value(value: float, error: float) -> str:
-    """
-    Write a number with its error, to the digits the error allows.
-
-    Parameters
-    ----------
-    value, error : float
-        Number and its error.
-
-    Returns
-    -------
-    str
-        Such as ``0.8098 ± 0.0001``; a dash where there is no number.
-    """
-    if not math.isfinite(value):
-        return "–"
-    if not math.isfinite(error) or error <= 0.0:
-        return f"{value:.4g}".replace("-", "−")
-    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
-    if abs(value) < 1e-3:
-        return f"{value:.1e} ± {error:.0e}".replace("-", "−")
-    digits = min(digits, 5)
-    shown = f"{error:.{digits}f}" if error >= 10.0**-digits else f"{error:.0e}"
-    return f"{value:.{digits}f} ± {shown}".replace("-", "−")
 
 
 def _finite(value: Any) -> Any:

@@ -8,7 +8,7 @@ from workflows.reproduce.figures.all_figures import all_figures
 from workflows.reproduce.judging import judge_all
 from workflows.reproduce.measurements import Runner, measure
 from workflows.reproduce.plan import Plan
-from workflows.reproduce.report import gather, write_report
+from workflows.reproduce.report import gather, write_figures, write_report
 from workflows.reproduce.slips import all_slips
 
 
@@ -37,10 +37,12 @@ def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:
     slips = all_slips()
     figures = all_figures(measured, judged.law)
     derived = time.perf_counter()
+    images = write_figures(folder, figures)
     seconds = {
         "collisions": computed - started,
         "findings, slips and trajectories": derived - computed,
+        "drawing": time.perf_counter() - derived,
     }
     contents = gather(measured, judged, slips, figures, seconds)
-    write_report(folder, contents, figures)
+    write_report(folder, contents, images)
     return contents

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from lammps_inputs.potentials import UserBond
+from workflows.reproduce.health import examine_points
 from workflows.reproduce.judging import judge_all
 from workflows.reproduce.measurements import measure
 from workflows.reproduce.plan import QUICK
-from workflows.reproduce.report import examine_points
 from workflows.reproduce.rules import Verdict
 from workflows.reproduce.runners import run_here
 

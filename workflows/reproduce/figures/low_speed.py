@@ -6,9 +6,16 @@ import numpy as np
 
 from analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, VERMILION, new_figure
 from analysis.pair_theory import pair_interval, pair_interval_slope
-from analysis.theory import PAIR_INTERVAL
+from analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, PAIR_INTERVAL
 from lammps_inputs.potentials import LennardJones
 from workflows.reproduce.figures.figure import Figure
+from workflows.reproduce.findings.long_limit import (
+    SlopeLimit,
+    describe_limits,
+    scaled_speed,
+    slope_limits,
+    slow_long_chains,
+)
 from workflows.reproduce.findings.low_speed import (
     PAPER_SLOPES,
     Increase,
@@ -125,7 +132,7 @@ def _draw_orders(found: dict[int, Increase]) -> "Canvas":
 
 def slope_figure(measured: Measurements) -> Figure:
     """
-    Return the increase divided by the speed, for lj chains of several lengths.
+    Return the increase divided by the speed for lj chains, and the scaling of long chains.
 
     Parameters
     ----------
@@ -135,25 +142,30 @@ def slope_figure(measured: Measurements) -> Figure:
     Returns
     -------
     Figure
-        Constant where 1 - eta grows as C v.
+        Above, constant where 1 - eta grows as C v; below, all lengths on one curve.
     """
     found = lj_increases(measured)
     return Figure(
         key="slope",
         title="The constant C of the low-speed law, against speed and length",
         caption=(
-            "(η_harmonic − η)/(v₀/v*) of lj chains: a law 1 − η = C v would be a horizontal line. "
-            "The paper prints 0.66 from its simulation and 2.61 from its theory; the theory with "
-            "its dropped factor put back gives 3.24. C depends on the speed and on n. Longer "
-            "chains come nearer to a common curve that rises towards about 1 at low speed."
+            "Above, (η_harmonic − η)/(v₀/v*) of lj chains: a law 1 − η = C v would be a horizontal "
+            "line. The paper prints 0.66 from its simulation and 2.61 from its theory; the theory "
+            "with its dropped factor put back gives 3.24. C depends on the speed and on n. Below, "
+            "chains of all lengths from 100 on fall on one curve of (v₀/v*) n^(2/3), the ratio of "
+            "nonlinear steepening to dispersion: a constant for harmonic chains, a straight line "
+            "of slope C for long ones, however slow. C of an infinite chain: "
+            f"{describe_limits(slope_limits(measured))}."
         ),
         table=_table(found, "length"),
-        draw=lambda: _draw_slopes(found),
+        draw=lambda: _draw_slopes(found, slow_long_chains(measured), slope_limits(measured)),
     )
 
 
-def _draw_slopes(found: dict[int, Increase]) -> "Canvas":
-    figure, ax = new_figure(figsize=(6.4, 4.0))
+def _draw_slopes(
+    found: dict[int, Increase], long: list[Point], limits: list[SlopeLimit]
+) -> "Canvas":
+    figure, (ax, below) = new_figure(2, 1, figsize=(6.4, 7.0))
     for (n, increase), colour, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
         u = increase.speeds
         ax.plot(u, increase.values / u, color=colour, linewidth=0.8, alpha=0.6)
@@ -166,7 +178,44 @@ def _draw_slopes(found: dict[int, Increase]) -> "Canvas":
     ax.set_xlabel(r"impact speed $v_0/v^*$")
     ax.set_ylabel(r"$(\eta_{\rm harmonic}-\eta)\,/\,(v_0/v^*)$")
     ax.legend(loc="lower right", ncols=2)
+    _draw_scaling(below, long, limits)
     return figure
+
+
+def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> None:
+    import matplotlib as mpl
+
+    lengths = sorted({p.particles for p in points})
+    shades = mpl.colormaps["viridis"](np.linspace(0.0, 0.92, len(lengths)))
+    for n, colour in zip(lengths, shades, strict=True):
+        group = [p for p in points if p.particles == n]
+        ax.plot(
+            [scaled_speed(p) for p in group],
+            [(1.0 - p.restitution) * n ** (2.0 / 3.0) for p in group],
+            "o",
+            color=colour,
+            markersize=4,
+            label=f"$n={n}$",
+        )
+    reach = np.geomspace(0.1, 30.0, 30)
+    ax.axhline(
+        HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK, linewidth=0.9, label="harmonic: 0.652"
+    )
+    for limit in limits[:1]:
+        ax.plot(
+            reach,
+            limit.value * reach,
+            "--",
+            color=VERMILION,
+            linewidth=1.0,
+            label=rf"slope $C={limit.value:.2f}$",
+        )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_ylim(0.3, 40.0)
+    ax.set_xlabel(r"$(v_0/v^*)\,n^{2/3}$")
+    ax.set_ylabel(r"$(1-\eta)\,n^{2/3}$")
+    ax.legend(loc="upper left", ncols=2, fontsize=8)
 
 
 def pair_figure(measured: Measurements) -> Figure:

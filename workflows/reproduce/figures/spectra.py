@@ -92,14 +92,14 @@ def _draw(points: list[Point]) -> "Canvas":
     import matplotlib as mpl
     from matplotlib.colors import LogNorm
 
-    figure, (left, right) = new_figure(1, 2, figsize=(8.6, 3.9), width_ratios=(1.15, 1.0))
+    figure, (above, below) = new_figure(2, 1, figsize=(6.4, 7.4))
     if not points:
         return figure
     speeds = np.array([p.speed for p in points])
     shares = np.array([_shares(p)[1:] for p in points])
     j = np.arange(1, shares.shape[1] + 1)
     top = float(np.max(shares))
-    mesh = left.pcolormesh(
+    mesh = above.pcolormesh(
         j,
         speeds,
         np.maximum(shares, top * 10.0**-_DECADES),
@@ -108,22 +108,22 @@ def _draw(points: list[Point]) -> "Canvas":
         shading="nearest",
         rasterized=True,
     )
-    left.set_xscale("log")
-    left.set_yscale("log")
-    left.set_xlabel(r"mode $j$")
-    left.set_ylabel(r"impact speed $v_0/v^*$")
-    left.grid(False)
-    figure.colorbar(mesh, ax=left, label=r"$E_j/E$", pad=0.02)
+    above.set_xscale("log")
+    above.set_yscale("log")
+    above.set_xlabel(r"mode $j$")
+    above.set_ylabel(r"impact speed $v_0/v^*$")
+    above.grid(False)
+    figure.colorbar(mesh, ax=above, label=r"$E_j/E$", pad=0.02)
     shown = _nearest(points)
     colours = mpl.colormaps["plasma"](np.linspace(0.0, 0.85, len(shown)))
     for point, colour in zip(shown, colours, strict=True):
-        right.plot(
+        below.plot(
             j, _shares(point)[1:], color=colour, linewidth=0.9, label=rf"${point.speed:g}\,v^*$"
         )
-    right.set_xscale("log")
-    right.set_yscale("log")
-    right.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
-    right.set_xlabel(r"mode $j$")
-    right.set_ylabel(r"share of the energy $E_j/E$")
-    right.legend(loc="lower left", ncols=2, fontsize=8)
+    below.set_xscale("log")
+    below.set_yscale("log")
+    below.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
+    below.set_xlabel(r"mode $j$")
+    below.set_ylabel(r"share of the energy $E_j/E$")
+    below.legend(loc="lower left", ncols=2, fontsize=8)
     return figure

@@ -101,7 +101,7 @@ def _table(found: tuple[Trajectory, ...]) -> Table:
 
 
 def _draw(found: tuple[Trajectory, ...]) -> "Canvas":
-    figure, panels = new_figure(1, len(found), figsize=(8.2, 4.0), sharey=True)
+    figure, panels = new_figure(len(found), 1, figsize=(6.4, 7.0), sharex=True)
     for ax, trajectory in zip(panels, found, strict=True):
         n, outcome = trajectory.particles, trajectory.outcome
         frames = outcome.frames
@@ -128,9 +128,9 @@ def _draw(found: tuple[Trajectory, ...]) -> "Canvas":
             label=f"contacts ({contacts.size})",
         )
         ax.set_title(f"n = {n}")
-        ax.set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
         ax.set_xlim(0.0, 3.0)
         ax.set_ylim(-0.6, 1.25 * n)
         ax.legend(loc="upper left", ncols=3, handlelength=1.4, columnspacing=1.0, fontsize=8)
-    panels[0].set_ylabel("distance from the wall (bond lengths)")
+        ax.set_ylabel("distance from the wall (bonds)")
+    panels[-1].set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
     return figure

@@ -114,7 +114,7 @@ def harmonic_findings(measured: Measurements, law: HarmonicLaw) -> dict[str, Fin
             f"fit to {fit.points} points, n = {fit.first:.0f} to {fit.last:.0f}; LAMMPS alone "
             f"{ours.exponent:.3f} ± {ours.exponent_error:.3f}, n = {ours.first:.0f} to "
             f"{ours.last:.0f}; by range "
-            + ", ".join(f"{f.exponent:.2f} ({f.first:.0f}-{f.last:.0f})" for f in law.ranges),
+            + ", ".join(f"{f.exponent:.2f} ({f.first:.0f} to {f.last:.0f})" for f in law.ranges),
             fitted,
         ),
         "harmonic prefactor": Finding(
@@ -129,7 +129,7 @@ def harmonic_findings(measured: Measurements, law: HarmonicLaw) -> dict[str, Fin
             HARMONIC_DISSIPATION_COEFFICIENT,
             0.0,
             "the closed form of the integral that the printed approximation leads to, with "
-            "v² = (π²/8) v0²",
+            "v² = (π²/8) v₀²",
         ),
         "independence of v0": _independence(measured),
     }
@@ -168,7 +168,7 @@ def _paper_chain(points: list[Point]) -> dict[str, Finding]:
             numbers.mean_speed,
             1e-4,
             f"mean over {numbers.count} contacts, {where}; momentum alone asks for "
-            f"n(1 + sqrt(eta))/(2f) = "
+            f"n(1 + √η)/(2f) = "
             f"{(1.0 + point.restitution**0.5) / (2.0 * numbers.per_particle):.4f}",
             chain,
         ),
@@ -184,7 +184,7 @@ def _contact_time(points: list[Point]) -> Finding:
     return Finding(
         float(np.mean(ratios)),
         float(np.ptp(ratios)) / 2.0,
-        f"mean of t_c/tau over {len(long)} chains, n = {min(p.particles for p in long)} to "
+        f"mean of t_c/τ over {len(long)} chains, n = {min(p.particles for p in long)} to "
         f"{last.particles}; {ratios[long.index(last)]:.4f} for the longest",
         long,
     )
@@ -200,7 +200,7 @@ def _independence(measured: Measurements) -> Finding:
     return Finding(
         float(np.ptp(etas)),
         2.0 * max(p.error for p in ours),
-        f"largest difference of eta between {len(ours)} velocities from {min(velocities):g} to "
+        f"largest difference of η between {len(ours)} velocities from {min(velocities):g} to "
         f"{max(velocities):g}, n = {ours[0].particles}, LAMMPS",
         points,
     )

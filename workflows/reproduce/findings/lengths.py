@@ -8,13 +8,16 @@ from workflows.reproduce.fits import PowerLaw, fit_power_law
 from workflows.reproduce.measurements import Measurements, Point
 from workflows.reproduce.plan import PAPER_SIZE_SPEEDS
 
-# The last part of each curve, from a tenth of its longest chain on.
-_LAST_PART = 10.0
+# The last part of each curve, from a fifth of its longest chain on: slow chains level off late.
+_LAST_PART = 5.0
 
 
-def last_exponents(measured: Measurements) -> dict[float, tuple[PowerLaw, list[Point]]]:
+Laws = dict[float, tuple[PowerLaw, list[Point]]]
+
+
+def last_exponents(measured: Measurements) -> Laws:
     """
-    Return the power law of 1 - eta over the last decade in n, by speed.
+    Return the power law of 1 - eta over the last part of each curve, by speed.
 
     Parameters
     ----------
@@ -51,38 +54,31 @@ def length_findings(measured: Measurements) -> dict[str, Finding]:
         By the key of the rule that judges it.
     """
     laws = last_exponents(measured)
-    fast, slow = PAPER_SIZE_SPEEDS[0], PAPER_SIZE_SPEEDS[-1]
-    fast_law, fast_points = laws[fast]
-    found = {
-        "long chains, fast": Finding(
-            fast_law.exponent,
-            fast_law.exponent_error,
-            f"exponent of 1 - eta against n at {fast} v*, n = {fast_law.first:.0f} to "
-            f"{fast_law.last:.0f}; a constant has 0; "
-            + ", ".join(
-                f"{law.exponent:.2f} at {u} v*" for u, (law, _) in laws.items() if u != fast
-            ),
-            fast_points,
-        )
+    return {
+        "long chains, fast": _exponent(laws, PAPER_SIZE_SPEEDS[0], "a constant has 0"),
+        "long chains, slow": _exponent(
+            laws, PAPER_SIZE_SPEEDS[-1], "the harmonic law −2/3, a constant 0"
+        ),
     }
-    slow_points = laws[slow][1]
-    if not slow_points:
-        missing = Finding(float("nan"), float("nan"), "no points")
-        return found | {"long chains, slow": missing}
-    longest = max(slow_points, key=lambda p: p.particles)
-    dissipation = 1.0 - longest.restitution
-    law = float(harmonic_dissipation_law(np.array(longest.particles)))
-    others = [
-        f"{(1.0 - last.restitution) / u:.2f} ({u} v*, n = {last.particles})"
-        for u, (_, points) in laws.items()
-        for last in points[-1:]
-    ]
-    found["long chains, slow"] = Finding(
-        dissipation / law,
-        longest.error / law,
-        f"(1 - eta) at {slow} v*, n = {longest.particles}: {dissipation:.6f}, over the 0.652 "
-        f"n^(-2/3) with which it would vanish; (1 - eta)/(v/v*) at the longest chains is "
-        + ", ".join(others),
-        slow_points,
+
+
+def _exponent(laws: Laws, speed: float, meaning: str) -> Finding:
+    law, points = laws[speed]
+    if not points:
+        return Finding(float("nan"), float("nan"), "no points")
+    first, last = points[0], points[-1]
+    harmonic = float(harmonic_dissipation_law(np.array(last.particles)))
+    others = ", ".join(
+        f"{other.exponent:.2f} at {u} v* (n = {other.first:.0f} to {other.last:.0f})"
+        for u, (other, _) in laws.items()
+        if u != speed
     )
-    return found
+    return Finding(
+        law.exponent,
+        law.exponent_error,
+        f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to "
+        f"{law.last:.0f}; {meaning}. 1 − η goes from {1.0 - first.restitution:.6f} to "
+        f"{1.0 - last.restitution:.6f}, where the harmonic law ends at {harmonic:.6f}. Other "
+        f"speeds: {others}",
+        points,
+    )

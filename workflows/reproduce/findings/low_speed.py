@@ -8,6 +8,7 @@ from analysis.pair_theory import pair_interval, pair_interval_slope
 from analysis.theory import PAIR_INTERVAL, low_speed_dissipation_slope
 from lammps_inputs.potentials import LennardJones
 from workflows.reproduce.findings.finding import Finding
+from workflows.reproduce.findings.long_limit import describe_limits, slope_limits
 from workflows.reproduce.fits import PowerLaw, fit_power_law
 from workflows.reproduce.measurements import Measurements, Point
 
@@ -213,7 +214,7 @@ def _alpha(measured: Measurements) -> Finding:
     return Finding(
         float(limit),
         float(abs(limit - shorter)) + 1e-5,
-        f"limit v0 -> 0 of a parabola through {len(slow)} speeds up to 0.1 v*, LAMMPS; first-order "
+        f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, LAMMPS; first-order "
         f"theory gives {pair_interval_slope(bond):.5f}; intervals agree with the exact quadrature "
         f"to {deviation:.0e}",
         slow,
@@ -225,8 +226,8 @@ def _theoretical_slope() -> Finding:
     return Finding(
         low_speed_dissipation_slope(alpha),
         0.0,
-        f"4 alpha with v² = (pi²/8) v0² kept, as the 0.652 of the harmonic law has it; the printed "
-        f"32 alpha/pi² is {32.0 * alpha / np.pi**2:.3f} (with the paper's alpha "
+        f"4α with v² = (π²/8) v₀² kept, as the 0.652 of the harmonic law has it; the printed "
+        f"32α/π² is {32.0 * alpha / np.pi**2:.3f} (with the paper's α "
         f"{32.0 * 0.808 / np.pi**2:.3f}: 2.62, not 2.61)",
     )
 
@@ -268,7 +269,8 @@ def _simulated_slopes(measured: Measurements) -> dict[str, Finding]:
             error,
             f"line through the origin, {SLOPE_RANGE[0]} to {SLOPE_RANGE[1]} v*, n = {min(found)}; "
             f"single chords from {chords.min():.2f} to {chords.max():.2f} at "
-            f"{shortest.speeds[0]:g} to {shortest.speeds[-1]:g} v*; by length: {lengths}",
+            f"{shortest.speeds[0]:g} to {shortest.speeds[-1]:g} v*; by length: {lengths}; n → ∞: "
+            + describe_limits(slope_limits(measured)),
             shortest.points,
         )
     }

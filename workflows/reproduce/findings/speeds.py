@@ -11,6 +11,8 @@ _NAN = float("nan")
 # Where the paper's figure shows the three potentials on one curve, and where log leaves it.
 _COLLAPSE_LIMIT = 2.0
 _LOG_LIMIT = 0.9
+# "Almost the same curve" to the eye, in a figure whose axis spans 0.3.
+_SAME_CURVE = 0.02
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
@@ -53,7 +55,7 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
     lows = minima(measured)
     places = [low.place for low in lows.values()]
     described = "; ".join(
-        f"{name}: eta = {low.value:.4f} at {low.place:.2f} v*" for name, low in lows.items()
+        f"{name}: η = {low.value:.4f} at {low.place:.2f} v*" for name, low in lows.items()
     )
     return {
         "place of the minimum": Finding(
@@ -81,8 +83,7 @@ def _low_speed_limit(measured: Measurements, curves: dict[str, list[Point]]) -> 
     return Finding(
         float(max(gaps, key=abs)),
         max(p.error for p in slowest),
-        f"eta of the harmonic chain less eta at {slowest[0].speed:g} v*, the largest of three; it "
-        "shrinks in proportion to the speed",
+        f"η of the harmonic chain less η at {slowest[0].speed:g} v*, the largest of three",
         slowest,
     )
 
@@ -120,7 +121,8 @@ def _rise_of_contacts(points: list[Point]) -> Finding:
     part = (half - share[k - 1]) / (share[k] - share[k - 1])
     return Finding(
         float(speeds[k - 1] * (speeds[k] / speeds[k - 1]) ** part),
-        float(0.5 * (speeds[k] - speeds[k - 1])),
+        # f is a whole number: half a contact, on the slope between the two points.
+        float(0.5 / points[k].particles * (speeds[k] - speeds[k - 1]) / (share[k] - share[k - 1])),
         f"speed at which f/n is half-way from its minimum, {share[lowest]:.2f} at "
         f"{speeds[lowest]:.2g} v*, to {share[-1]:.2f}; {one} (lj)",
         points,
@@ -136,11 +138,13 @@ def _difference(
     pairs = [(p, q) for p, q in pairs if low <= p.speed <= high]
     if not pairs:
         return Finding(_NAN, _NAN, "no common speeds")
-    widest = max(pairs, key=lambda pair: abs(pair[0].restitution - pair[1].restitution))
+    gaps = [abs(p.restitution - q.restitution) for p, q in pairs]
+    widest = pairs[int(np.argmax(gaps))]
     return Finding(
-        abs(widest[0].restitution - widest[1].restitution),
+        max(gaps),
         widest[0].error + widest[1].error,
-        f"largest |eta({first}) - eta({second})| at {len(pairs)} speeds from {pairs[0][0].speed:g} "
-        f"to {pairs[-1][0].speed:g} v*, found at {widest[0].speed:g} v*",
+        f"largest |η({first}) − η({second})| at {len(pairs)} speeds from {pairs[0][0].speed:g} "
+        f"to {pairs[-1][0].speed:g} v*, found at {widest[0].speed:g} v*; "
+        f"{sum(gap > _SAME_CURVE for gap in gaps)} of them differ by more than {_SAME_CURVE}",
         [p for pair in pairs for p in pair],
     )

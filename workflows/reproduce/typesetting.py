@@ -1,0 +1,67 @@
+"""Numbers and text as they are shown: digits that errors allow, real minus signs."""
+
+import math
+import re
+
+
+def typeset(text: str) -> str:
+    """
+    Keep v* on the line of its number, and write minus signs as such.
+
+    Parameters
+    ----------
+    text : str
+        Text for people.
+
+    Returns
+    -------
+    str
+        The same words.
+    """
+    text = re.sub(r"(?<=e)-0?(?=\d)|(?<![\w-])-(?=\d)", "\u2212", text)
+    return text.replace(" v*", "\u00a0v*")
+
+
+def format_number(value: float | None) -> str:
+    """
+    Write a number with a few significant digits.
+
+    Parameters
+    ----------
+    value : float or None
+        Number.
+
+    Returns
+    -------
+    str
+        A dash where there is none.
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    return typeset(f"{value:.4g}")
+
+
+def format_value(value: float, error: float) -> str:
+    """
+    Write a number with its error, to the digits the error allows.
+
+    Parameters
+    ----------
+    value, error : float
+        Number and its error.
+
+    Returns
+    -------
+    str
+        Such as ``0.8098 ± 0.0001``; a dash where there is no number.
+    """
+    if not math.isfinite(value):
+        return "–"
+    if not math.isfinite(error) or error <= 0.0:
+        return typeset(f"{value:.4g}")
+    digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
+    if abs(value) < 1e-3:
+        return typeset(f"{value:.1e} ± {error:.0e}")
+    digits = min(digits, 5)
+    shown = f"{error:.{digits}f}" if error >= 10.0**-digits else f"{error:.0e}"
+    return typeset(f"{value:.{digits}f} ± {shown}")
