@@ -15,7 +15,7 @@ from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, render_job
 from workflows.engines.ending import longest_collision, look_interval, quiet_time
 from workflows.engines.lammps import guess_bond_range
-from workflows.scouting import scout
+from workflows.scouting import Scouting, scout
 
 
 def write_job(
@@ -61,7 +61,7 @@ def write_job(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     numerics = Numerics.from_scene(scene)
-    scouting = scout(scene)
+    scouting = scout_job(scene)
     table = None
     if not isinstance(scene.bond, Harmonic):
         bond_range = (
@@ -97,6 +97,26 @@ def write_job(
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = scene.to_toml()
     return _write_files(texts, folder, replace_existing)
+
+
+def scout_job(scene: Scene) -> Scouting | None:
+    """
+    Find the bond lengths of a collision that a script will run.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Scouting or None
+        With the bonds of the free flight by which the script sees that no contact follows; None
+        where it cannot tell.
+    """
+    stiffness = scene.bond.stiffness
+    silence = quiet_time(scene.particles, stiffness)
+    return scout(scene, silence + 2.0 * look_interval(scene.particles, stiffness))
 
 
 def _write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:

@@ -1,16 +1,20 @@
 """Scouting: what a short in-house run says about a collision before LAMMPS runs it."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import look_interval
+from workflows.engines.reference_look_ahead import bonds_in_flight
 from workflows.errors import RunError
-from workflows.step_search import Converged, converge, exact_modes
+from workflows.step_search import Converged, converge, exact_modes, sharpness
 
 # The range of bonds is settled long before eta is.
 _SCOUTING_GOAL = 1e-4
+# Steps that follow bonds as sharp as this take a second to cross a hundred particles; LAMMPS, with
+# the far longer step that a scene asks for, says by itself what it cannot follow.
+_SHARPEST = 1e4
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,7 @@ def scouting_from(found: Converged) -> Scouting:
     )
 
 
-def scout(scene: Scene) -> Scouting | None:
+def scout(scene: Scene, fly_on: float = 0.0) -> Scouting | None:
     """
     Find the bond lengths of a collision that LAMMPS will run.
 
@@ -97,6 +101,8 @@ def scout(scene: Scene) -> Scouting | None:
     ----------
     scene : Scene
         The collision.
+    fly_on : float
+        For how long after the last contact bonds are watched too.
 
     Returns
     -------
@@ -107,10 +113,21 @@ def scout(scene: Scene) -> Scouting | None:
         return None
     if isinstance(scene.bond, Harmonic):
         return scouting_from(exact_modes(scene))
+    if sharpness(scene) > _SHARPEST:
+        return None
     try:
-        return scouting_from(converge(scene, _SCOUTING_GOAL))
+        found = converge(scene, _SCOUTING_GOAL)
     except RunError:
         return None
+    scouting = scouting_from(found)
+    if fly_on > 0.0 and scene.particles > 1:
+        shortest, longest = bonds_in_flight(scene, found.outcome, fly_on)
+        scouting = replace(
+            scouting,
+            bond_min=min(scouting.bond_min, shortest),
+            bond_max=max(scouting.bond_max, longest),
+        )
+    return scouting
 
 
 def scouting_details(found: Scouting | None) -> dict[str, Any]:

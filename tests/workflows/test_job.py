@@ -17,8 +17,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import lammps
 from workflows.engines.lammps_library import find_mpi_library
-from workflows.job import write_job
-from workflows.scouting import scout
+from workflows.job import scout_job, write_job
 
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
@@ -55,7 +54,7 @@ def number(text, name):
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = scout(scene)
+    scouting = scout_job(scene)
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
     return lammps.run(scene, numerics)
