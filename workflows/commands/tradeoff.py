@@ -46,8 +46,9 @@ def tradeoff(
     if calibrate:
         _calibrate(as_json)
         return
+    from workflows.tradeoff.description import describe_study
     from workflows.tradeoff.progress import study_progress
-    from workflows.tradeoff.report import describe_study, to_dict, write_study
+    from workflows.tradeoff.report import to_dict, write_study
     from workflows.tradeoff.study import measure_tradeoff
 
     scene = scene_from(scene_file, options)

@@ -36,6 +36,10 @@ class ErrorBudget:
     ----------
     name : str
         What the budget is of.
+    scheme : str
+        Its scheme.
+    timestep : float
+        Its composed step H.
     wall : float or None
         Stock wall less event wall at the same steps, root mean square over phases; None for the
         event wall, which is located to rounding.
@@ -56,6 +60,8 @@ class ErrorBudget:
     """
 
     name: str
+    scheme: str
+    timestep: float
     wall: float | None
     integrator: float | None
     table: float | None
@@ -172,6 +178,8 @@ def measure_budget(
     advance()
     return ErrorBudget(
         name=name,
+        scheme=numerics.scheme,
+        timestep=numerics.timestep,
         wall=wall,
         integrator=integrator,
         table=table,

@@ -82,6 +82,9 @@ class CheapestRow:
         The step in units of the fastest bond's 1/frequency, which other scenes share.
     measured_error : float
         Worst over the phases.
+    contact_time_error, mode_energy_error : float
+        Worst error of the last contact's time, and of a mode energy in units of the energy at
+        impact.
     seconds : float
         Median time of the integration.
     """
@@ -90,6 +93,8 @@ class CheapestRow:
     setting: Setting
     scaled_timestep: float
     measured_error: float
+    contact_time_error: float
+    mode_energy_error: float
     seconds: float
 
     def numerics(self, scene: Scene) -> Numerics:
@@ -163,6 +168,8 @@ def cheapest_settings(
                 setting=best.setting,
                 scaled_timestep=best.setting.timestep / time_unit(scene, best.setting.series.wall),
                 measured_error=best.worst_error,
+                contact_time_error=best.contact_time_error,
+                mode_energy_error=best.mode_energy_error,
                 seconds=best.time,
             )
         )

@@ -1,4 +1,4 @@
-"""A study for people and for programs: text, CSV, JSON and figures."""
+"""A study in files: JSON, CSV and figures."""
 
 import csv
 import json
@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from analysis.atomic_write import folder_aside
-from workflows.tradeoff.budget import CAUSES
+from workflows.tradeoff.budget import ErrorBudget
 from workflows.tradeoff.front import (
     CheapestRow,
-    describe,
     find_series,
-    format_seconds,
     pareto_front,
     promised_errors,
 )
@@ -89,6 +87,8 @@ def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
         "timestep": row.setting.timestep,
         "scaled_timestep": row.scaled_timestep,
         "measured_error": row.measured_error,
+        "contact_time_error": _plain(row.contact_time_error),
+        "mode_energy_error": row.mode_energy_error,
         "seconds": row.seconds,
     }
 
@@ -131,7 +131,14 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
             engine: [_cheapest_row(row) for row in rows] for engine, rows in study.cheapest.items()
         },
         "budgets": [
-            {"name": b.name, "total": b.total, "output_exact": b.output_exact, **b.parts()}
+            {
+                "name": b.name,
+                "scheme": b.scheme,
+                "timestep": b.timestep,
+                "total": b.total,
+                "output_exact": b.output_exact,
+                **b.parts(),
+            }
             for b in study.budgets
         ],
         "tables": [vars(point) for point in study.tables],
@@ -141,72 +148,6 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
         "machine": f"{platform.machine()} {platform.system()}",
         "versions": versions(),
     }
-
-
-def _column(value: float | None) -> str:
-    return "-" if value is None else f"{value:.1e}"
-
-
-def describe_study(study: Tradeoff) -> str:
-    """
-    Describe a study for people.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-
-    Returns
-    -------
-    str
-        The cheapest settings, the error budgets and the advice.
-    """
-    truth, scene = study.truth, study.scene
-    lines = [
-        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
-        f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
-        "",
-        "cheapest settings: error kept (with its reserve), measured error, time of integration",
-    ]
-    for engine, rows in study.cheapest.items():
-        lines.append(f"  {'LAMMPS' if engine == 'lammps' else 'in-house engine'}")
-        lines += [
-            f"    {row.error:.0e}  {row.measured_error:.1e}  {format_seconds(row.seconds):>8}  "
-            f"{describe(row.setting)}"
-            for row in rows
-        ]
-        if not rows:
-            lines.append("    none was good to 1e-2")
-    lines += ["", "error of eta by cause:"]
-    lines.append("    " + "".join(f"{name:>12}" for name in ("", *CAUSES, "total")))
-    for budget in study.budgets:
-        cells = [_column(value) for value in budget.parts().values()]
-        lines.append(
-            "    " + "".join(f"{c:>12}" for c in (budget.name, *cells, _column(budget.total)))
-        )
-    lines.append(
-        "    (output: if read from a default dump, six digits; with the 17 digits of chaincor's "
-        f"dumps {study.budgets[0].output_exact:.0e})"
-        if study.budgets
-        else "    none"
-    )
-    enough = [p for p in study.tables if p.style == "linear" and p.bond_range == "scene"]
-    if enough:
-        lines += ["", "error of eta from linear tables over this scene's own bond lengths:"]
-        lines.append("    " + ", ".join(f"{p.rows} rows {p.restitution_error:.0e}" for p in enough))
-    stock = [m for m in study.measurements if m.setting.series.wall == "reflect" and m.seconds]
-    if stock:
-        lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
-        lines += [
-            f"    dt {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
-            f"{m.worst_error:.1e}  {format_seconds(m.time):>8}"
-            for m in stock
-        ]
-    failed = [m for m in study.measurements if m.failure]
-    if failed:
-        lines += ["", f"{len(failed)} settings with too large a step did not run"]
-    lines += ["", f"advice: {study.advice}", f"({study.seconds:.0f} s)"]
-    return "\n".join(lines)
 
 
 def write_study(study: Tradeoff, folder: Path) -> None:
@@ -241,6 +182,11 @@ def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
+
+
+def _bars_name(budget: ErrorBudget) -> str:
+    step = "dt" if budget.scheme == "verlet" else "H"
+    return f"{budget.name}\n{budget.scheme}, {step} {budget.timestep:.3g}"
 
 
 def _draw(study: Tradeoff, folder: Path) -> None:
@@ -278,8 +224,8 @@ def _draw(study: Tradeoff, folder: Path) -> None:
     }
     if study.budgets:
         figures["error_budget"] = plot_error_budget(
-            {budget.name: budget.parts() for budget in study.budgets},
-            {budget.name: budget.total for budget in study.budgets},
+            {_bars_name(budget): budget.parts() for budget in study.budgets},
+            {_bars_name(budget): budget.total for budget in study.budgets},
         )
     if study.tables:
         kinds = dict.fromkeys((p.style, p.bond_range) for p in study.tables)

@@ -1,0 +1,111 @@
+"""The oracles that lack one source of error each, and the budget made of them."""
+
+import numpy as np
+import pytest
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines import lammps
+from workflows.step_search import eta_of
+from workflows.tradeoff.budget import measure_budget, printed_restitution
+from workflows.tradeoff.oracles import (
+    lepton_formula,
+    restitution_with_exact_bonds,
+    restitution_without_rounding,
+    wider_floats,
+)
+from workflows.tradeoff.tables import measure_tables
+from workflows.tradeoff.truth import find_truth
+
+SCENE = Scene(particles=6)
+needs_wider_floats = pytest.mark.skipif(not wider_floats(), reason="long double is a double")
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return find_truth(SCENE)
+
+
+@pytest.mark.parametrize("scheme", ["verlet", "order6"])
+def test_exact_bonds_agree_with_a_spline_table_of_many_rows(scheme):
+    numerics = Numerics(scheme=scheme, timestep=0.05, bond_range=(0.9, 1.2))
+    outcome = lammps.run(SCENE, numerics)
+    exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
+    # The certified force error, 3e-14, over v0 = 0.05 and some tens of time units.
+    assert eta_of(SCENE, outcome) == pytest.approx(exact, abs=1e-10)
+
+
+@needs_wider_floats
+@pytest.mark.parametrize("potential", ["harmonic", "lj", "toda", "log"])
+@pytest.mark.parametrize("scheme", ["verlet", "order8"])
+def test_wider_floats_take_the_same_steps(potential, scheme):
+    fields = {"velocity": 0.1} if potential == "harmonic" else {"speed": 0.2}
+    scene = Scene(potential=potential, particles=6, **fields)
+    numerics = Numerics(scheme=scheme, timestep=0.1)
+    outcome = lammps.run(scene, numerics)
+    smooth = restitution_without_rounding(scene, numerics, outcome)
+    # Coordinates of 6 rounded to 1e-15, over v0 = 0.03 and some hundred steps; the error of the
+    # steps themselves, which both have, is 1e-8 and more.
+    assert eta_of(scene, outcome) == pytest.approx(smooth, abs=1e-11)
+
+
+def test_a_bond_given_by_a_file_has_no_formula(tmp_path):
+    assert "^" in lepton_formula(SCENE)
+    lengths = np.linspace(0.8, 1.5, 200)
+    rows = "\n".join(
+        f"{k} {r:.17g} {0.5 * (r - 1) ** 2:.17g} {1 - r:.17g}" for k, r in enumerate(lengths, 1)
+    )
+    (tmp_path / "bond.table").write_text(f"BOND\nN 200\n\n{rows}\n")
+    scene = Scene(
+        potential="table", bond_file=str(tmp_path / "bond.table"), particles=4, velocity=0.1
+    )
+    assert lepton_formula(scene) is None
+
+
+@needs_wider_floats
+def test_the_parts_of_an_event_wall_budget_make_up_its_error(truth):
+    numerics = Numerics(scheme="order6", timestep=0.2, bond_range=(0.9, 1.2))
+    budget = measure_budget(SCENE, truth, "advised", numerics, phases=1, oracle_seconds=5.0)
+    assert budget.wall is None
+    assert budget.integrator > 1e3 * max(budget.table, budget.rounding)
+    parts = budget.integrator + budget.table + budget.rounding
+    assert budget.total == pytest.approx(parts, rel=1e-2)
+    assert budget.output_exact == 0.0
+    assert budget.output > 0.0
+
+
+def test_the_stock_recipes_error_is_the_walls(truth):
+    numerics = Numerics(wall="reflect", scheme="verlet", timestep=0.005, bond_range=(0.9, 1.2))
+    budget = measure_budget(SCENE, truth, "stock", numerics, phases=4, oracle_seconds=0.0)
+    assert budget.wall > 10.0 * abs(budget.total - budget.wall)
+    # No time for the slow oracles: said, not guessed.
+    assert budget.table is None
+    assert budget.integrator is None
+    assert budget.rounding is None
+
+
+def test_six_digits_cost_more_than_seventeen():
+    outcome = lammps.run(SCENE, Numerics(scheme="order6", timestep=0.1))
+    eta = eta_of(SCENE, outcome)
+    assert printed_restitution(SCENE, outcome, "%.17g") == eta
+    # Half of the sixth digit of velocities about v0, relative, twice as eta is a square.
+    assert 0.0 < abs(printed_restitution(SCENE, outcome, "%g") - eta) < 2e-5
+
+
+def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(truth):
+    numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.scouting.table_range(SCENE))
+    outcome = lammps.run(SCENE, numerics)
+    exact = restitution_with_exact_bonds(SCENE, numerics, outcome)
+    points = {
+        (p.style, p.bond_range, p.rows): p
+        for p in measure_tables(SCENE, truth, numerics, exact, quick=False)
+    }
+    narrow = points["linear", "scene", 1001].force_error
+    wide = points["linear", "wide", 1001].force_error
+    # Linear interpolation errs by U''' times the spacing squared over 8.
+    assert points["linear", "scene", 101].force_error == pytest.approx(100 * narrow, rel=0.3)
+    ratio = (1.0 / np.ptp(truth.scouting.table_range(SCENE))) ** 2
+    assert wide > ratio * narrow
+    assert points["spline", "scene", 1001].force_error < 1e-5 * narrow
+    assert points["linear", "scene", 101].restitution_error > 1e-7
+    assert points["spline", "scene", 1001].restitution_error < 1e-10

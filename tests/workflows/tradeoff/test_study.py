@@ -1,0 +1,116 @@
+"""A whole study, on a chain so short that it takes seconds."""
+
+import csv
+import json
+import math
+
+import pytest
+from click.testing import CliRunner
+
+from lammps_inputs.scene import Scene
+from workflows.commands.tradeoff import tradeoff
+from workflows.tradeoff.description import describe_study
+from workflows.tradeoff.report import to_dict, write_study
+from workflows.tradeoff.study import bare_scene, measure_tradeoff
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def heard():
+    return []
+
+
+@pytest.fixture(scope="module")
+def study(heard):
+    scene = Scene(particles=5, tolerance=1e-7, engine="reference")
+    return measure_tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
+
+
+def test_the_truth_has_a_bar_far_below_what_is_measured(study):
+    assert study.truth.restitution_error < 1e-12
+    assert study.truth.last_contact_time_error < 1e-9
+    best = min(m.rms_error for m in study.measurements if not m.failure)
+    assert study.truth.restitution_error < best
+
+
+def test_progress_goes_from_nothing_to_all(study, heard):
+    assert study.measurements
+    done = [fraction for _, fraction in heard]
+    assert done == sorted(done)
+    assert (done[0], done[-1]) == (0.0, 1.0)
+    assert len(done) > 20
+
+
+def test_the_stock_wall_is_shown_with_its_phases_and_loses(study):
+    stock = [m for m in study.measurements if m.setting.series.wall == "reflect"]
+    assert all(len(m.errors) == 8 for m in stock)
+    assert all(m.median_error <= m.worst_error and m.rms_error <= m.worst_error for m in stock)
+    verlet = [
+        m
+        for m in study.measurements
+        if m.setting.series.scheme == "verlet" and m.setting.series.wall == "event"
+    ]
+    finest = min(verlet, key=lambda m: m.setting.timestep)
+    assert min(m.worst_error for m in stock) > 10.0 * finest.worst_error
+
+
+def test_steps_of_order_eight_converge_as_they_should(study):
+    errors = {
+        m.setting.timestep: m.median_error
+        for m in study.measurements
+        if m.setting.series.engine == "reference" and m.setting.series.scheme == "order8"
+    }
+    steps = sorted(errors, reverse=True)
+    slope = math.log2(errors[steps[1]] / errors[steps[2]])
+    # Contacts come at other phases at each step: the order shows to within two.
+    assert 6.0 < slope < 10.5
+
+
+def test_the_advice_is_for_the_scenes_tolerance(study):
+    assert study.advice.startswith("1e-07 costs ")
+    text = describe_study(study)
+    assert f"advice: {study.advice}" in text
+    assert max(map(len, text.splitlines())) <= 100
+    # The engine and the numerics of the scene are the study's own business.
+    assert study.scene == bare_scene(Scene(particles=5))
+
+
+def test_files_hold_what_was_measured(study, tmp_path):
+    write_study(study, tmp_path / "out")
+    plain = json.loads((tmp_path / "out" / "tradeoff.json").read_text())
+    assert plain == json.loads(json.dumps(to_dict(study), allow_nan=False))
+    assert plain["versions"]["lammps"]
+    with (tmp_path / "out" / "work_precision.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == len(study.measurements)
+    front = [row for row in rows if row["on_front"] == "True"]
+    assert front
+    for column in ("rms_error", "worst_error", "contact_time_error", "mode_energy_error"):
+        assert all(float(row[column]) >= 0.0 for row in front)
+    for name in ("work_precision", "error_budget", "tables"):
+        for ending in ("png", "svg"):
+            assert (tmp_path / "out" / f"{name}.{ending}").stat().st_size > 5000
+
+
+def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, monkeypatch):
+    from workflows.tradeoff import study as module
+
+    monkeypatch.setattr(module, "QUICK", module.Plan(0.5, 1.0, stock_budget=False))
+    done = CliRunner().invoke(
+        tradeoff, ["--quick", "--particles", "3", "-o", str(tmp_path / "out"), "--json"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "costs" in json.loads(done.stdout)["advice"] or "beyond" in done.stdout
+    assert (tmp_path / "out" / "work_precision.png").exists()
+
+
+def test_calibration_goes_to_the_users_settings(tmp_path, monkeypatch):
+    from workflows import cost_model
+
+    path = tmp_path / "settings" / "cost_model.json"
+    monkeypatch.setattr(cost_model, "user_cost_model_path", lambda: path)
+    done = CliRunner().invoke(tradeoff, ["--calibrate"])
+    assert done.exit_code == 0, done.output
+    assert str(path) in done.output
+    assert json.loads(path.read_text())["stage"] > 0.0
