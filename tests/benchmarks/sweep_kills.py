@@ -11,18 +11,16 @@ import contextlib
 import os
 import random
 import signal
-import socket
 import sqlite3
-import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+from tests.dask_cluster import children, dask_cluster, start_quietly
+
 KINDS = ("main", "worker", "scheduler", "dask worker")
 SWEEP = """
 arrays = true
@@ -103,7 +101,7 @@ def study_kills(
         store = folder / f"{number}.sqlite"
         moment = chance.uniform(0.2, 1.0) * usual
         in_dask = kind in ("scheduler", "dask worker")
-        with _cluster() if in_dask else contextlib.nullcontext() as cluster:
+        with dask_cluster() if in_dask else contextlib.nullcontext() as cluster:
             _disturb(kind, sweep, store, moment, cluster, study, chance)
         _run(sweep, store)
         after = read_rows(store)
@@ -117,7 +115,7 @@ def study_kills(
 
 def _disturb(kind, sweep, store, moment, cluster, study, chance) -> None:
     options = ["--workers", "2"] if cluster is None else ["--scheduler", cluster.address]
-    process = _start([*_MAIN, str(sweep), "--store", str(store), *options])
+    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), *options])
     time.sleep(moment)
     before = read_rows(store)
     victims = {
@@ -179,32 +177,6 @@ def _differences(row: tuple | None, expected: tuple) -> list[tuple]:
     return [(n, str(x)[:300], str(y)[:300]) for n, (x, y) in pairs if x != y]
 
 
-def children(parent: int, command: str) -> list[int]:
-    """
-    Return the processes below another, as far as their command line holds a text.
-
-    Parameters
-    ----------
-    parent : int
-        Process id.
-    command : str
-        The text.
-
-    Returns
-    -------
-    list of int
-        Process ids.
-    """
-    found = []
-    for entry in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):
-            above = int(entry.read_text().rpartition(")")[2].split()[1])
-            line = (entry.parent / "cmdline").read_bytes().decode(errors="replace")
-            if above == parent and command in line:
-                found.append(int(entry.parent.name))
-    return found
-
-
 def _wait_for_end(pids: list[int]) -> None:
     """Workers must not outlive the main process."""
     deadline = time.monotonic() + 10.0
@@ -224,57 +196,11 @@ def _runs(pid: int) -> bool:
     return state != "Z"
 
 
-def _start(command: list[str]) -> subprocess.Popen:
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    quiet = subprocess.DEVNULL
-    return subprocess.Popen(command, env=environment, stdout=quiet, stderr=quiet)
-
-
 def _run(sweep: Path, store: Path) -> None:
-    process = _start([*_MAIN, str(sweep), "--store", str(store), "--workers", "2"])
+    process = start_quietly([*_MAIN, str(sweep), "--store", str(store), "--workers", "2"])
     status = process.wait(_PATIENCE)
     failures = [row[-1] for row in read_rows(store).values() if row[-1] is not None]
     assert status == 0, f"an undisturbed sweep ended with status {status}; failures: {failures}"
-
-
-@dataclass
-class _Cluster:
-    address: str
-    scheduler: subprocess.Popen
-    workers: list[subprocess.Popen]
-
-
-@contextlib.contextmanager
-def _cluster(workers: int = 2) -> Iterator[_Cluster]:
-    """Start a Dask scheduler and workers as separate processes on this machine."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    address = f"tcp://127.0.0.1:{port}"
-    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler"]
-    worker = [sys.executable, "-m", "distributed.cli.dask_worker", address]
-    with tempfile.TemporaryDirectory(prefix="dask-") as folder:
-        scheduler = _start([*dask, "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"])
-        options = ["--nthreads", "1", "--no-dashboard", "--local-directory", folder]
-        crew = [_start([*worker, *options]) for _ in range(workers)]
-        try:
-            _wait_for_workers(address, workers)
-            yield _Cluster(address, scheduler, crew)
-        finally:
-            grandchildren = [c for w in crew for c in children(w.pid, "spawn_main")]
-            for process in (*crew, scheduler):
-                process.kill()
-                process.wait()
-            for pid in grandchildren:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(pid, signal.SIGKILL)
-
-
-def _wait_for_workers(address: str, count: int) -> None:
-    from distributed import Client
-
-    with Client(address, timeout=30, set_as_default=False) as client:
-        client.wait_for_workers(count, timeout=30)
 
 
 if __name__ == "__main__":

@@ -222,5 +222,5 @@ def test_results_do_not_depend_on_the_worker(tmp_path):
 def test_kills_lose_nothing(tmp_path):
     # A hundred of them: python -m tests.benchmarks.sweep_kills 100
     pytest.importorskip("distributed")
-    study = sweep_kills.study_kills(4, tmp_path, points=8)
+    study = sweep_kills.study_kills(4, tmp_path, points=5)
     assert set(study.kills) == set(sweep_kills.KINDS)
