@@ -140,7 +140,8 @@ def tabulate(
     Raises
     ------
     TableError
-        If the range is empty, or too few rows leave no margin.
+        If the range is empty, too few rows leave no margin, or bonds get so short that their
+        force is no number.
     """
     shortest, longest = bond_range
     if not (math.isfinite(shortest) and math.isfinite(longest) and shortest <= longest):
@@ -228,6 +229,14 @@ def _with_margin(
     ceiling = 1.0 + bond.strain_max
     if high >= ceiling:
         high = ceiling - max(0.5 * (ceiling - longest), 1e-9)
+    with np.errstate(all="ignore"):
+        steepest = float(bond.curvature(low - 1.0))
+    if not math.isfinite(steepest):
+        raise TableError(
+            f"bonds would get as short as {shortest:.3g}, where a {bond.name} bond has no finite "
+            "stiffness; expected bonds that a table can hold: lower the speed, or use engine "
+            "'reference'"
+        )
     return low, high
 
 

@@ -10,9 +10,13 @@ fault: a traceback, a hang, NaN printed, more than one line, a stray or a spoile
 import argparse
 import multiprocessing
 from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
 from tests.extremes.cases import case
-from tests.extremes.judging import Answer, call_as_process, call_in_process, faults
+from tests.extremes.judging import HANG_SECONDS, Answer, call_as_process, call_in_process, faults
+
+_CHUNK = 20
 
 
 def _try(job: tuple[int, bool]) -> tuple[int, str, float, int | None, list[str]]:
@@ -21,6 +25,22 @@ def _try(job: tuple[int, bool]) -> tuple[int, str, float, int | None, list[str]]
     answer: Answer = (call_as_process if as_process else call_in_process)(made)
     command = made.arguments[0] if made.arguments else "-"
     return number, command, answer.seconds, answer.status, faults(made, answer)
+
+
+def _as_they_come(pool: Any, jobs: list[tuple[int, bool]]) -> Iterator[Any]:
+    """Yield results; no alarm reaches compiled code, so that a hang in it is seen from outside."""
+    results = pool.imap_unordered(_try, jobs, _CHUNK)
+    missing = {number for number, as_process in jobs if not as_process}
+    while True:
+        try:
+            result = results.next(_CHUNK * HANG_SECONDS)
+        except StopIteration:
+            return
+        except multiprocessing.TimeoutError:
+            first = sorted(missing)[: 2 * _CHUNK]
+            raise SystemExit(f"hang: nothing ends any more; one of the cases {first}") from None
+        missing.discard(result[0])
+        yield result
 
 
 def main() -> None:
@@ -38,7 +58,7 @@ def main() -> None:
     statuses: Counter = Counter()
     bad, slowest = 0, (0.0, -1)
     with multiprocessing.get_context("spawn").Pool(options.workers, maxtasksperchild=4000) as pool:
-        for number, command, seconds, status, found in pool.imap_unordered(_try, jobs, 20):
+        for number, command, seconds, status, found in _as_they_come(pool, jobs):
             statuses[command if command in _COMMANDS else "other", status] += 1
             slowest = max(slowest, (seconds, number))
             for fault in found:
