@@ -72,3 +72,6 @@ def test_lost_particles_and_blown_up_runs_are_named(harmonic20, dump_writer):
     path.write_text(text[:last_row] + "\n20 19 nan 0 0.5\n")
     with pytest.raises(InputError, match=r"not a number.*blown up"):
         first_states(path)
+    path.write_text(text.replace(" 0.5\n", " nan\n"))  # the time of the second frame
+    with pytest.raises(InputError, match=r"not a number.*blown up"):
+        first_states(path)

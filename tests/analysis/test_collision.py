@@ -133,6 +133,9 @@ def test_no_contact_no_time_no_order_are_errors(harmonic20, dump_writer):
         analyze(dump_writer.write(harmonic20, TIMES, columns="id x vx"))
     with pytest.raises(InputError, match="earlier than the one before"):
         analyze(dump_writer.write(harmonic20, [0.0, 2.0, 1.0]))
+    for name in ("impact_velocity", "timestep"):
+        with pytest.raises(InputError, match="is nan; expected a positive finite number"):
+            analyze(dump_writer.write(harmonic20, TIMES), **{name: np.nan})
 
 
 def test_history_is_bounded_and_reaches_the_end(harmonic20, dump_writer):

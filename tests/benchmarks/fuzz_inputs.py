@@ -10,37 +10,42 @@ fault: a traceback, a hang, NaN printed, more than one line, a stray or a spoile
 import argparse
 import multiprocessing
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from tests.extremes.cases import case
 from tests.extremes.judging import HANG_SECONDS, Answer, call_as_process, call_in_process, faults
 
 _CHUNK = 20
+# Number, whether as a process, command, seconds, exit status, faults.
+_Tried = tuple[int, bool, str, float, int | None, list[str]]
 
 
-def _try(job: tuple[int, bool]) -> tuple[int, str, float, int | None, list[str]]:
+def _try(job: tuple[int, bool]) -> _Tried:
     number, as_process = job
     made = case(number)
     answer: Answer = (call_as_process if as_process else call_in_process)(made)
     command = made.arguments[0] if made.arguments else "-"
-    return number, command, answer.seconds, answer.status, faults(made, answer)
+    return number, as_process, command, answer.seconds, answer.status, faults(made, answer)
 
 
-def _as_they_come(pool: Any, jobs: list[tuple[int, bool]]) -> Iterator[Any]:
+def _try_all(jobs: Sequence[tuple[int, bool]]) -> list[_Tried]:
+    return [_try(job) for job in jobs]
+
+
+def _as_they_come(pool: Any, jobs: Sequence[tuple[int, bool]]) -> Iterator[_Tried]:
     """Yield results; no alarm reaches compiled code, so that a hang in it is seen from outside."""
-    results = pool.imap_unordered(_try, jobs, _CHUNK)
-    missing = {number for number, as_process in jobs if not as_process}
-    while True:
+    chunks = [jobs[k : k + _CHUNK] for k in range(0, len(jobs), _CHUNK)]
+    missing = set(jobs)
+    results = pool.imap_unordered(_try_all, chunks)
+    for _ in chunks:
         try:
-            result = results.next(_CHUNK * HANG_SECONDS)
-        except StopIteration:
-            return
+            tried = results.next(_CHUNK * HANG_SECONDS)
         except multiprocessing.TimeoutError:
-            first = sorted(missing)[: 2 * _CHUNK]
+            first = sorted(number for number, _ in missing)[: 2 * _CHUNK]
             raise SystemExit(f"hang: nothing ends any more; one of the cases {first}") from None
-        missing.discard(result[0])
-        yield result
+        missing -= {(number, as_process) for number, as_process, *_ in tried}
+        yield from tried
 
 
 def main() -> None:
@@ -57,8 +62,8 @@ def main() -> None:
     jobs += [(number, True) for number in numbers[: options.processes]]
     statuses: Counter = Counter()
     bad, slowest = 0, (0.0, -1)
-    with multiprocessing.get_context("spawn").Pool(options.workers, maxtasksperchild=4000) as pool:
-        for number, command, seconds, status, found in _as_they_come(pool, jobs):
+    with multiprocessing.get_context("spawn").Pool(options.workers, maxtasksperchild=200) as pool:
+        for number, _, command, seconds, status, found in _as_they_come(pool, jobs):
             statuses[command if command in _COMMANDS else "other", status] += 1
             slowest = max(slowest, (seconds, number))
             for fault in found:

@@ -138,6 +138,7 @@ GOOD = [f"{k} {0.8 + 0.1 * k} 0.0 {0.2 - 0.1 * k}" for k in range(5)]
         ([*GOOD, "9 nan 0.0 0.1"], "finite numbers"),
         ([*GOOD, "9 1.5 abc 0.1"], "has the row '9 1.5 abc 0.1'"),
         ([f"{k} {2 + 0.1 * k} 0.0 0.0" for k in range(5)], "the natural length 1 inside"),
+        ([*GOOD, "9 1.5 0.0 1e308"], "no smooth curve follows"),
     ],
 )
 def test_a_malformed_table_is_one_line(tmp_path, rows, line):
@@ -145,6 +146,22 @@ def test_a_malformed_table_is_one_line(tmp_path, rows, line):
     with pytest.raises(TableError, match=line) as caught:
         read_bond_table(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_table_made_of_a_table_ends_where_the_data_end(tmp_path):
+    bond = read_bond_table(write_rows(tmp_path / "own.table", GOOD))
+    assert bond.stiffness == pytest.approx(1.0, abs=1e-9)
+    for bond_range in ((0.9, 1.19), (0.9, 1.2), (0.81, 1.1)):
+        table = tabulate(bond, bond_range)
+        assert np.all(np.isfinite(table.forces))
+        assert np.all(np.isfinite(table.edge_slopes))
+        assert table.lengths[0] > 0.8
+        assert min(bond_range[1], 1.2 - 2e-9) < table.lengths[-1] < 1.2
+
+
+def test_bonds_shorter_than_numbers_tell_are_refused():
+    with pytest.raises(TableError, match=r"no finite stiffness.*engine 'reference'"):
+        tabulate(Logarithmic(), (0.0, 2.0))
 
 
 def test_an_unreadable_table_is_one_line(tmp_path):
