@@ -4,34 +4,19 @@ Run: python -m tests.benchmarks.timestep_table
 """
 
 import argparse
-import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from analysis.restitution import restitution
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
+from tests.reference_cases import CASES, case_scene
 from workflows.engines import lammps
 from workflows.errors import RunError
 
-REFERENCE_VALUES = Path(__file__).parents[1] / "reference_values.json"
 # From coarse to fine; the first that is good enough, with every finer one good as well, is needed.
 TIMESTEPS = (0.4, 0.3, 0.2, 0.15, 0.1, 0.07, 0.05, 0.035, 0.025, 0.018, 0.0125)
 FAST = 2.0  # units of v*
 LIMITS = {"slow": 1e-8, "fast": 2e-8}
-
-
-def reference_cases() -> list[dict[str, Any]]:
-    """Return the cases of reference_values.json."""
-    return json.loads(REFERENCE_VALUES.read_text())["cases"]
-
-
-def case_scene(case: dict[str, Any]) -> Scene:
-    """Return the scene of a case, whose keys are named by meaning."""
-    keys = {"b": "toda_b", "r": "power_order", "c": "power_c", "speed_over_vstar": "speed"}
-    keys |= {name: name for name in ("potential", "particles", "velocity")}
-    return Scene(**{keys[name]: value for name, value in case.items() if name in keys})
 
 
 def case_limit(case: dict[str, Any]) -> float:
@@ -82,7 +67,7 @@ def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
     print("| potential | n | speed | eta | H | error | contacts | seconds |")
     print("|---|---|---|---|---|---|---|---|")
-    for case in reference_cases():
+    for case in CASES:
         trial = largest_timestep(case)
         name = case["potential"] + (f" {case['r']}" if "r" in case else "")
         speed = f"{case['speed_over_vstar']} v*" if "speed_over_vstar" in case else case["velocity"]

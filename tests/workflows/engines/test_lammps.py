@@ -9,7 +9,8 @@ from analysis.restitution import momentum_residual, restitution
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import LennardJones, UserBond
 from lammps_inputs.scene import Scene
-from tests.benchmarks.timestep_table import case_limit, case_scene, reference_cases
+from tests.benchmarks.timestep_table import case_limit
+from tests.reference_cases import CASES, case_name, case_scene
 from workflows.engines import lammps
 
 # Composed step of order 8 that each case needs (python -m tests.benchmarks.timestep_table): the
@@ -21,19 +22,13 @@ TIMESTEPS = {
     "log": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.07, 1.0: 0.05},
     "power": {0.1: 0.2},
 }
-CASES = reference_cases()
-
-
-def name(case):
-    speed = case.get("speed_over_vstar", case.get("velocity"))
-    return f"{case['potential']}{case.get('r', '')}-{case['particles']}-{speed}"
 
 
 def momentum_error(scene, outcome):
     return momentum_residual(outcome.velocities, scene.impact_velocity, 0.5 * outcome.impulses)
 
 
-@pytest.mark.parametrize("case", CASES, ids=map(name, CASES))
+@pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
 def test_reference_values(case):
     scene = case_scene(case)
     speed = case.get("speed_over_vstar", case.get("velocity"))
@@ -49,7 +44,7 @@ def test_reference_values(case):
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-6)
 
 
-@pytest.mark.parametrize("case", CASES[1:3], ids=map(name, CASES[1:3]))
+@pytest.mark.parametrize("case", CASES[1:3], ids=map(case_name, CASES[1:3]))
 def test_reference_values_are_not_met_by_a_coarse_step(case):
     # The test above can fail: Verlet at this step is wrong by 1e-5.
     scene = case_scene(case)

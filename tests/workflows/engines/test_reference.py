@@ -1,14 +1,12 @@
 """The stepping engine: known values, orders, reversal, rounding floor, and its named failures."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import UserBond
 from lammps_inputs.scene import Scene
+from tests.reference_cases import CASES, case_name, case_scene
 from workflows.engines import reference, reference_motion
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.kernels import kernels_for
@@ -21,22 +19,9 @@ from workflows.errors import (
     UnfinishedCollisionError,
 )
 
-CASES = json.loads((Path(__file__).parents[2] / "reference_values.json").read_text())["cases"]
-KEYS = {"b": "toda_b", "r": "power_order", "c": "power_c", "speed_over_vstar": "speed"}
-RESULTS = ("restitution", "contacts", "last_contact_time", "v_star")
-
 
 def restitution(outcome, scene):
     return (outcome.velocities.mean() / scene.impact_velocity) ** 2
-
-
-def scene_of(case):
-    return Scene(**{KEYS.get(k, k): v for k, v in case.items() if k not in RESULTS})
-
-
-def label_of(case):
-    scene = scene_of(case)
-    return f"{scene.label}-{scene.power_order or ''}-{scene.particles}-{scene.impact_velocity:.3g}"
 
 
 def sufficient_step(scene):
@@ -53,10 +38,10 @@ def sufficient_step(scene):
     ("case", "scheme", "longer"),
     [(case, "order8", 1.0) for case in CASES]
     + [(case, "extrapolated14", 3.0) for case in CASES if case["potential"] == "lj"],
-    ids=lambda value: label_of(value) if isinstance(value, dict) else None,
+    ids=lambda value: case_name(value) if isinstance(value, dict) else None,
 )
 def test_reference_values(case, scheme, longer):
-    scene = scene_of(case)
+    scene = case_scene(case)
     numerics = Numerics(scheme=scheme, timestep=longer * sufficient_step(scene))
     outcome = reference.run(scene, numerics)
     # The values are good to 1e-9 and so is the run.

@@ -1,0 +1,81 @@
+"""A tolerance in, an error bar out: met, honest, and no tighter than it costs."""
+
+import numpy as np
+import pytest
+
+from lammps_inputs.scene import Scene
+from tests.benchmarks.honest_bars import random_scene, try_scene
+from tests.reference_cases import CASES, case_name, case_scene
+from workflows.collision import collide
+from workflows.engines.reference_steps import STEP_SCHEMES
+
+# The published values are good to this.
+PUBLISHED = 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
+def test_reference_values_in_house(case):
+    result = collide(case_scene(case).replace(engine="reference"), tolerance=1e-9)
+    assert result.tolerance_met
+    assert abs(result.restitution - case["restitution"]) <= PUBLISHED + result.restitution_error
+    assert result.contacts == case["contacts"]
+
+
+QUICK = [case for case in CASES if case["particles"] <= 20]
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+@pytest.mark.parametrize("case", QUICK, ids=map(case_name, QUICK))
+def test_reference_values_by_lammps(case, tolerance):
+    result = collide(case_scene(case), tolerance=tolerance)
+    assert result.tolerance_met
+    assert result.restitution_error <= tolerance
+    assert abs(result.restitution - case["restitution"]) <= PUBLISHED + result.restitution_error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_error_bars_of_random_scenes_are_honest(engine):
+    # Of 300 scenes at least 99 % must be honest (python -m tests.benchmarks.honest_bars): of these
+    # few, all.
+    random = np.random.default_rng(7)
+    trials = [try_scene(random_scene(random, engine)) for _ in range(12)]
+    answered = [t for t in trials if t.reported is not None]
+    assert len(answered) >= 8
+    assert [t for t in answered if t.true > t.reported + t.judge_error] == []
+    assert [t for t in answered if t.met and t.reported > t.tolerance] == []
+
+
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_a_looser_tolerance_costs_less(engine):
+    scene = Scene(potential="lj", particles=50, speed=0.4, engine=engine)
+    costs = []
+    for tolerance in (1e-3, 1e-6, 1e-9):
+        result = collide(scene, tolerance=tolerance)
+        assert result.tolerance_met
+        # No waste either: three orders of tolerance are not met by one and the same run.
+        assert result.restitution_error > 1e-4 * tolerance
+        costs.append(STEP_SCHEMES[result.scheme].evaluations / result.timestep)
+    assert costs == sorted(costs)
+    assert costs[-1] > 2.0 * costs[0]
+
+
+def test_a_tolerance_below_the_rounding_of_lammps_is_refused_with_an_honest_bar():
+    scene = Scene(potential="lj", particles=20, speed=1e-6)
+    result = collide(scene, tolerance=1e-10)
+    assert not result.tolerance_met
+    assert "rounding" in result.reason
+    truth = collide(scene.replace(engine="reference"), tolerance=1e-10)
+    assert truth.tolerance_met
+    error = abs(result.restitution - truth.restitution)
+    assert error <= result.restitution_error <= 1e-3
+
+
+def test_low_speeds_have_no_floor_in_house():
+    # The harmonic limit of 20 particles; what is left of anharmonicity is of the order of v/v*.
+    limit = collide(Scene(potential="harmonic", particles=20, velocity=1e-13, engine="reference"))
+    slow = Scene(potential="lj", particles=20, speed=1e-12, engine="reference")
+    result = collide(slow, tolerance=1e-10)
+    assert result.tolerance_met
+    assert abs(result.restitution - limit.restitution) <= 1e-9
