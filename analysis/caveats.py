@@ -6,7 +6,7 @@ from analysis.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
 from analysis.contact_detection import DetectedContacts
 from analysis.dump_frame import DumpFrame
 from analysis.start import Start
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 # float64 keeps 16 digits: a coarser column was printed with fewer.
 _ALL_DIGITS = 1e-14

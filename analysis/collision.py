@@ -22,7 +22,7 @@ from analysis.restitution import (
 from analysis.results import CollisionAnalysis, History
 from analysis.start import Start, find_start
 from lammps_inputs.errors import InputError
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 # Whole states are kept for pictures only: as many as fit, and not more than a picture can show.
 _PICTURE_FRAMES = 600

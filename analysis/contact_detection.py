@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.chain_frames import ChainState
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 # A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.
 _SMALLEST_SPEED = 1e-9

@@ -13,7 +13,7 @@ from analysis.dumps import Dump
 from analysis.results import CollisionAnalysis
 from analysis.timestep import infer_timestep, read_timestep
 from lammps_inputs.errors import InputError
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
 
 _HEAD = 4096

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.restitution import bond_strains
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 
 def mode_frequencies(particles: int, stiffness: float = 1.0) -> NDArray[np.float64]:

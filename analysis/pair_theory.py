@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from lammps_inputs.errors import InputError
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 _QUADRATURE_NODES = 64
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 
 def kinematic_restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.contact_detection import DetectedContacts
 from analysis.contacts import ContactStatistics
 from analysis.restitution import EnergySplit
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 
 @dataclass(frozen=True)

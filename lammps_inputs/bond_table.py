@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.errors import TableError
-from lammps_inputs.potentials import Potential, UserBond
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import TableStyle
+from lammps_inputs.user_bond import UserBond
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

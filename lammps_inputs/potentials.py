@@ -1,15 +1,14 @@
 """Bond potentials U(r) as functions of the strain s = r - 1: one class each, used by everything."""
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
-from typing import ClassVar
+from functools import cache
 
 import numpy as np
 
 from lammps_inputs.errors import PotentialError
+from lammps_inputs.potential import Potential
 from lammps_inputs.series import expm1_minus_x, x_minus_log1p
 
 # Force kernels: -dU/dr as a function of the strain and two parameters. They use only arithmetic
@@ -99,163 +98,6 @@ def power_force(order: int) -> Callable:
 
 # Parameters whose squares and inverse squares floating point can hold.
 _SMALLEST, _LARGEST = 1e-100, 1e100
-
-
-class Potential(ABC):
-    """
-    A bond between neighbours, with natural length 1.
-
-    Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
-    (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
-    the named potentials, bond stiffness are 1.
-
-    Attributes
-    ----------
-    name : str
-        The name used in scenes.
-    strain_min, strain_max : float
-        Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
-    dissociation : float
-        U at infinite length; inf for a bond that cannot break.
-    """
-
-    name: str
-    strain_min: float = -math.inf
-    strain_max: float = math.inf
-    dissociation: ClassVar[float] = math.inf
-
-    @abstractmethod
-    def energy(self, strain):
-        """
-        Return U as a function of the strain.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Energy, zero at s = 0.
-        """
-
-    def force(self, strain):
-        """
-        Return -dU/dr.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Force, positive where the bond is compressed.
-        """
-        kernel = self.force_kernel
-        assert kernel is not None, "a potential without a kernel overrides force"
-        return kernel(np.asarray(strain, dtype=float), *self.parameters)
-
-    @abstractmethod
-    def curvature(self, strain):
-        """
-        Return U''.
-
-        Parameters
-        ----------
-        strain : array_like
-            Strain s = r - 1.
-
-        Returns
-        -------
-        numpy.ndarray
-            Curvature: the local stiffness.
-        """
-
-    def lammps_energy(self, strain: str) -> str | None:
-        """
-        Return U as a formula for LAMMPS variables, good to their 17 digits or so.
-
-        Parameters
-        ----------
-        strain : str
-            Name of the variable that holds the strain.
-
-        Returns
-        -------
-        str or None
-            None for a bond that has no formula.
-        """
-        return None
-
-    @property
-    def force_kernel(self) -> Callable | None:
-        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
-        return None
-
-    @property
-    def parameters(self) -> tuple[float, float]:
-        """The (p, q) of the kernel."""
-        return (0.0, 0.0)
-
-    @property
-    def anharmonic_order(self) -> int | None:
-        """Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown."""
-        return 3
-
-    @property
-    def stiffness(self) -> float:
-        """U''(1): 1 for every named potential."""
-        return 1.0
-
-    @property
-    def convex_strain(self) -> float:
-        """Largest strain up to which U is convex; inf where it always is."""
-        return math.inf
-
-    @property
-    def barrier(self) -> float:
-        """Energy of the barrier beyond which U falls without bound; inf where there is none."""
-        return math.inf
-
-    @cached_property
-    def compressed_root(self) -> float | None:
-        """x* < 1, where U equals twice its harmonic part; None where no such length exists."""
-        strain = self._find_compressed_strain()
-        return None if strain is None else 1.0 + strain
-
-    @cached_property
-    def natural_speed(self) -> float | None:
-        """v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic."""
-        strain = self._find_compressed_strain()
-        return None if strain is None else math.sqrt(2.0 * float(self.energy(strain)))
-
-    def _find_compressed_strain(self) -> float | None:
-        """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
-        from scipy.optimize import brentq
-
-        def excess(strain):
-            return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
-
-        near = -1e-3
-        while excess(near) >= 0.0 and near < -1e-100:  # a bond this steep has its root closer
-            near *= 1e-3
-        for _ in range(200):
-            far = near * 1.1
-            if far <= self.strain_min:
-                far = 0.5 * (near + self.strain_min)
-                if far - self.strain_min < 1e-12:
-                    return None
-            with np.errstate(all="ignore"):
-                value = excess(far)
-            if not math.isfinite(value):
-                return None
-            if value >= 0.0:
-                return float(brentq(excess, near, far, xtol=1e-15, rtol=1e-15))
-            near = far
-        return None
 
 
 @dataclass(frozen=True)
@@ -449,69 +291,6 @@ class Power(Potential):
     def _find_compressed_strain(self):
         """Solve |c| |s|^(order - 2) = 1/2 in closed form."""
         return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
-
-
-class UserBond(Potential):
-    """
-    A bond given by a user's own functions of the strain.
-
-    Parameters
-    ----------
-    energy, force : callable
-        U(s) and -dU/dr(s), both of arrays.
-    name : str
-        A label for results.
-    strain_min, strain_max : float
-        Strains at which the functions may be asked lie between these.
-
-    Raises
-    ------
-    PotentialError
-        If the force does not vanish at natural length or the bond is not stable there.
-    """
-
-    anharmonic_order = None
-    _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
-
-    def __init__(self, energy, force, name="user", strain_min=-1.0, strain_max=math.inf):
-        self.name = name
-        self.strain_max = strain_max
-        self._energy = energy
-        self._force = force
-        self.strain_min = strain_min
-        self._offset = float(energy(np.array(0.0)))
-        at_rest = float(force(np.array(0.0)))
-        self._stiffness = float(self.curvature(0.0))
-        if not abs(at_rest) <= 1e-9 * abs(self._stiffness):
-            raise PotentialError(
-                f"bond '{name}' pushes with {at_rest:g} at length 1; expected no force there: "
-                "scale lengths so that the natural bond length is 1"
-            )
-        if not self._stiffness > 0:
-            raise PotentialError(
-                f"bond '{name}' has curvature {self._stiffness:g} at length 1; expected a stable "
-                "bond, with positive curvature there"
-            )
-
-    def energy(self, strain):
-        """Return the user's energy, shifted to zero at s = 0."""
-        return np.asarray(self._energy(np.asarray(strain, dtype=float)), dtype=float) - self._offset
-
-    def force(self, strain):
-        """Return the user's force."""
-        return np.asarray(self._force(np.asarray(strain, dtype=float)), dtype=float)
-
-    def curvature(self, strain):
-        """Return -dF/ds by a central difference, one-sided at the ends of the range."""
-        s = np.asarray(strain, dtype=float)
-        below = np.maximum(s - self._STEP, self.strain_min)
-        above = np.minimum(s + self._STEP, self.strain_max)
-        return -(self.force(above) - self.force(below)) / (above - below)
-
-    @property
-    def stiffness(self):
-        """U''(1), from the user's force."""
-        return self._stiffness
 
 
 NAMED_POTENTIALS: dict[str, type[Potential]] = {

@@ -19,12 +19,12 @@ from pydantic import (
 )
 
 from lammps_inputs.errors import SceneError
+from lammps_inputs.potential import Potential
 from lammps_inputs.potentials import (
     NAMED_POTENTIALS,
     Harmonic,
     LennardJones,
     Logarithmic,
-    Potential,
     Power,
     Toda,
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.errors import SceneError
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
 from workflows.attempt import Failure
 from workflows.result import Collision

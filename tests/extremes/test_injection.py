@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from lammps_inputs.bond_table import tabulate
-from lammps_inputs.potentials import LennardJones, UserBond
+from lammps_inputs.potentials import LennardJones
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import SCRIPT_FILE
+from lammps_inputs.user_bond import UserBond
 from tests.extremes.cases import toml_text
 from workflows import cli
 from workflows.collision import collide

@@ -17,10 +17,10 @@ from lammps_inputs.potentials import (
     Logarithmic,
     Power,
     Toda,
-    UserBond,
     power_force,
     toda_force,
 )
+from lammps_inputs.user_bond import UserBond
 
 EPSILON = sys.float_info.epsilon
 BONDS = [

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 from lammps_inputs.errors import InputError, PotentialError, SceneError
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import LennardJones, Power, Toda, UserBond
+from lammps_inputs.potentials import LennardJones, Power, Toda
 from lammps_inputs.scene import Scene
+from lammps_inputs.user_bond import UserBond
 
 BAD = [
     # fields, what the line must say

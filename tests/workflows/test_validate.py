@@ -13,7 +13,7 @@ from workflows.validate import grid_around, validate, validate_user
 # which can be spoilt.
 MODULE = """
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import UserBond
+from lammps_inputs.user_bond import UserBond
 from workflows.engines import reference
 
 def collide(scene, timestep=0.1, force=1.0):

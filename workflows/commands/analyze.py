@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lammps_inputs.potentials import NAMED_POTENTIALS, Potential
+from lammps_inputs.potential import Potential
+from lammps_inputs.potentials import NAMED_POTENTIALS
 
 if TYPE_CHECKING:
     from analysis.results import CollisionAnalysis

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import click
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene, read_scene_fields
 
 

@@ -13,6 +13,12 @@ energy, the wall is out of reach, and since D only grows, for ever. This is a pr
 
 *quiet*: particle 1 has stayed off the wall for longer than sound needs to cross the fragment and
 come back, so that every signal that the contacts sent has returned once. This is an argument.
+
+Long chains break into dozens of fragments, some of which keep meeting each other, far from the
+wall, for as long as one cares to look. Silence for the whole chain is an argument then too, if the
+first fragment is slower than any that the others can become by elastic collisions: of m particles
+in a group of M that moves with V and has the energy T of its fragments about it, none is slower
+than :math:`V - \sqrt{2 T (M - m)/(m M)}`.
 """
 
 from dataclasses import dataclass
@@ -20,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
@@ -142,6 +148,41 @@ def find_fragments(
     return Fragments(starts, sizes, np.add.reduceat(velocities, starts) / sizes)
 
 
+def slowest_behind(fragments: Fragments) -> float:
+    """
+    Return the velocity below which no fragment but the first can come by elastic collisions.
+
+    Parameters
+    ----------
+    fragments : Fragments
+        Two at least, not all in order of speed.
+
+    Returns
+    -------
+    float
+        Smallest velocity that any of them can be left with; -inf if the first meets the second.
+    """
+    sizes, speeds = fragments.sizes, fragments.mean_velocities
+    if speeds[1] <= speeds[0]:
+        return -np.inf
+    # Neighbours that will meet, directly or after others have, are taken as one group.
+    groups: list[tuple[int, int, float]] = []
+    for last in range(1, len(sizes)):
+        first, mean = last, float(speeds[last])
+        while groups and groups[-1][2] >= mean:
+            first = groups.pop()[0]
+            members = slice(first, last + 1)
+            mean = float(np.average(speeds[members], weights=sizes[members]))
+        groups.append((first, last, mean))
+    slowest = np.inf
+    for first, last, mean in groups:
+        members = slice(first, last + 1)
+        mass, least = float(sizes[members].sum()), float(sizes[members].min())
+        energy = 0.5 * float(sizes[members] @ (speeds[members] - mean) ** 2)
+        slowest = min(slowest, mean - (2.0 * energy * (mass - least) / (least * mass)) ** 0.5)
+    return slowest
+
+
 def argue_end(
     first_displacement: float,
     strains: NDArray[np.float64],
@@ -174,8 +215,11 @@ def argue_end(
         return None
     fragments = find_fragments(strains, velocities, bond)
     speeds = fragments.mean_velocities
-    if speeds[0] <= 0.0 or np.any(np.diff(speeds) <= 0.0):
+    if speeds[0] <= 0.0:
         return None
+    if np.any(np.diff(speeds) <= 0.0):
+        silent = since_contact > quiet_time(len(velocities), bond.stiffness)
+        return "quiet" if silent and speeds[0] < slowest_behind(fragments) else None
     size = int(fragments.sizes[0])
     if size == 1 and first_displacement >= 0.0:
         return "energy"

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_outcome import LastContact, finish, run_single_particle

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 
 class BlindBound:

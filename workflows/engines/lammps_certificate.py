@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from lammps_inputs.bond_table import MARGIN_BINS, BondTable
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from workflows.engines.lammps_chain import LammpsChain
 
 _FILE = "certificate.table"

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import argue_end, longest_collision, look_interval, quiet_time
 

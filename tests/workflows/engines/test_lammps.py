@@ -7,8 +7,9 @@ import pytest
 
 from analysis.restitution import momentum_residual, restitution
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import LennardJones, UserBond
+from lammps_inputs.potentials import LennardJones
 from lammps_inputs.scene import Scene
+from lammps_inputs.user_bond import UserBond
 from tests.benchmarks.timestep_table import case_limit
 from tests.reference_cases import CASES, case_name, case_scene
 from workflows.engines import lammps

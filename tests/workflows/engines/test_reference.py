@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import UserBond
 from lammps_inputs.scene import Scene
+from lammps_inputs.user_bond import UserBond
 from tests.reference_cases import CASES, case_name, case_scene
 from workflows.engines import reference, reference_motion
 from workflows.engines.compositions import COMPOSITIONS

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import LennardJones, Logarithmic, UserBond
+from lammps_inputs.potentials import LennardJones, Logarithmic
 from lammps_inputs.scene import Scene
+from lammps_inputs.user_bond import UserBond
 from workflows.engines import modal, reference, stiff
 from workflows.engines.reference_adaptive import array_rates, log_length_bond, looped_rates
 from workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lammps_inputs.potentials import UserBond
+from lammps_inputs.user_bond import UserBond
 from workflows.reproduce.health import examine_points
 from workflows.reproduce.judging import judge_all
 from workflows.reproduce.measurements import measure

@@ -1,0 +1,166 @@
+"""What a bond potential is: energy, force and curvature as functions of the strain."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+
+class Potential(ABC):
+    """
+    A bond between neighbours, with natural length 1.
+
+    Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
+    (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
+    the named potentials, bond stiffness are 1.
+
+    Attributes
+    ----------
+    name : str
+        The name used in scenes.
+    strain_min, strain_max : float
+        Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
+    dissociation : float
+        U at infinite length; inf for a bond that cannot break.
+    """
+
+    name: str
+    strain_min: float = -math.inf
+    strain_max: float = math.inf
+    dissociation: ClassVar[float] = math.inf
+
+    @abstractmethod
+    def energy(self, strain):
+        """
+        Return U as a function of the strain.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Energy, zero at s = 0.
+        """
+
+    def force(self, strain):
+        """
+        Return -dU/dr.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Force, positive where the bond is compressed.
+        """
+        kernel = self.force_kernel
+        assert kernel is not None, "a potential without a kernel overrides force"
+        return kernel(np.asarray(strain, dtype=float), *self.parameters)
+
+    @abstractmethod
+    def curvature(self, strain):
+        """
+        Return U''.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Curvature: the local stiffness.
+        """
+
+    def lammps_energy(self, strain: str) -> str | None:
+        """
+        Return U as a formula for LAMMPS variables, good to their 17 digits or so.
+
+        Parameters
+        ----------
+        strain : str
+            Name of the variable that holds the strain.
+
+        Returns
+        -------
+        str or None
+            None for a bond that has no formula.
+        """
+        return None
+
+    @property
+    def force_kernel(self) -> Callable | None:
+        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
+        return None
+
+    @property
+    def parameters(self) -> tuple[float, float]:
+        """The (p, q) of the kernel."""
+        return (0.0, 0.0)
+
+    @property
+    def anharmonic_order(self) -> int | None:
+        """Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown."""
+        return 3
+
+    @property
+    def stiffness(self) -> float:
+        """U''(1): 1 for every named potential."""
+        return 1.0
+
+    @property
+    def convex_strain(self) -> float:
+        """Largest strain up to which U is convex; inf where it always is."""
+        return math.inf
+
+    @property
+    def barrier(self) -> float:
+        """Energy of the barrier beyond which U falls without bound; inf where there is none."""
+        return math.inf
+
+    @cached_property
+    def compressed_root(self) -> float | None:
+        """x* < 1, where U equals twice its harmonic part; None where no such length exists."""
+        strain = self._find_compressed_strain()
+        return None if strain is None else 1.0 + strain
+
+    @cached_property
+    def natural_speed(self) -> float | None:
+        """v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic."""
+        strain = self._find_compressed_strain()
+        return None if strain is None else math.sqrt(2.0 * float(self.energy(strain)))
+
+    def _find_compressed_strain(self) -> float | None:
+        """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
+        from scipy.optimize import brentq
+
+        def excess(strain):
+            return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
+
+        near = -1e-3
+        while excess(near) >= 0.0 and near < -1e-100:  # a bond this steep has its root closer
+            near *= 1e-3
+        for _ in range(200):
+            far = near * 1.1
+            if far <= self.strain_min:
+                far = 0.5 * (near + self.strain_min)
+                if far - self.strain_min < 1e-12:
+                    return None
+            with np.errstate(all="ignore"):
+                value = excess(far)
+            if not math.isfinite(value):
+                return None
+            if value >= 0.0:
+                return float(brentq(excess, near, far, xtol=1e-15, rtol=1e-15))
+            near = far
+        return None
