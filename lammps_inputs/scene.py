@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tomllib
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -28,6 +27,7 @@ from lammps_inputs.potentials import (
     Power,
     Toda,
 )
+from lammps_inputs.scene_file import parse_toml, read_scene_fields
 
 PotentialName = Literal["harmonic", "lj", "toda", "log", "power", "table"]
 Engine = Literal["lammps", "reference"]
@@ -398,64 +398,6 @@ def _force_digest(bond: Potential) -> str:
     """Hash the force of a potential that has no name, at strains that every bond allows."""
     strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
     return hashlib.sha256(bond.force(strains).tobytes()).hexdigest()[:16]
-
-
-def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """
-    Parse TOML text.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    source : str
-        What to call it in an error.
-
-    Returns
-    -------
-    dict
-        Its keys and values.
-
-    Raises
-    ------
-    SceneError
-        If the text is not TOML.
-    """
-    try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise SceneError(f"{source} is not valid TOML: {error}") from None
-
-
-def read_scene_fields(path: Path | str) -> dict[str, Any]:
-    """
-    Read the fields of a scene file, not yet validated.
-
-    Parameters
-    ----------
-    path : pathlib.Path or str
-        A TOML file; a relative `bond_file` in it is taken from the file's folder.
-
-    Returns
-    -------
-    dict
-        Its keys and values.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read or is not TOML.
-    """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or type(error).__name__
-        raise SceneError(f"cannot read the scene file {str(path)!r}: {reason}") from None
-    fields = parse_toml(text, str(path))
-    if isinstance(fields.get("bond_file"), str):
-        fields["bond_file"] = path.parent / fields["bond_file"]
-    return fields
 
 
 def _one_line(error: ValidationError) -> str:

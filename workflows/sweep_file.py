@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from lammps_inputs.errors import SceneError
-from lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS, Scene, read_scene_fields
+from lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS, Scene
+from lammps_inputs.scene_file import read_scene_fields
 from workflows.errors import SweepError
 
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
