@@ -165,22 +165,25 @@ def slowest_behind(fragments: Fragments) -> float:
     sizes, speeds = fragments.sizes, fragments.mean_velocities
     if speeds[1] <= speeds[0]:
         return -np.inf
-    # Neighbours that will meet, directly or after others have, are taken as one group.
-    groups: list[tuple[int, int, float]] = []
+    # Neighbours that can meet, directly or after others have, are taken as one group.
+    groups: list[tuple[int, float, float]] = []
     for last in range(1, len(sizes)):
-        first, mean = last, float(speeds[last])
-        while groups and groups[-1][2] >= mean:
+        first = last
+        slowest = fastest = float(speeds[last])
+        while groups and groups[-1][2] >= slowest:
             first = groups.pop()[0]
-            members = slice(first, last + 1)
-            mean = float(np.average(speeds[members], weights=sizes[members]))
-        groups.append((first, last, mean))
-    slowest = np.inf
-    for first, last, mean in groups:
-        members = slice(first, last + 1)
-        mass, least = float(sizes[members].sum()), float(sizes[members].min())
-        energy = 0.5 * float(sizes[members] @ (speeds[members] - mean) ** 2)
-        slowest = min(slowest, mean - (2.0 * energy * (mass - least) / (least * mass)) ** 0.5)
-    return slowest
+            slowest, fastest = _reach(sizes[first : last + 1], speeds[first : last + 1])
+        groups.append((first, slowest, fastest))
+    return groups[0][1]
+
+
+def _reach(sizes: NDArray[np.int64], speeds: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the smallest and largest velocity that elastic collisions of a group allow."""
+    mass, least = float(sizes.sum()), float(sizes.min())
+    mean = float(np.average(speeds, weights=sizes))
+    energy = 0.5 * float(sizes @ (speeds - mean) ** 2)
+    most = (2.0 * energy * (mass - least) / (least * mass)) ** 0.5
+    return mean - most, mean + most
 
 
 def argue_end(

@@ -8,7 +8,13 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, LennardJones, Toda
 from lammps_inputs.scene import Scene
 from workflows.engines import lammps, lammps_collision
-from workflows.engines.ending import argue_end, find_fragments, quiet_time
+from workflows.engines.ending import (
+    Fragments,
+    argue_end,
+    find_fragments,
+    quiet_time,
+    slowest_behind,
+)
 
 LJ = LennardJones()
 
@@ -58,6 +64,45 @@ class TestFragments:
         assert argue_end(1.0, strains, velocities, 0.0, LJ) == "energy"
         catching_up = np.array([0.2, 0.2, 0.9, -0.7])  # bond 2 opens, piece 2 is slower
         assert argue_end(1.0, strains, catching_up, 1e9, LJ) is None
+
+
+def collide_until_sorted(sizes, speeds):
+    """Let fragments meet as elastic bodies; return all speeds on the way."""
+    speeds, met = speeds.copy(), [speeds.copy()]
+    while np.any(np.diff(speeds) < -1e-12):
+        k = int(np.argmin(np.diff(speeds)))
+        pair = slice(k, k + 2)
+        speeds[pair] = 2.0 * np.average(speeds[pair], weights=sizes[pair]) - speeds[pair]
+        met.append(speeds.copy())
+    return np.array(met)
+
+
+def test_no_fragment_gets_slower_than_the_bound():
+    random = np.random.default_rng(8)
+    tightest = np.inf
+    for _ in range(300):
+        sizes = random.integers(1, 40, random.integers(3, 9))
+        speeds = 1.0 + 0.1 * np.sort(random.normal(size=len(sizes)))
+        speeds[1:] += random.normal(size=len(sizes) - 1) * 0.05
+        bound = slowest_behind(Fragments(np.cumsum(sizes) - sizes, sizes, speeds))
+        if speeds[1] <= speeds[0]:
+            assert bound == -np.inf
+            continue
+        slowest = collide_until_sorted(sizes[1:], speeds[1:]).min()
+        assert slowest >= bound - 1e-12
+        tightest = min(tightest, slowest - bound)
+    assert tightest < 0.01  # a bound that says something
+
+
+def test_fragments_that_meet_far_away_do_not_keep_a_collision_open():
+    # Three pairs; the second, with 0.95, will meet the third, with 0.85, and take its speed. Their
+    # ends part for the moment, so that the bond between them is broken.
+    strains = np.array([0.0, 3.0, 0.0, 3.0, 0.0])
+    velocities = np.array([0.0, 0.0, 1.2, 0.7, 0.8, 0.9])
+    silence = quiet_time(6, LJ.stiffness)
+    for first, seconds, verdict in ((0.5, 1.01, "quiet"), (0.5, 0.99, None), (0.86, 1.01, None)):
+        velocities[:2] = first
+        assert argue_end(1.0, strains, velocities, seconds * silence, LJ) == verdict
 
 
 @pytest.mark.parametrize("bond", [Harmonic(), Toda(), LJ], ids=lambda bond: bond.name)
