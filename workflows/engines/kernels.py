@@ -6,17 +6,19 @@ from functools import cache
 
 import numpy as np
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 from workflows.engines.reference_coast import build_coast
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
 from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_motion import build_motion
 from workflows.engines.reference_stages import (
+    array_copy,
     array_drift,
     array_mix,
     array_outside,
     array_stage,
     array_start,
+    looped_copy,
     looped_drift,
     looped_mix,
     looped_outside,
@@ -84,6 +86,7 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
         first_force,
         _array_leap(bond, extrapolated),
         array_outside,
+        array_copy,
         build_contact_search,
         lambda function: function,
     )
@@ -94,8 +97,8 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
 def _array_leap(bond: Potential, extrapolated: bool) -> Callable:
     stage = array_stage(bond)
     if extrapolated:
-        return extrapolated_leap(array_start(bond), stage, array_mix)
-    return composed_leap(stage, array_drift)
+        return extrapolated_leap(array_start(bond), stage, array_copy, array_mix)
+    return composed_leap(array_start(bond), stage, array_drift)
 
 
 @cache
@@ -104,15 +107,16 @@ def _compile(function: Callable, keep: bool, extrapolated: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
-    stage = register(looped_stage(kernel))
+    start, stage = register(looped_start(kernel)), register(looped_stage(kernel))
     if extrapolated:
-        leap = extrapolated_leap(register(looped_start(kernel)), stage, register(looped_mix))
+        leap = extrapolated_leap(start, stage, register(looped_copy), register(looped_mix))
     else:
-        leap = composed_leap(stage, register(looped_drift))
+        leap = composed_leap(start, stage, register(looped_drift))
     advance = build_motion(
         kernel,
         register(leap),
         register(looped_outside),
+        register(looped_copy),
         build_contact_search,
         register,
     )

@@ -26,9 +26,9 @@ class Chain:
         The state, with the ledger's distance of particle 1 from the wall.
     contacts : ndarray of shape (2, capacity)
         Times and incoming speeds.
-    last, kept, near : pair of ndarray
-        Strains and velocities after the last contact, before the step, and of the particles near
-        the wall while a contact is searched.
+    last, kept, near, trial : pair of ndarray
+        Strains and velocities after the last contact, before the step, of the particles near the
+        wall while a contact is searched, and of what a step tries.
     """
 
     ledger: np.record
@@ -38,6 +38,7 @@ class Chain:
     last: tuple[NDArray[np.float64], NDArray[np.float64]]
     kept: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
     near: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    trial: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
 
     @classmethod
     def at_first_contact(cls, scene: Scene, scheme: StepScheme) -> "Chain":
@@ -71,7 +72,8 @@ class Chain:
         ledger.strain_floor, ledger.strain_ceiling = _allowed_strains(scene)
         ledger.contacts = 1
         ledger.step_evaluations = scheme.evaluations
-        ledger.active = min(particles - 1, max(reach, motion.FRONT_MARGIN))
+        blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
+        ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
         return cls(
             ledger,
             strain,
@@ -80,6 +82,7 @@ class Chain:
             last=(strain.copy(), velocity.copy()),
             kept=(strain.copy(), velocity.copy()),
             near=(np.empty(reach), np.empty(reach + 1)),
+            trial=(strain.copy(), velocity.copy()),
         )
 
     def copy(self) -> "Chain":
@@ -101,6 +104,7 @@ class Chain:
             (self.last[0].copy(), self.last[1].copy()),
             self.kept,
             self.near,
+            self.trial,
         )
 
     def advance(self, kernels: Kernels, goal: int, step: float, scheme: StepScheme) -> int:
@@ -125,12 +129,12 @@ class Chain:
         """
         return kernels.advance(
             self.ledger,
-            self.strain,
-            self.velocity,
+            (self.strain, self.velocity),
             self.contacts,
             self.last,
             self.kept,
             self.near,
+            self.trial,
             goal,
             step,
             (scheme.outer, scheme.inner),

@@ -24,22 +24,23 @@ def build_coast(stage: Callable, drift: Callable, count_outside: Callable) -> Ca
 
     def coast(ledger, strain, velocity, steps, step, clearance, parameters):
         p, q = parameters
+        bonds = strain.shape[0]
         ahead = 0.5 * step  # the drifts of neighbouring steps merge
         for taken in range(steps):
             ledger.wall_distance += ahead * velocity[0]
-            stage(strain, velocity, ahead, step, p, q)
+            stage(strain, velocity, bonds, ahead, step, p, q)
             ahead = step
             ledger.evaluations += 1
             if not ledger.wall_distance > clearance:
                 return taken
-            if count_outside(strain, ledger.strain_min, ledger.strain_max) > 0:
+            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
                 low, high = np.min(strain), np.max(strain)
                 ledger.strain_min = min(ledger.strain_min, low)
                 ledger.strain_max = max(ledger.strain_max, high)
                 if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
                     return taken
         ledger.wall_distance += 0.5 * step * velocity[0]
-        drift(strain, velocity, 0.5 * step)
+        drift(strain, velocity, bonds, 0.5 * step)
         return steps
 
     return coast

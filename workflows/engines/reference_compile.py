@@ -10,7 +10,7 @@ from numba import njit
 from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
 # time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
@@ -125,7 +125,8 @@ class LoopCompiler:
         callable
             A plain copy, to be called from compiled functions.
         """
-        return register_jitable(**OPTIONS)(self._own(function))
+        # Inlined: a call that hands arrays over costs as much as a short loop.
+        return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
 
     def compile(self, function: Callable) -> Callable:
         """

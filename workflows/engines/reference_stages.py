@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from lammps_inputs.potentials import Potential
+from lammps_inputs.potential import Potential
 
 
 def looped_stage(force: Callable) -> Callable:
@@ -30,13 +30,13 @@ def looped_stage(force: Callable) -> Callable:
     Returns
     -------
     callable
-        ``stage(strain, velocity, drift, kick, p, q)``: changes its arrays in place.
+        ``stage(strain, velocity, bonds, drift, kick, p, q)``: changes the first `bonds` of its
+        arrays in place, and one velocity more.
     """
 
-    def stage(strain, velocity, drift, kick, p, q):
+    def stage(strain, velocity, bonds, drift, kick, p, q):
         # The force of the bond behind is carried along: reading ahead and writing behind is a
         # pattern that LLVM vectorises, and one pass costs less memory traffic than two.
-        bonds = strain.shape[0]
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
@@ -49,7 +49,24 @@ def looped_stage(force: Callable) -> Callable:
     return stage
 
 
-def looped_drift(strain, velocity, drift):
+def looped_copy(strain, velocity, new_strain, new_velocity, bonds):
+    """
+    Copy a state, as a loop.
+
+    Parameters
+    ----------
+    strain, velocity, new_strain, new_velocity : ndarray
+        The state and its copy.
+    bonds : int
+        How many of the bonds, and one velocity more.
+    """
+    for i in range(bonds):
+        new_strain[i] = strain[i]
+        new_velocity[i] = velocity[i]
+    new_velocity[bonds] = velocity[bonds]
+
+
+def looped_drift(strain, velocity, bonds, drift):
     """
     Move the particles freely, as a loop.
 
@@ -59,10 +76,12 @@ def looped_drift(strain, velocity, drift):
         Changed in place.
     velocity : ndarray of shape (n,)
         Velocities.
+    bonds : int
+        How many of the bonds.
     drift : float
         Time.
     """
-    for i in range(strain.shape[0]):
+    for i in range(bonds):
         strain[i] += drift * (velocity[i + 1] - velocity[i])
 
 
@@ -78,11 +97,10 @@ def looped_start(force: Callable) -> Callable:
     Returns
     -------
     callable
-        ``start(strain, velocity, new_strain, new_velocity, drift, kick, p, q)``.
+        ``start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q)``.
     """
 
-    def start(strain, velocity, new_strain, new_velocity, drift, kick, p, q):
-        bonds = strain.shape[0]
+    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
@@ -95,7 +113,9 @@ def looped_start(force: Callable) -> Callable:
     return start
 
 
-def looped_mix(strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity):
+def looped_mix(
+    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
+):
     """
     Let the particles move freely and add the change since an old state, weighted, to a mixture.
 
@@ -105,19 +125,21 @@ def looped_mix(strain, velocity, old_strain, old_velocity, drift, weight, mix_st
         State before the drift; not changed.
     old_strain, old_velocity : ndarray of shape (n - 1,) and (n,)
         The old state.
+    bonds : int
+        How many of the bonds, and one velocity more.
     drift, weight : float
         Time and weight.
     mix_strain, mix_velocity : ndarray of shape (n - 1,) and (n,)
         The mixture, changed in place.
     """
-    for i in range(strain.shape[0]):
+    for i in range(bonds):
         moved = strain[i] + drift * (velocity[i + 1] - velocity[i])
         mix_strain[i] += weight * (moved - old_strain[i])
-    for i in range(velocity.shape[0]):
+    for i in range(bonds + 1):
         mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
 
 
-def looped_outside(strain, low, high):
+def looped_outside(strain, bonds, low, high):
     """
     Count the strains outside a range, as a loop; what is not a number is outside.
 
@@ -125,6 +147,8 @@ def looped_outside(strain, low, high):
     ----------
     strain : ndarray of shape (n - 1,)
         Strains.
+    bonds : int
+        How many of them.
     low, high : float
         The range.
 
@@ -134,7 +158,7 @@ def looped_outside(strain, low, high):
         How many are outside.
     """
     outside = 0
-    for i in range(strain.shape[0]):
+    for i in range(bonds):
         outside += not (low <= strain[i] <= high)
     return outside
 
@@ -154,11 +178,11 @@ def array_stage(bond: Potential) -> Callable:
         As :func:`looped_stage` returns it.
     """
 
-    def stage(strain, velocity, drift, kick, _p, _q):
-        strain += drift * np.diff(velocity)
-        impulse = kick * bond.force(strain)
-        velocity[:-1] -= impulse
-        velocity[1:] += impulse
+    def stage(strain, velocity, bonds, drift, kick, _p, _q):
+        array_drift(strain, velocity, bonds, drift)
+        impulse = kick * bond.force(strain[:bonds])
+        velocity[:bonds] -= impulse
+        velocity[1 : bonds + 1] += impulse
 
     return stage
 
@@ -179,28 +203,44 @@ def array_start(bond: Potential) -> Callable:
     """
     stage = array_stage(bond)
 
-    def start(strain, velocity, new_strain, new_velocity, drift, kick, p, q):
-        new_strain[:] = strain
-        new_velocity[:] = velocity
-        stage(new_strain, new_velocity, drift, kick, p, q)
+    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
+        array_copy(strain, velocity, new_strain, new_velocity, bonds)
+        stage(new_strain, new_velocity, bonds, drift, kick, p, q)
 
     return start
 
 
-def array_mix(strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity):
+def array_mix(
+    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
+):
     """
     Let the particles move freely and add the change since an old state, weighted, to a mixture.
 
     Parameters
     ----------
-    strain, velocity, old_strain, old_velocity, drift, weight, mix_strain, mix_velocity
+    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
         As in :func:`looped_mix`.
     """
-    mix_strain += weight * (strain + drift * np.diff(velocity) - old_strain)
-    mix_velocity += weight * (velocity - old_velocity)
+    near, ends = slice(bonds), slice(bonds + 1)
+    moved = strain[near] + drift * np.diff(velocity[ends])
+    mix_strain[near] += weight * (moved - old_strain[near])
+    mix_velocity[ends] += weight * (velocity[ends] - old_velocity[ends])
 
 
-def array_drift(strain, velocity, drift):
+def array_copy(strain, velocity, new_strain, new_velocity, bonds):
+    """
+    Copy a state, in NumPy.
+
+    Parameters
+    ----------
+    strain, velocity, new_strain, new_velocity, bonds
+        As in :func:`looped_copy`.
+    """
+    new_strain[:bonds] = strain[:bonds]
+    new_velocity[: bonds + 1] = velocity[: bonds + 1]
+
+
+def array_drift(strain, velocity, bonds, drift):
     """
     Move the particles freely, in NumPy.
 
@@ -210,13 +250,15 @@ def array_drift(strain, velocity, drift):
         Changed in place.
     velocity : ndarray of shape (n,)
         Velocities.
+    bonds : int
+        How many of the bonds.
     drift : float
         Time.
     """
-    strain += drift * np.diff(velocity)
+    strain[:bonds] += drift * np.diff(velocity[: bonds + 1])
 
 
-def array_outside(strain, low, high):
+def array_outside(strain, bonds, low, high):
     """
     Count the strains outside a range, in NumPy; what is not a number is outside.
 
@@ -224,6 +266,8 @@ def array_outside(strain, low, high):
     ----------
     strain : ndarray of shape (n - 1,)
         Strains.
+    bonds : int
+        How many of them.
     low, high : float
         The range.
 
@@ -232,4 +276,5 @@ def array_outside(strain, low, high):
     int
         How many are outside.
     """
+    strain = strain[:bonds]
     return int(np.count_nonzero(~((strain >= low) & (strain <= high))))

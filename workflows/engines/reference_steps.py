@@ -85,42 +85,52 @@ STEP_SCHEMES: dict[str, StepScheme] = {name: _composed(name) for name in COMPOSI
 }
 
 
-def composed_leap(stage: Callable, drift: Callable) -> Callable:
+def composed_leap(start: Callable, stage: Callable, drift: Callable) -> Callable:
     """
     Return the composed map.
 
     Parameters
     ----------
-    stage, drift : callable
+    start, stage, drift : callable
         As in ``reference_stages``.
 
     Returns
     -------
     callable
-        ``leap(wall_distance, strain, velocity, step, scheme, parameters)``: changes its arrays in
-        place and returns the new distance of particle 1 from the wall; `scheme` is (outer, inner).
+        ``leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters)``: writes
+        the state after a step into `new` and returns the new distance of particle 1 from the wall.
+
+        `old`, `new` and `trial` are (strain, velocity) pairs, the last one scratch; `bonds` are in
+        motion, of which the first `wanted` are needed: each stage before the last moves one more.
+        `scheme` is (outer, inner).
     """
 
-    def leap(wall_distance, strain, velocity, step, scheme, parameters):
+    def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
         drifts, kicks = scheme
         p, q = parameters
-        for k in range(kicks.shape[0]):
+        stages = kicks.shape[0]
+        strain, velocity = new
+        wall_distance += drifts[0] * step * old[1][0]
+        reach = min(bonds, wanted + stages)
+        start(old[0], old[1], strain, velocity, reach, drifts[0] * step, kicks[0] * step, p, q)
+        for k in range(1, stages):
             wall_distance += drifts[k] * step * velocity[0]
-            stage(strain, velocity, drifts[k] * step, kicks[k] * step, p, q)
+            reach = min(bonds, wanted + stages - k)
+            stage(strain, velocity, reach, drifts[k] * step, kicks[k] * step, p, q)
         wall_distance += drifts[-1] * step * velocity[0]
-        drift(strain, velocity, drifts[-1] * step)
+        drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
         return wall_distance
 
     return leap
 
 
-def extrapolated_leap(start: Callable, stage: Callable, mix: Callable) -> Callable:
+def extrapolated_leap(start: Callable, stage: Callable, copy: Callable, mix: Callable) -> Callable:
     """
     Return the extrapolated map.
 
     Parameters
     ----------
-    start, stage, mix : callable
+    start, stage, copy, mix : callable
         As in ``reference_stages``.
 
     Returns
@@ -129,33 +139,27 @@ def extrapolated_leap(start: Callable, stage: Callable, mix: Callable) -> Callab
         As :func:`composed_leap` returns it.
     """
 
-    def leap(wall_distance, strain, velocity, step, scheme, parameters):
+    def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
         weights, counts = scheme
         p, q = parameters
-        old_strain, old_velocity = strain.copy(), velocity.copy()
-        trial_strain, trial_velocity = np.empty_like(strain), np.empty_like(velocity)
+        strain, velocity = trial
+        wanted = min(bonds, wanted)
+        copy(old[0], old[1], new[0], new[1], wanted)
         moved = 0.0
         for row in range(weights.shape[0]):
             weight = weights[row]
             count = int(counts[row])
             short = step / count
-            distance = 0.5 * short * old_velocity[0]
-            start(old_strain, old_velocity, trial_strain, trial_velocity, 0.5 * short, short, p, q)
-            for _ in range(count - 1):
-                distance += short * trial_velocity[0]
-                stage(trial_strain, trial_velocity, short, short, p, q)
-            distance += 0.5 * short * trial_velocity[0]
+            half = 0.5 * short
+            distance = half * old[1][0]
+            reach = min(bonds, wanted + count)
+            start(old[0], old[1], strain, velocity, reach, half, short, p, q)
+            for further in range(count - 1, 0, -1):
+                distance += short * velocity[0]
+                stage(strain, velocity, min(bonds, wanted + further), short, short, p, q)
+            distance += half * velocity[0]
             # Weights sum to 1: mixing differences keeps the rounding of what does not change out.
-            mix(
-                trial_strain,
-                trial_velocity,
-                old_strain,
-                old_velocity,
-                0.5 * short,
-                weight,
-                strain,
-                velocity,
-            )
+            mix(strain, velocity, old[0], old[1], wanted, half, weight, new[0], new[1])
             moved += weight * distance
         return wall_distance + moved
 

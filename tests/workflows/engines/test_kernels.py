@@ -11,18 +11,20 @@ from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power,
 from workflows.engines.reference_compile import LoopCompiler, scalar_force
 from workflows.engines.reference_contact import build_contact_search, count_sign_changes, fit_path
 from workflows.engines.reference_stages import (
+    array_copy,
     array_drift,
     array_mix,
     array_outside,
     array_stage,
     array_start,
+    looped_copy,
     looped_drift,
     looped_mix,
     looped_outside,
     looped_stage,
     looped_start,
 )
-from workflows.engines.reference_steps import STEP_SCHEMES
+from workflows.engines.reference_steps import STEP_SCHEMES, composed_leap, extrapolated_leap
 
 BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
 
@@ -45,48 +47,69 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     compiler = LoopCompiler("test_kernels", keep=False)
     stage = compiler.compile(looped_stage(compiler.register(force.function)))
     loops, arrays = (strain.copy(), velocity.copy()), (strain.copy(), velocity.copy())
-    stage(*loops, 0.03, 0.05, *force.parameters)
-    array_stage(bond)(*arrays, 0.03, 0.05, 0.0, 0.0)
+    stage(*loops, 37, 0.03, 0.05, *force.parameters)
+    array_stage(bond)(*arrays, 37, 0.03, 0.05, 0.0, 0.0)
     # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
     assert np.allclose(loops[0], arrays[0], rtol=0.0, atol=1e-16)
     assert np.allclose(loops[1], arrays[1], rtol=0.0, atol=2e-15)
 
 
-def test_loops_say_what_arrays_say():
+@pytest.mark.parametrize("bonds", [9, 5])
+def test_loops_say_what_arrays_say(bonds):
+    # Of the 9 bonds of a chain, all or the first few.
     rng = np.random.default_rng(6)
     bond = LennardJones()
-    strain, velocity = rng.uniform(-0.1, 0.1, 9), rng.uniform(-0.1, 0.1, 10)
     force = kernel_of(bond).function
-    for loop, array in (
-        (looped_start(force), array_start(bond)),
-        (looped_stage(force), array_stage(bond)),
+    old = (rng.uniform(-0.1, 0.1, 9), rng.uniform(-0.1, 0.1, 10))
+    for loop, array, inputs, arguments in (
+        (looped_start(force), array_start(bond), old, (0.1, 0.2, 0.0, 0.0)),
+        (looped_stage(force), array_stage(bond), (), (0.1, 0.2, 0.0, 0.0)),
+        (looped_drift, array_drift, (), (0.1,)),
+        (looped_copy, array_copy, old, ()),
     ):
-        results = []
-        for stage in (loop, array):
-            s, v = strain.copy(), velocity.copy()
-            fresh = (np.empty(9), np.empty(10))
-            if loop.__name__ == "start":
-                stage(s, v, *fresh, 0.1, 0.2, 0.0, 0.0)
-                assert np.array_equal(s, strain)
-                results.append(fresh)
-            else:
-                stage(s, v, 0.1, 0.2, 0.0, 0.0)
-                results.append((s, v))
-        for ours, theirs in zip(*results, strict=True):
+        states = [(rng.permutation(old[0]), old[1][::-1].copy())] * 2
+        states = [(s.copy(), v.copy()) for s, v in states]
+        for function, state in zip((loop, array), states, strict=True):
+            function(*inputs, *state, bonds, *arguments)
+        for ours, theirs in zip(*states, strict=True):
             assert np.allclose(ours, theirs, rtol=1e-14)
     mixtures = []
     for mix in (looped_mix, array_mix):
         mixture = (np.ones(9), np.ones(10))
-        mix(strain, velocity, 0.5 * strain, 0.5 * velocity, 0.1, 3.0, *mixture)
+        mix(*old, 0.5 * old[0], 0.5 * old[1], bonds, 0.1, 3.0, *mixture)
         mixtures.append(mixture)
     assert np.allclose(mixtures[0][0], mixtures[1][0], rtol=1e-14)
-    assert np.allclose(mixtures[0][1], 1.0 + 1.5 * velocity, rtol=1e-14)
-    moved = [strain.copy(), strain.copy()]
-    looped_drift(moved[0], velocity, 0.1)
-    array_drift(moved[1], velocity, 0.1)
-    assert np.allclose(*moved, rtol=1e-14)
-    strain[3] = np.nan
-    assert looped_outside(strain, -1.0, 1.0) == array_outside(strain, -1.0, 1.0) == 1
+    assert np.allclose(mixtures[0][1][: bonds + 1], 1.0 + 1.5 * old[1][: bonds + 1], rtol=1e-14)
+    assert np.array_equal(mixtures[0][1][bonds + 1 :], np.ones(9 - bonds))
+    strain = old[0].copy()
+    strain[3] = strain[7] = np.nan
+    expected = 2 if bonds == 9 else 1
+    for outside in (looped_outside, array_outside):
+        assert outside(strain, bonds, -1.0, 1.0) == expected
+
+
+@pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
+def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme):
+    rng = np.random.default_rng(7)
+    bond = LennardJones()
+    start, stage = array_start(bond), array_stage(bond)
+    if scheme.extrapolated:
+        leap = extrapolated_leap(start, stage, array_copy, array_mix)
+    else:
+        leap = composed_leap(start, stage, array_drift)
+    old = (rng.uniform(-0.1, 0.1, 39), rng.uniform(-0.1, 0.1, 40))
+    made_of = (scheme.outer, scheme.inner)
+
+    def after(bonds, size):
+        new, trial = [(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
+        x = leap(0.1, old, new, trial, 39, bonds, 0.1, made_of, (0.0, 0.0))
+        return x, new[0][:bonds], new[1][:bonds]
+
+    whole, near = after(39, 39), after(1, scheme.reach)
+    # The same operations on the same numbers.
+    assert whole[0] == near[0]
+    assert whole[1][0] == near[1][0]
+    assert whole[2][0] == near[2][0]
 
 
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
