@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.benchmarks import equal_time, event_overhead, lammps_peers, reference_peers
+from tests.benchmarks import c_loops, equal_time, event_overhead, lammps_peers, reference_peers
 from workflows.versions import versions
 
 HISTORY = Path(__file__).parent / "history"
@@ -74,9 +74,9 @@ def measure_reference_peers() -> FigureStream:
                     name = f"{row['integrator']} over in-house {scheme}, {task}"
                     yield name, float(row[f"{task}_over_{ending}"])
     with tempfile.TemporaryDirectory() as folder:
-        c_loops, ours = reference_peers.compile_c(Path(folder)), reference_peers.compile_ours()
+        in_c, ours = c_loops.compile_c(Path(folder)), c_loops.compile_ours()
         for particles in (100, 1000):
-            row = reference_peers.compare_loops(particles, c_loops, ours)
+            row = c_loops.compare_loops(particles, in_c, ours)
             for part in ("force", "stage"):
                 yield f"in-house {part} loop over C, n {particles}", row[f"{part}_ratio"]
 

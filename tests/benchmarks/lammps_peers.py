@@ -9,13 +9,13 @@ Run: python -m tests.benchmarks.lammps_peers
 """
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from tests.benchmarks.reference_peers import Dop853Chain, HeyokaChain, timed
+from tests.benchmarks.peers import Dop853Chain, HeyokaChain, coarsest, timed
 from workflows.engines import lammps
 from workflows.step_search import eta_of
 from workflows.tradeoff.truth import find_truth
@@ -25,17 +25,6 @@ LIMIT = 5.0  # LAMMPS over heyoka, both to the end of the argument
 STEPS = (0.2, 0.17, 0.15, 0.14, 0.12, 0.1, 0.085, 0.07)
 MORE = 4
 TOLERANCES = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13)
-
-
-def coarsest(settings: Iterable[float], error_of: Callable[[float], float]) -> tuple[float, float]:
-    """Return the first of settings, coarse to fine, that is good with all finer ones."""
-    tried = [(setting, error_of(setting)) for setting in settings]
-    good = len(tried)
-    while good > 0 and tried[good - 1][1] <= ERROR:
-        good -= 1
-    if good == len(tried):
-        raise AssertionError(f"no setting is within {ERROR:g}: {tried}")
-    return tried[good]
 
 
 def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
@@ -57,7 +46,9 @@ def compare(repeats: int = 7) -> dict[str, float]:
 
     found: dict[str, float] = {}
     step, found["lammps_error"] = coarsest(
-        STEPS, lambda h: abs(eta_of(scene, lammps.run(scene, numerics(h))) - truth.restitution)
+        STEPS,
+        lambda h: abs(eta_of(scene, lammps.run(scene, numerics(h))) - truth.restitution),
+        ERROR,
     )
     found["lammps_step"] = step
     tasks: dict[str, Callable[[], float]] = {
@@ -72,7 +63,7 @@ def compare(repeats: int = 7) -> dict[str, float]:
             eta = (velocities.mean() / scene.impact_velocity) ** 2
             return abs(float(eta) - truth.restitution)
 
-        tolerance, found[f"{name}_error"] = coarsest(TOLERANCES, error_of)
+        tolerance, found[f"{name}_error"] = coarsest(TOLERANCES, error_of, ERROR)
         found[f"{name}_tolerance"] = tolerance
         chosen = chains[tolerance]
         for task, until in (("last", last), ("end", end)):
