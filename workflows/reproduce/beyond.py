@@ -62,7 +62,7 @@ def _long_chains(measured: Measurements) -> str:
     laws = {speed: found for speed, found in last_exponents(measured).items() if found[1]}
     parts = [
         f"{1.0 - points[-1].restitution:.6f} ± {points[-1].error:.0e} at {speed:g} v* "
-        f"(n = {points[-1].particles}; last exponent {law.exponent:.2f})"
+        f"(n = {points[-1].particles}; last exponent {law.exponent:z.2f})"
         for speed, (law, points) in laws.items()
     ]
     levels_off = [f"{speed:g}" for speed, (law, _) in laws.items() if law.exponent > _CONSTANT]
@@ -92,7 +92,7 @@ def _slope_limit(measured: Measurements) -> str:
 def _spectra(points: list[Point]) -> str:
     chosen = [p for p in points if p.speed in (0.4, 0.78, 2.0)] or points[:1]
     return "Half of the vibrational energy is in the lowest modes up to " + ", ".join(
-        f"j = {half_of_vibration(p)} of {p.particles - 1} at {p.speed:g} v*" for p in chosen
+        f"j = {half_of_vibration(p)} of {p.particles - 1} at {p.speed:.3g} v*" for p in chosen
     )
 
 
@@ -102,9 +102,9 @@ def _breaking(points: list[Point]) -> str:
         return "None of these did."
     most = max(broken, key=lambda p: p.answer.result["fragments"])  # type: ignore[union-attr,index]
     return (
-        f"The slowest that ends in pieces flies at {broken[0].speed:g} v*, the fastest at "
-        f"{broken[-1].speed:g} v*; the most pieces, {most.answer.result['fragments']}, are left at "  # type: ignore[union-attr,index]
-        f"{most.speed:g} v* (n = {most.particles})."
+        f"The slowest that ends in pieces flies at {broken[0].speed:.3g} v*, the fastest at "
+        f"{broken[-1].speed:.3g} v*; the most, {most.answer.result['fragments']}, are left at "  # type: ignore[union-attr,index]
+        f"{most.speed:.3g} v* (n = {most.particles})."
     )
 
 

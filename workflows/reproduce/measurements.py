@@ -69,6 +69,11 @@ class Point:
         return None
 
     @property
+    def engine_name(self) -> str:
+        """The source as people write it; a dash where there is none."""
+        return {"lammps": "LAMMPS", "in-house": "in-house", None: "–"}[self.source]
+
+    @property
     def answer(self) -> Answer | None:
         """The answer that is plotted and fitted: LAMMPS's, or in-house where there is none."""
         return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]

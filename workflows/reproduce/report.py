@@ -92,7 +92,7 @@ def gather(
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": asdict(examine_points(measured)),
         "fits": {
-            "harmonic 1 - eta, all points": [fit.to_dict() for fit in judged.law.ranges],
+            "1 − η, harmonic": [fit.to_dict() for fit in judged.law.ranges],
             **_increase_fits(measured),
         },
         "beyond": [asdict(remark) for remark in remarks(measured)],

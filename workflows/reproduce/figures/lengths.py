@@ -127,9 +127,9 @@ def lj_lengths(measured: Measurements) -> Figure:
             "The paper's figure 5, carried on to "
             f"n = {longest}. Filled: LAMMPS; open: in-house only. Grey: the harmonic chain, "
             "whose dissipation vanishes as n^(−2/3). A curve that levels off stays finite in the "
-            "limit of long chains. Exponent of 1 − η over the last decade of n: "
+            "limit of long chains. Exponent of 1 − η from a fifth of the longest chain on: "
             + ", ".join(
-                f"{law.exponent:.2f} at {speed:.3f} v*"
+                f"{law.exponent:z.2f} at {speed:.3f} v*"
                 for speed, (law, _) in last_exponents(measured).items()
             )
             + "."

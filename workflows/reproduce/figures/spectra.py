@@ -37,15 +37,15 @@ def mode_spectra(measured: Measurements) -> Figure:
         for p in points
         for j, share in enumerate(_shares(p))
     ]
-    half = ", ".join(f"{half_of_vibration(p)} at {p.speed:g} v*" for p in _nearest(points))
+    half = ", ".join(f"{half_of_vibration(p)} at {p.speed:.3g} v*" for p in _nearest(points))
     return Figure(
         key="mode_spectra",
         title="Beyond the paper: where the lost energy sits",
         caption=(
             "Harmonic energy of the free chain's modes after the last contact, as a share of the "
             f"energy at impact; lj, n = {measured.plan.curve_particles}. Half of the vibrational "
-            f"energy is in the lowest modes up to j = {half}. A broken chain has no modes; above "
-            "0.75 v* the shares say only on what length scale the pieces move."
+            f"energy is in the lowest modes up to j = {half}. A broken chain has no modes: "
+            "where chains break, the shares say only on what length scale the pieces move."
         ),
         table=table_of(rows),
         draw=lambda: _draw(points),
@@ -118,7 +118,7 @@ def _draw(points: list[Point]) -> "Canvas":
     colours = mpl.colormaps["plasma"](np.linspace(0.0, 0.85, len(shown)))
     for point, colour in zip(shown, colours, strict=True):
         below.plot(
-            j, _shares(point)[1:], color=colour, linewidth=0.9, label=rf"${point.speed:g}\,v^*$"
+            j, _shares(point)[1:], color=colour, linewidth=0.9, label=rf"${point.speed:.3g}\,v^*$"
         )
     below.set_xscale("log")
     below.set_yscale("log")

@@ -148,7 +148,7 @@ def _paper_chain(points: list[Point]) -> dict[str, Finding]:
     )
     assert numbers.mean_interval is not None
     assert numbers.mean_speed is not None
-    where = f"n = {PAPER_CHAIN}, {point.source}"
+    where = f"n = {PAPER_CHAIN}, {point.engine_name}"
     return {
         "interval": Finding(
             numbers.mean_interval,

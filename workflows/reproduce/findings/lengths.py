@@ -69,7 +69,7 @@ def _exponent(laws: Laws, speed: float, meaning: str) -> Finding:
     first, last = points[0], points[-1]
     harmonic = float(harmonic_dissipation_law(np.array(last.particles)))
     others = ", ".join(
-        f"{other.exponent:.2f} at {u} v* (n = {other.first:.0f} to {other.last:.0f})"
+        f"{other.exponent:z.2f} at {u} v* (n = {other.first:.0f} to {other.last:.0f})"
         for u, (other, _) in laws.items()
         if u != speed
     )

@@ -99,7 +99,7 @@ def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
         min(values),
         max(p.error for p in fastest) if quantity == "restitution" else 0.0,
         "lowest of three, at "
-        + ", ".join(f"{p.speed:g} v* ({p.scene.label}, {p.source})" for p in fastest),
+        + ", ".join(f"{p.speed:g} v* ({p.scene.label}, {p.engine_name})" for p in fastest),
         fastest,
     )
 
@@ -117,7 +117,7 @@ def _rise_of_contacts(points: list[Point]) -> Finding:
         return Finding(_NAN, _NAN, "f/n does not rise")
     k = int(above[0])
     full = np.flatnonzero(share >= 1.0)
-    one = f"f/n is exactly 1 from {speeds[full[0]]:g} v* on" if full.size else "f/n stays below 1"
+    one = f"f/n is exactly 1 from {speeds[full[0]]:.3g} v* on" if full.size else "f/n stays below 1"
     part = (half - share[k - 1]) / (share[k] - share[k - 1])
     return Finding(
         float(speeds[k - 1] * (speeds[k] / speeds[k - 1]) ** part),

@@ -1,0 +1,54 @@
+"""The limit of C: a known straight line comes back, and only points in the limit count."""
+
+import pytest
+
+from lammps_inputs.scene import Scene
+from workflows.reproduce.findings.long_limit import (
+    BEYOND_HARMONIC,
+    scaled_speed,
+    slope_limits,
+    slow_long_chains,
+)
+from workflows.reproduce.measurements import Answer, Measurements, Point
+from workflows.reproduce.plan import QUICK
+
+SPEEDS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.1)
+LENGTHS = (50, 100, 1000, 3000)
+
+
+def measurements(dissipation):
+    points = tuple(
+        Point(
+            Scene(potential="lj", particles=n, speed=u),
+            None,
+            Answer({"restitution": 1.0 - dissipation(n, u), "restitution_error": 1e-8}),
+        )
+        for n in LENGTHS
+        for u in (*SPEEDS, 0.3)
+    )
+    return Measurements(QUICK, (), {"slopes": points, "sizes": points})
+
+
+def test_line_of_chords_gives_its_limit():
+    found = slope_limits(measurements(lambda n, u: 0.97 * u - 1.2 * u**2))
+    assert [limit.least_scaled_speed for limit in found] == list(BEYOND_HARMONIC)
+    for limit in found:
+        assert limit.value == pytest.approx(0.97, abs=1e-10)
+
+
+def test_short_and_fast_chains_do_not_count():
+    """Where the line does not hold, 1 - eta is absurd: it must leave no trace."""
+
+    def dissipation(n, u):
+        inside = n >= 100 and u <= 0.12 and u * n ** (2.0 / 3.0) >= min(BEYOND_HARMONIC)
+        return 0.97 * u - 1.2 * u**2 if inside else 0.9
+
+    for limit in slope_limits(measurements(dissipation)):
+        assert limit.value == pytest.approx(0.97, abs=1e-10)
+
+
+def test_points_of_two_studies_count_once():
+    points = slow_long_chains(measurements(lambda n, u: u))
+    assert len(points) == 3 * len(SPEEDS)
+    scaled = [scaled_speed(p) for p in points]
+    assert scaled == sorted(scaled)
