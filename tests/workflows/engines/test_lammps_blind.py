@@ -78,3 +78,15 @@ def test_a_bound_that_fails_is_noticed_and_taken_back(monkeypatch):
     misled = lammps.run(scene, numerics)
     assert taken_back, "nothing was taken back, so nothing was tested"
     assert bitwise_equal(misled, truth)
+
+
+def test_windows_that_fail_again_and_again_get_shorter(monkeypatch):
+    # Sharp bonds collide beyond the particles that the bound looks at: with windows of full length
+    # LAMMPS took a hundred times more steps than it kept.
+    calls = []
+    run = LammpsChain.run
+    monkeypatch.setattr(LammpsChain, "run", lambda self, n: (calls.append(n), run(self, n))[1])
+    scene = Scene(potential="log", particles=10, speed=2.0)
+    numerics = Numerics(scheme="verlet", timestep=1e-4, bond_range=(0.005, 1.1))
+    outcome = lammps.run(scene, numerics)
+    assert sum(calls) < 2.0 * outcome.duration / numerics.timestep
