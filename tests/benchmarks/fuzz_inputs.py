@@ -40,7 +40,7 @@ def _as_they_come(pool: Any, jobs: Sequence[tuple[int, bool]]) -> Iterator[_Trie
     results = pool.imap_unordered(_try_all, chunks)
     for _ in chunks:
         try:
-            tried = results.next(_CHUNK * HANG_SECONDS)
+            tried = results.next(2 * _CHUNK * HANG_SECONDS)
         except multiprocessing.TimeoutError:
             first = sorted(number for number, _ in missing)[: 2 * _CHUNK]
             raise SystemExit(f"hang: nothing ends any more; one of the cases {first}") from None

@@ -31,6 +31,9 @@ SCHEME = "hard-sphere"
 # Accuracy of the triple's velocities, and the floor that it leaves to the energy of its vibration.
 _TRIPLE_ACCURACY = 1e-12
 _LEAST_LOSS = 1e-22
+# In units of v*. Beyond it the loss is below that floor, and the slow vibration of a triple that
+# has flown apart is rounding, after which no step follows.
+_FASTEST_TRIPLE = 1e6
 # The loss falls with at least this power of the speed, for all bonds that were measured.
 _LEAST_POWER = 3.0
 
@@ -103,7 +106,10 @@ def deviation(scene: Scene) -> float:
     particles = scene.particles
     if particles < 3:
         return 0.0
-    triple = scene.replace(particles=3, speed=None, velocity=scene.impact_velocity)
+    velocity = scene.impact_velocity
+    if scene.bond.natural_speed is not None:
+        velocity = min(velocity, _FASTEST_TRIPLE * scene.bond.natural_speed)
+    triple = scene.replace(particles=3, speed=None, velocity=velocity)
     while (loss := _vibration(triple)) is None:
         triple = triple.replace(velocity=0.5 * triple.impact_velocity)
     loss *= (triple.impact_velocity / scene.impact_velocity) ** _LEAST_POWER
