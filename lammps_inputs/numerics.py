@@ -12,7 +12,7 @@ from lammps_inputs.scene import (
     Wall,
 )
 
-# The in-house engine also extrapolates steps, where a tolerance lets it choose.
+# Engines also extrapolate steps: the in-house one where a tolerance lets it choose, LAMMPS if told.
 StepSchemeName = Scheme | Literal["extrapolated12", "extrapolated14", "extrapolated16"]
 
 
@@ -26,7 +26,7 @@ class Numerics:
     wall : str
         ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     scheme : str
-        ``verlet``, ``order4``, ``order6`` or ``order8``; for the in-house engine also
+        ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also
         ``extrapolated12`` and so on, see ``workflows.engines.reference_steps``.
     timestep : float
         The composed step H.

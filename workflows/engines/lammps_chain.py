@@ -1,6 +1,7 @@
 """One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
 
 import ctypes
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,8 +14,8 @@ from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE, LOG_FILE, TABLE_FILE, number, render_setup
-from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.lammps_library import load_lammps, name_lammps_error
+from workflows.engines.reference_steps import STEP_SCHEMES
 
 _RUN_ONE = b"run 1 pre no post no"
 
@@ -41,6 +42,8 @@ class LammpsChain:
     ----------
     x, v, f : ndarray of shape (n,)
         Live coordinates, velocities and forces.
+    weights : tuple of float
+        Of the stages of a composed step, or of the mixture that makes an extrapolated one.
     stages_done : int
         Verlet steps taken, which is the number of force evaluations.
     """
@@ -57,7 +60,10 @@ class LammpsChain:
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
-        self.weights = COMPOSITIONS[numerics.scheme].weights
+        scheme = STEP_SCHEMES[numerics.scheme]
+        # How many Verlet steps each part of an extrapolated step has.
+        self._counts = scheme.inner.astype(int).tolist() if scheme.extrapolated else []
+        self.weights = tuple((scheme.outer if scheme.extrapolated else scheme.inner).tolist())
         self.timestep = numerics.timestep
         self.stages_done = 0
         self._dump_started = False
@@ -187,7 +193,7 @@ class LammpsChain:
 
     def step(self, duration: float | None = None) -> None:
         """
-        Take one composed step.
+        Take one composed or extrapolated step.
 
         Parameters
         ----------
@@ -199,6 +205,16 @@ class LammpsChain:
         RunError
             Named after what LAMMPS says.
         """
+        if self._counts:
+            self._extrapolate(self.timestep if duration is None else duration)
+        else:
+            self._compose(duration)
+        if self._failed(self._handle):
+            self._raise_failure()
+        if self._far is not None:
+            self._change_tables()
+
+    def _compose(self, duration: float | None) -> None:
         send, handle = self._send, self._handle
         stages = self._full_step if duration is None else self._encode(duration)
         current = self._current
@@ -210,10 +226,19 @@ class LammpsChain:
             send(handle, _RUN_ONE)
         self._current = current
         self.stages_done += len(stages)
-        if self._failed(handle):
-            self._raise_failure()
-        if self._far is not None:
-            self._change_tables()
+
+    def _extrapolate(self, duration: float) -> None:
+        """Take the step as 1, 2, ... Verlet steps, each time from its start, and mix the ends."""
+        start = np.array(self.snapshot())
+        ends = np.empty((len(self._counts), *start.shape))
+        for count, end in zip(self._counts, ends, strict=True):
+            self.restore(start)
+            self._set_timestep(duration / count)
+            self._send(self._handle, b"run %d pre no post no" % count)
+            end[:] = self.x, self.v, self.f
+        # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
+        self.restore(start + np.tensordot(self.weights, ends - start, axes=1))
+        self.stages_done += sum(self._counts)
 
     def _change_tables(self) -> None:
         """Give bonds that got very long the far table, and those that came back the near one."""
@@ -262,9 +287,7 @@ class LammpsChain:
         """
         return self.x.copy(), self.v.copy(), self.f.copy()
 
-    def restore(
-        self, state: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-    ) -> None:
+    def restore(self, state: Sequence[NDArray[np.float64]] | NDArray[np.float64]) -> None:
         """
         Put a copied state back.
 

@@ -8,6 +8,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import lammps, reference
 from workflows.engines.compositions import COMPOSITIONS
+from workflows.engines.reference_steps import STEP_SCHEMES
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4)
 BOND_RANGE = (0.85, 1.3)
@@ -52,6 +53,18 @@ def test_fitted_order(scheme, truth):
     slope = np.polyfit(np.log(timesteps), np.log(errors), 1)[0]
     # 0.3 is what irregular contact phases leave of a fit over eight steps.
     assert slope == pytest.approx(COMPOSITIONS[scheme].order, abs=0.3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["extrapolated12", "extrapolated14"])
+def test_extrapolated_steps_converge_at_their_order_down_to_rounding(scheme, truth):
+    timesteps = np.geomspace(0.34, 1.0, 10)
+    slope = np.polyfit(np.log(timesteps), np.log(rms_errors(scheme, timesteps, truth)), 1)[0]
+    # Steps as long as the time between two contacts: whether one falls into a step or between two
+    # makes a factor of ten, which over a range of three is 2 in the slope.
+    assert slope == pytest.approx(STEP_SCHEMES[scheme].order, abs=2.0)
+    # The mixture multiplies the rounding of coordinates up to 10 by up to 60, over v0 = 0.05.
+    assert rms_errors(scheme, np.array([0.25]), truth)[0] < 1e-10
 
 
 def test_the_reflecting_wall_is_far_from_second_order(truth):
