@@ -189,7 +189,7 @@ def plot_error_budget(
             )  # fmt: skip
     for group, name in enumerate(budgets):
         ax.plot([group - 0.45, group + 0.45], [totals[name]] * 2, color=BLACK, linewidth=1.0,
-                linestyle="--", label="whole error" if group == 0 else None)  # fmt: skip
+                linestyle="--", label="error before output" if group == 0 else None)  # fmt: skip
     ax.set_yscale("log")
     ax.set_ylim(bottom, 10.0 * max([*totals.values(), lowest, *_largest(budgets)]))
     ax.set_xticks(range(len(budgets)), list(budgets))
