@@ -14,7 +14,7 @@ from workflows.errors import RunError
 from workflows.step_search import eta_of, guess_step, is_believed, run_in_house, sharpness
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
-_SHARPEST_FIXED = 60.0
+SHARPEST_FIXED = 60.0
 # The adaptive integrator is asked for this times the tolerance first, then for ever less.
 _ADAPTIVE_START = 1.0
 # The first step is guessed for this share of the tolerance.
@@ -49,7 +49,7 @@ def meet_in_house(scene: Scene, tolerance: float) -> Answer:
         return answer(
             scene, tolerance, outcome, 0.0, {"spread": spread_of(scene, outcome, outcome)}
         )
-    if sharpness(scene) <= _SHARPEST_FIXED:
+    if sharpness(scene) <= SHARPEST_FIXED:
         return _meet_with_fixed_steps(scene, tolerance)
     deviation = hard_sphere.deviation(scene)
     if deviation <= _STEP_SHARE * tolerance:

@@ -40,7 +40,7 @@ _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
 SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance.
-_TRUTH_SHARE = 0.03
+TRUTH_SHARE = 0.03
 # Schemes that a guess makes this many times dearer than the cheapest are not looked at.
 _HOPELESS = 4.0
 _MOST_REFINEMENTS = 5
@@ -134,7 +134,7 @@ def _jitter(scene: Scene, truth: Converged) -> float:
 
 def _yardstick(scene: Scene, tolerance: float) -> Converged:
     """Return the in-house eta that steps are chosen by."""
-    goal = _TRUTH_SHARE * tolerance
+    goal = TRUTH_SHARE * tolerance
     if isinstance(scene.bond, Harmonic):
         return exact_modes(scene)
     sharp = sharpness(scene)

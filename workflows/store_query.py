@@ -8,7 +8,7 @@ from workflows.errors import StoreError
 from workflows.store import Store
 from workflows.store_schema import PLAIN_COLUMNS
 
-_CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=|!=|=|<|>)\s*(.*?)\s*")
+_CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
 
 def query_rows(
@@ -91,7 +91,7 @@ def _conditions(where: Sequence[str]) -> tuple[str, list[Any]]:
         if value:
             parts.append(f"{_quoted(name)} {operator} ?")
             values.append(_number_or_text(value))
-        elif operator in ("=", "!="):
+        elif operator in ("=", "==", "!="):
             parts.append(f"{_quoted(name)} IS {'NOT ' if operator == '!=' else ''}NULL")
         else:
             raise StoreError(f"the condition '{text}' has no value; expected as speed<0.5")

@@ -5,22 +5,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
+from workflows.accuracy_in_house import SHARPEST_FIXED
+from workflows.accuracy_lammps import SHARPEST_LAMMPS, TRUTH_SHARE
 from workflows.cost_model import cost_model
 from workflows.engines.compositions import COMPOSITIONS
+from workflows.error_bars import COARSER_SHARE
+from workflows.step_search import guess_step, sharpness
 from workflows.stored_collision import asked_tolerance
 
-# Measured over 1000 collisions, 10 to 200 particles at 0.01 to 5 v* and a tolerance of 1e-6
-# (tests/benchmarks/sweep_overhead.py): the step that order 8 needs shrinks like this.
-_ORDER8_STEP = 0.3
-_HARDER_WITH_SPEED = 2.0
-# Fine and coarse run, and the search for the step that goes before them.
-_RUNS = 2.5
-# One bond in one stage, and one call, of the in-house integrator; its runs until three agree.
-_IN_HOUSE_BOND = 2e-9
+# Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
+# 1e-4 to 1e-9. What any collision with LAMMPS takes, and any in-house:
+_LAMMPS_SECONDS = 0.025
+_IN_HOUSE_SECONDS = 0.002
+# The run that gives the number, and the proof of it at twice the step.
+_LAMMPS_RUNS = 1.5
+# One stage, and one bond in it, of the in-house integrator; its runs until they agree, or until
+# LAMMPS's step is chosen.
 _IN_HOUSE_STAGE = 1e-7
-_IN_HOUSE_RUNS = 4.0
+_IN_HOUSE_BOND = 1e-9
+_IN_HOUSE_RUNS = 3.5
+# Its adaptive steps: by pairs of particles and digits of the sharpness.
+_ADAPTIVE_PAIR = 5e-5
+# From the command to the first collision: imports, processes, compiled code that is loaded.
+_START_SECONDS = 2.5
 # A row with its key in the index, and what an array in NumPy's format adds to its numbers.
 _ROW_BYTES = 2500
 _ARRAY_BYTES = 5 * 230
@@ -60,9 +68,11 @@ class SweepCost:
         Returns
         -------
         float
-            Never less than the longest collision.
+            With the start of the workers; never less than the longest collision.
         """
-        return max(self.seconds / workers, self.longest)
+        if self.points == 0:
+            return 0.0
+        return _START_SECONDS + max(self.seconds / workers, self.longest)
 
 
 def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
@@ -79,7 +89,8 @@ def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
     Returns
     -------
     SweepCost
-        Right within a factor of about three for one collision, better for many.
+        Right within a factor of two for nearly every collision that computes, better for many;
+        a machine that others use takes longer.
     """
     seconds = [expected_seconds(scene) for scene in scenes]
     room = _ROW_BYTES * len(scenes)
@@ -103,24 +114,42 @@ def expected_seconds(scene: Scene) -> float:
     float
         Seconds on one core, everything included.
     """
-    numerics = _likely_numerics(scene)
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.particles / math.sqrt(scene.bond.stiffness)
-    model = cost_model()
-    if scene.engine == "reference":
-        stages = COMPOSITIONS[numerics.scheme].stages * duration / numerics.timestep
-        return _IN_HOUSE_RUNS * stages * (_IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.particles)
-    runs = _RUNS if not scene.explicit else 3.0 if scene.error else 1.0
-    return model.setup * runs + runs * model.integration(scene, numerics, duration)
-
-
-def _likely_numerics(scene: Scene) -> Numerics:
     if scene.explicit:
-        return Numerics.from_scene(scene)
-    tolerance = asked_tolerance(scene)
-    assert tolerance is not None
-    speed = 0.0
-    if not isinstance(scene.bond, Harmonic) and scene.bond.natural_speed:
-        speed = scene.impact_velocity / scene.bond.natural_speed
-    step = _ORDER8_STEP * (tolerance / 1e-6) ** 0.125 / (1.0 + _HARDER_WITH_SPEED * speed)
-    return Numerics(scheme="order8", timestep=step / math.sqrt(scene.bond.stiffness))
+        return _given_seconds(scene, duration)
+    goal = asked_tolerance(scene)
+    assert goal is not None
+    sharp = sharpness(scene)
+    if scene.engine == "reference":
+        if sharp > SHARPEST_FIXED:
+            return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(sharp)
+        return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
+    if sharp > SHARPEST_LAMMPS:
+        return _LAMMPS_SECONDS  # refused at once
+    numerics = Numerics(scheme="order8", timestep=0.5 * _order8_step(scene, 0.5 * goal))
+    run = cost_model().integration(scene, numerics, duration)
+    choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
+    return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice
+
+
+def _given_seconds(scene: Scene, duration: float) -> float:
+    numerics = Numerics.from_scene(scene)
+    works = 3.0 if scene.error else 1.0  # a second run has half the step
+    if scene.engine == "lammps":
+        return _LAMMPS_SECONDS + works * cost_model().integration(scene, numerics, duration)
+    stages = COMPOSITIONS[numerics.scheme].stages * duration / numerics.timestep
+    return _IN_HOUSE_SECONDS + works * stages * _in_house_stage(scene)
+
+
+def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
+    stages = COMPOSITIONS["order8"].stages * duration / _order8_step(scene, goal)
+    return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
+
+
+def _in_house_stage(scene: Scene) -> float:
+    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.particles
+
+
+def _order8_step(scene: Scene, goal: float) -> float:
+    return guess_step(scene, "order8", goal / COARSER_SHARE["order8"])

@@ -57,7 +57,9 @@ def show(
         click.echo(json.dumps({"count": found, "rows": objects}))
         return
     click.echo(_table(names, rows))
-    if len(rows) < found:
+    if found == 0:
+        click.echo("no such row")
+    elif len(rows) < found:
         click.echo(f"{len(rows)} of {found} rows; --limit 0 shows all")
 
 

@@ -194,9 +194,10 @@ def _forecast(
             *shown,
             "",
             f"points       {len(scenes)} ({sizes})",
-            f"to compute   {cost.points}; the others are in {path}",
-            f"time         about {_duration(cost.wall_seconds(workers))} with {workers} workers, "
-            f"{_duration(cost.seconds)} of one core; the longest {_duration(cost.longest)}",
+            f"to compute   {cost.points}, into {path}",
+            f"time         about {_duration(cost.wall_seconds(workers))} with {workers} workers on "
+            f"idle cores; the collisions {_duration(cost.seconds)} of one core, the longest "
+            f"{_duration(cost.longest)}",
             f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
         ]
     )
@@ -219,11 +220,14 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
         if summary.inexact:
             text += f"\n{summary.inexact} do not meet their tolerance (reason in the store)"
         if summary.failed:
-            text += f"\n{summary.failed} failed: chaincor show {path} --where failure!="
+            text += (
+                f"\n{summary.failed} failed; why: chaincor show {path} --where 'failure!=' "
+                "--columns potential,particles,velocity,failure_message"
+            )
     if plan.known_failures:
         text += (
-            f"\n{plan.known_failures} failed by themselves before and were not tried again "
-            "(--retry-failed)"
+            f"\n{plan.known_failures} failed before, would fail again, and were not tried "
+            "(--retry-failed tries them)"
         )
     return text
 
