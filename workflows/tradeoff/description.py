@@ -28,7 +28,7 @@ def describe_study(study: Tradeoff) -> str:
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
         f"eta = {truth.restitution:.14g} +- {truth.restitution_error:.0e} ({truth.source})",
         "",
-        "the cheapest setting for each decade: error of eta it keeps, with reserve; measured errors",
+        "cheapest settings: the error of eta that each keeps, with a reserve; measured errors",
         "of eta, of the last contact's time, of mode energies; time of the integration",
         f"    {'kept':>5}  {'eta':>7}  {'contact':>7}  {'modes':>7}  {'time':>8}  setting",
     ]

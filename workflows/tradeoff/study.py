@@ -1,5 +1,6 @@
 """One study from beginning to end: truth, ladders, budgets, tables, advice."""
 
+import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -191,14 +192,18 @@ def _find_causes(
         return (), ()
     bond_range = truth.scouting.table_range(scene)
     numerics = advised.numerics(scene, bond_range)
-    progress("causes", 0.66)
     budgets = [
         measure_budget(
-            scene, truth, "advised", numerics, phases=1, oracle_seconds=plan.oracle_seconds
+            scene,
+            truth,
+            "advised",
+            numerics,
+            phases=1,
+            oracle_seconds=plan.oracle_seconds,
+            advance=_in_steps(progress, "causes", 0.66, 0.74, 3),
         )
     ]
     if plan.stock_budget:
-        progress("causes", 0.74)
         spline = None if isinstance(scene.bond, Harmonic) else "spline"
         stock = Setting(
             Series("lammps", "reflect", "verlet", spline),  # type: ignore[arg-type]
@@ -212,11 +217,31 @@ def _find_causes(
                 stock.numerics(scene, bond_range),
                 phases=STOCK_PHASES,
                 oracle_seconds=plan.oracle_seconds,
+                advance=_in_steps(progress, "causes", 0.74, 0.9, STOCK_PHASES + 2),
             )
         )
-    progress("tables", 0.9)
     tables: list[TablePoint] = []
     exact = budgets[0].exact_restitution
     if exact is not None and not isinstance(scene.bond, Harmonic):
-        tables = measure_tables(scene, truth, numerics, exact, quick=not plan.stock_budget)
+        tables = measure_tables(
+            scene,
+            truth,
+            numerics,
+            exact,
+            quick=not plan.stock_budget,
+            advance=_in_steps(progress, "tables", 0.9, 1.0, 18),
+        )
     return tuple(budgets), tuple(tables)
+
+
+def _in_steps(
+    progress: Progress, part: str, first: float, last: float, steps: int
+) -> Callable[[], None]:
+    """Return what moves the progress from first to last in so many calls; start it."""
+    calls = itertools.count()
+
+    def advance() -> None:
+        progress(part, first + (last - first) * min(next(calls) / steps, 1.0))
+
+    advance()
+    return advance
