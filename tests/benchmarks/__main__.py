@@ -7,7 +7,7 @@ Measured side by side: a run with events against a bare `run N` of LAMMPS; the e
 wall against the stock recipe's in the same time; LAMMPS at 1e-10 against heyoka and SciPy's
 DOP853; the in-house engine against both at 1e-11; its loops against C. Each figure goes into
 ``tests/benchmarks/history/<date>.csv``; a ratio that is much worse than in the file before is a
-regression, and is said so. Figures are shown as they come; all take some four minutes.
+regression, and is said so. Figures are shown as they come; all take three minutes of a processor.
 """
 
 import argparse
