@@ -1,7 +1,12 @@
 """The command line: one module per command, loaded only when it is called."""
 
+import contextlib
 import importlib
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from types import FrameType
 
 import click
 
@@ -77,6 +82,27 @@ def program() -> None:
     """How much energy a one-dimensional chain keeps when it hits a wall."""
 
 
+class _TerminatedError(KeyboardInterrupt):
+    """The signal that batch systems send before they kill: handled like Ctrl-C on its way out."""
+
+
+@contextlib.contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM unwind the program, so that temporary files go and what is done is kept."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def leave(_number: int, _frame: FrameType | None) -> None:
+        raise _TerminatedError
+
+    before = signal.signal(signal.SIGTERM, leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def main(arguments: list[str] | None = None) -> None:
     """
     Run the command line and exit.
@@ -90,17 +116,19 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str] | None) -> int:
-    """Return the exit status: 0 done, 1 failed run or validation, 2 bad input, 130 interrupted."""
+    """Return 0 done, 1 failed run or validation, 2 bad input, 130 interrupted, 143 terminated."""
     try:
-        status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
+        with _terminable():
+            status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
         _complain(error.format_message())
         return error.exit_code
     except click.exceptions.Exit as leave:
         return leave.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("chaincor: interrupted", err=True)
-        return 130
+    except (click.Abort, KeyboardInterrupt) as error:
+        terminated = isinstance(error.__cause__ or error, _TerminatedError)
+        click.echo(f"chaincor: {'terminated' if terminated else 'interrupted'}", err=True)
+        return 143 if terminated else 130
     except ChaincorError as error:
         _complain(str(error), f" (docs/errors.md: {type(error).__name__})")
         return error.exit_status
@@ -112,9 +140,15 @@ def _run(arguments: list[str] | None) -> int:
             "for the chain and its bond table: take fewer particles, table points or workers"
         )
         return 1
+    except ImportError as error:
+        _complain(
+            f"a library does not load: {error}; expected a whole installation, and memory to load "
+            "it: see `chaincor doctor`, or raise the limit set for this program"
+        )
+        return 1
     except OSError as error:
         where = f" {error.filename!r}" if error.filename else ""
-        reason = error.strerror or type(error).__name__
+        reason = error.strerror or str(error) or type(error).__name__
         _complain(f"cannot use the file{where}: {reason}")
         return 1
     return status if isinstance(status, int) else 0

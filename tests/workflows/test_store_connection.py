@@ -1,10 +1,7 @@
 """Files that cannot be used as stores, full disks, and several writers at once."""
 
 import contextlib
-import os
-import shutil
 import sqlite3
-import subprocess
 import threading
 
 import pytest
@@ -93,20 +90,6 @@ def test_a_read_only_store_can_be_read_and_refuses_writes(tmp_path, make_attempt
             store.check_writable()
         with pytest.raises(StoreError, match="cannot be written"):
             store.record([make_attempt(SCENE.replace(tolerance=1e-9))])
-
-
-@pytest.fixture
-def small_disk(tmp_path):
-    """Return the folder of a file system of 300 kB; only the administrator can make one."""
-    folder = tmp_path / "small"
-    folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=300k", "tmpfs", str(folder)]
-    if shutil.which("mount") is None or os.geteuid() != 0:
-        pytest.skip("needs the right to mount a small file system")
-    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
-        pytest.skip("no small file system can be mounted here")
-    yield folder
-    subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
 def test_a_full_disk_is_one_clear_error_and_loses_nothing(small_disk, make_attempt):

@@ -4,8 +4,6 @@ import contextlib
 import dataclasses
 import json
 import os
-import signal
-import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
@@ -148,9 +146,7 @@ def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, i
 
 @contextlib.contextmanager
 def _interruptible(path: Path) -> Iterator[None]:
-    """Treat the signal that batch systems send before they kill like Ctrl-C."""
-    in_main = threading.current_thread() is threading.main_thread()
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler) if in_main else None
+    """Say what an interruption leaves, by Ctrl-C or by SIGTERM."""
     try:
         yield
     except KeyboardInterrupt:
@@ -158,9 +154,6 @@ def _interruptible(path: Path) -> Iterator[None]:
             f"chaincor: what is finished is in {path}; run the same command to go on", err=True
         )
         raise
-    finally:
-        if in_main:
-            signal.signal(signal.SIGTERM, before)
 
 
 def _keeping_jobs(plan: "SweepPlan", folder: Path) -> "SweepPlan":

