@@ -167,7 +167,7 @@ class _Worker:
 def _serve(pipe: Connection, folder: str) -> None:
     """Run what comes through the pipe until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the main process's to handle
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    threading.Thread(target=_leave_with_parent, args=(folder,), daemon=True).start()
     tempfile.tempdir = folder
     pipe.send((None, None))  # up
     while True:
@@ -184,9 +184,10 @@ def _serve(pipe: Connection, folder: str) -> None:
             pipe.send((value, error))
 
 
-def _leave_with_parent() -> None:
+def _leave_with_parent(folder: str) -> None:
     """End this process at once when the main process is gone, even in the middle of a task."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     wait([parent.sentinel])
+    shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not
     os._exit(1)

@@ -55,7 +55,7 @@ def test_shutdown_without_waiting_kills_what_runs():
     assert isinstance(running.exception(timeout=0), WorkerDiedError)
 
 
-def test_workers_leave_when_the_main_process_is_killed(tmp_path):
+def test_nothing_is_left_when_the_main_process_is_killed(tmp_path):
     script = tmp_path / "main.py"
     script.write_text(
         "import os, sys, time\n"
@@ -69,16 +69,18 @@ def test_workers_leave_when_the_main_process_is_killed(tmp_path):
     root = Path(__file__).resolve().parents[2]
     with subprocess.Popen(
         [sys.executable, str(script)],
-        env=os.environ | {"PYTHONPATH": str(root)},
+        env=os.environ | {"PYTHONPATH": str(root), "TMPDIR": str(tmp_path)},
         stdout=subprocess.PIPE,
         text=True,
     ) as main:
         worker = int(main.stdout.readline())
+        assert list(tmp_path.glob("chaincor-*"))
         main.kill()
     deadline = time.monotonic() + 10.0
     while _runs(worker) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not _runs(worker)
+    assert not list(tmp_path.glob("chaincor-*")), "a folder of temporary files was left"
 
 
 def _runs(pid):
