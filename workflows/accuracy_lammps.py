@@ -19,7 +19,7 @@ from workflows.error_bars import (
     jitter_error,
     rounding_error,
 )
-from workflows.errors import RunError, TimestepError
+from workflows.errors import LostAtomsError, RunError, TimestepError
 from workflows.scouting import Scouting, scouting_details, scouting_from
 from workflows.step_search import (
     Converged,
@@ -92,7 +92,7 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
         last = attempt == _MOST_REFINEMENTS - 1
         try:
             fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
-        except TimestepError:
+        except (TimestepError, LostAtomsError):
             if last:
                 raise
             numerics = replace(numerics, timestep=0.5 * h)

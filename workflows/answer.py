@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lammps_inputs.scene import Scene
+from workflows.engines import hard_sphere
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import error_bar, rounding_of, spreads, table_error
 from workflows.result import ErrorBar
@@ -75,6 +76,8 @@ def answer(
             "rounding": f"the {outcome.engine} engine's coordinates have no more digits at this "
             "speed; the engine 'reference' has no such floor",
         }[largest]
+        if outcome.scheme == hard_sphere.SCHEME:
+            remedy = "so far hard spheres may be off; ask for less: to step would take too long"
         reason = (
             f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
             f"{parts[largest]:.2g}, is {largest}: {remedy}"

@@ -138,6 +138,8 @@ def sharpness(scene: Scene) -> float:
         sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
     bond = scene.bond
+    if scene.particles == 1:
+        return 1.0
     # Two particles that meet at 2 v0 have the energy v0^2 for their bond.
     strain = compressed_strain(bond, scene.impact_velocity**2)
     curvature = float(bond.curvature(strain))

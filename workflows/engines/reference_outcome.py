@@ -162,7 +162,7 @@ def finish(
         fragments=len(find_fragments(end_strains, end_velocities, scene.bond).starts),
         seconds=seconds,
         force_evaluations=force_evaluations,
-        crossed=low <= 0.0,
+        crossed=low < 0.0,
         frames=frames,
     )
 
