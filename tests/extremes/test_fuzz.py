@@ -1,0 +1,29 @@
+"""
+A sample of bad input to every command; twenty thousand of it in ``tests.benchmarks.fuzz_inputs``.
+"""
+
+import pytest
+
+from tests.extremes.cases import case
+from tests.extremes.judging import call_as_process, call_in_process, faults
+
+BLOCK = 50
+
+
+@pytest.mark.parametrize("first", range(0, 400, BLOCK))
+def test_bad_input_is_answered_or_refused_in_one_line(first):
+    found = {}
+    for number in range(first, first + BLOCK):
+        made = case(number)
+        wrong = faults(made, call_in_process(made))
+        if wrong:
+            found[number] = (made.arguments, wrong)
+    assert found == {}
+
+
+def test_real_processes_answer_alike():
+    for number in range(4):
+        made = case(number)
+        answer = call_as_process(made)
+        assert faults(made, answer) == []
+        assert answer.status == call_in_process(made).status
