@@ -96,3 +96,10 @@ def test_limit_is_approached_as_a_power_of_the_speed():
     powers = -np.diff(np.log2(losses))
     assert np.all(np.diff(powers) > 0.0)
     assert 3.3 < powers[0] < powers[-1] < 4.7
+
+
+@pytest.mark.parametrize("speed", [1e7, 1e13, 1e20])
+def test_deviation_far_beyond_where_bonds_are_followed(speed):
+    # Steps through a triple as fast as that would not end within an hour.
+    deviation = hard_sphere.deviation(Scene(particles=4, speed=speed, engine="reference"))
+    assert 0.0 < deviation < 1e-20
