@@ -61,6 +61,12 @@ def meet_in_house(scene: Scene, tolerance: float) -> Answer:
         outcome = hard_sphere.run(scene)
         spread = spread_of(scene, outcome, outcome)
         return answer(scene, tolerance, outcome, deviation, {"spread": spread})
+    if senseless:
+        raise RunError(
+            f"to step {scene.particles} particles with bonds {sharpness(scene):.2g} times sharper "
+            "than at rest would take hours or more, and the limit of hard spheres is only good to "
+            f"{deviation:.1g} here; expected fewer particles, or another speed: lower either"
+        )
     return _meet_with_adaptive_steps(scene, tolerance)
 
 

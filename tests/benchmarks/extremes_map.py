@@ -46,7 +46,7 @@ from workflows.pool import ProcessPool
 
 TOLERANCE = 1e-6
 SECONDS = 60.0  # of processor time, for each answer
-JUDGE_SECONDS = 180.0
+JUDGE_SECONDS = 60.0
 # Two runs of the judge at these accuracies; the difference is the error of the finer.
 JUDGE_ACCURACIES = (1e-9, 1e-10)
 JUDGE_STEP_GOALS = (1e-8, 1e-10)
@@ -221,8 +221,10 @@ class Map:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.found: dict[tuple[Cell, str], Found] = {}
-        lines = path.read_text().splitlines() if path.exists() else []
-        for line in lines:
+        text = path.read_text() if path.exists() else ""
+        if text and not text.endswith("\n"):
+            path.write_text(text + "\n")
+        for line in text.splitlines():
             try:
                 self._keep(Found(**json.loads(line)))
             except ValueError:
@@ -304,8 +306,11 @@ def verdict(found: Found, judged: Found | None) -> Verdict:
         return Verdict("red", "N", f"eta {found.restitution}, bar {bar}")
     if found.met != (bar <= TOLERANCE) or not (found.met or found.message):
         return Verdict("red", "L", f"says {found.met}, bar {bar:.2g}")
-    if judged is None or (judged.failure is not None and found.scheme == "hard-sphere"):
+    by_limit = not needs_judge(found) if judged is None else found.scheme == "hard-sphere"
+    if by_limit and (judged is None or judged.failure is not None):
         truth, doubt, letter = 1.0, 0.0, "o"
+    elif judged is None:
+        return Verdict("unverified", "?", "not judged yet")
     elif judged.failure is not None:
         if judged.failure in FACTS:
             return Verdict("red", "F", f"answered, though {judged.message}")
