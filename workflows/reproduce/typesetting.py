@@ -38,6 +38,8 @@ def format_number(value: float | None) -> str:
     """
     if value is None or not math.isfinite(value):
         return "–"
+    if value == round(value) and abs(value) < 1e6:
+        return typeset(f"{value:.0f}")
     return typeset(f"{value:.4g}")
 
 

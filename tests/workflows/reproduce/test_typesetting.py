@@ -23,6 +23,7 @@ def test_numbers_have_minus_signs_and_short_exponents():
     assert format_number(-0.66667) == "−0.6667"
     assert format_number(1e-5) == "1e−5"
     assert format_number(1e10) == "1e+10"
+    assert format_number(10000.0) == "10000"
     assert format_number(None) == "–"
 
 
