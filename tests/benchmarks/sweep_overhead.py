@@ -1,30 +1,34 @@
 """
-What a sweep costs beyond its collisions, and what a second process brings.
+What a sweep costs beyond its integrations, and what a second process brings.
 
 ``python -m tests.benchmarks.sweep_overhead [SPEEDS [REPEATS]]`` runs one set of collisions (3
 potentials, 5 sizes from 10 to 200, SPEEDS speeds from 0.01 to 5 v*, tolerance 1e-6, LAMMPS; 67
 speeds make 1005) with one worker and with two in turn, REPEATS times, and prints
 
-- the overhead: everything from the start of the command to its end in which workers were not busy
-  with collisions, N workers x wall-clock time - time inside collisions, against the time of the
-  integrations: in-house to scout and to choose the step, LAMMPS for the number and for its proof;
-- the set-up inside collisions (instances, tables, certificates, error bars) against the same;
+- the set-up inside collisions: processor time that is not spent in integrations, with LAMMPS for
+  the number and its proof or in-house to choose the step; on a sample, in one process;
+- the overhead of store, scheduling and start: from the start of the command to its end, workers x
+  wall-clock time - time inside collisions, against the time of the integrations in them;
 - the parallel efficiency, wall-clock time with one worker / (2 x that with two). Others on the
   machine spoil it; so beside it stands what does not change with them: the ratio of the shares
   of the time that workers were busy, times the ratio of the processor times of all processes.
 """
 
-import contextlib
 import json
 import os
 import resource
-import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
+
+from lammps_inputs.scene import Scene
+from workflows import step_search
+from workflows.collision import collide
+from workflows.engines.lammps_collision import ChainCollision
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEP = """
@@ -35,8 +39,6 @@ potential = ["lj", "toda", "log"]
 particles = [10, 20, 50, 100, 200]
 speed = {{ from = 0.01, to = 5.0, points = {speeds}, spacing = "log" }}
 """
-# The proof of a number is a run at twice its step.
-_PROOF = 0.5
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,8 @@ class Measurement:
         Processes, and collisions with and without a result.
     wall, processor : float
         Seconds of the whole command: by the clock, and of all its processes together.
-    collisions, integrations : float
-        Seconds by the clock inside collisions, and of the integrations in them.
+    collisions : float
+        Seconds by the clock inside collisions.
     """
 
     workers: int
@@ -60,17 +62,6 @@ class Measurement:
     wall: float
     processor: float
     collisions: float
-    integrations: float
-
-    @property
-    def overhead(self) -> float:
-        """Time of the workers outside collisions, against that of the integrations."""
-        return (self.workers * self.wall - self.collisions) / self.integrations
-
-    @property
-    def setup(self) -> float:
-        """Time inside collisions that is no integration, against that of the integrations."""
-        return self.collisions / self.integrations - 1.0
 
     @property
     def busy(self) -> float:
@@ -109,15 +100,49 @@ def measure(folder: Path, speeds: int, workers: int) -> Measurement:
     )
     wall, processor = time.perf_counter() - started, _processor_seconds() - processor
     summary = json.loads(done.stdout)
-    with contextlib.closing(sqlite3.connect(store)) as connection:
-        # The choice of the step is in-house integration throughout.
-        (integrations,) = connection.execute(
-            f"SELECT sum({1.0 + _PROOF} * seconds + json_extract(details, '$.choice.seconds')) "
-            "FROM collisions WHERE restitution IS NOT NULL"
-        ).fetchone()
-    computed, failed = summary["computed"], summary["failed"]
-    busy = summary["busy_seconds"]
-    return Measurement(workers, computed, failed, wall, processor, busy, integrations)
+    counts = summary["computed"], summary["failed"]
+    return Measurement(workers, *counts, wall, processor, summary["busy_seconds"])
+
+
+def setup_share() -> float:
+    """
+    Measure what collisions need besides their integrations.
+
+    Returns
+    -------
+    float
+        Processor time inside collisions that is no integration, against that of the integrations.
+    """
+    integrating = 0.0
+
+    def timed(function):
+        def run(*arguments):
+            nonlocal integrating
+            started = time.process_time()
+            try:
+                return function(*arguments)
+            finally:
+                integrating += time.process_time() - started
+
+        return run
+
+    base = Scene(tolerance=1e-6)
+    scenes = [
+        base.replace(potential=potential, particles=n, speed=speed)
+        for potential in ("lj", "toda", "log")
+        for n in (10, 20, 50, 100, 200)
+        for speed in (0.02, 0.1, 0.4, 0.9)
+    ]
+    for potential in ("lj", "toda", "log"):
+        collide(base.replace(potential=potential, particles=10, speed=0.4))  # loads compiled code
+    with (
+        mock.patch.object(ChainCollision, "carry_out", timed(ChainCollision.carry_out)),
+        mock.patch.object(step_search, "run_in_house", timed(step_search.run_in_house)),
+    ):
+        started = time.process_time()
+        for scene in scenes:
+            collide(scene)
+        return (time.process_time() - started) / integrating - 1.0
 
 
 def _processor_seconds() -> float:
@@ -139,14 +164,17 @@ def main(speeds: int, repeats: int) -> None:
     """
     with tempfile.TemporaryDirectory() as name:
         measure(Path(name), 2, 2)  # compiles the in-house integrator, if that is to be done
+        setup = setup_share()
+        print(f"set-up inside collisions: {setup:.1%} of the integrations")
         for _ in range(repeats):
             one, two = (measure(Path(name), speeds, workers) for workers in (1, 2))
             for run in (one, two):
+                beyond = run.workers * run.wall - run.collisions
                 print(
                     f"{run.workers} workers: {run.computed} collisions ({run.failed} failed) in "
                     f"{run.wall:.1f} s by the clock, {run.processor:.1f} s of processors; "
-                    f"integrations {run.integrations:.1f} s; beyond the collisions "
-                    f"{run.overhead:.1%} of that, set-up inside them {run.setup:.1%}"
+                    f"in collisions {run.collisions:.1f} s; beyond them {beyond:.1f} s, "
+                    f"{beyond * (1.0 + setup) / run.collisions:.1%} of the integrations"
                 )
             print(
                 f"parallel efficiency {one.wall / (2.0 * two.wall):.3f} by the clock, "
