@@ -16,7 +16,7 @@ Every cell is asked for eta to 1e-6, within 60 s of processor time. Its verdict 
   meet, a bond over its barrier) must be confirmed by the judge;
 - *red*: anything else: a bar that does not hold, an untrue refusal, an error without a name, a
   warning, a number that is not one, a dead process, a time-out;
-- *unverified*: an answer whose judge ran out of time or is not sure to 1e-8.
+- *unverified*: no judge yet, or one that ran out of time or is not sure to 1e-8.
 
 The judge is a method of another kind than that of the answer, with tighter tolerances: Dormand and
 Prince's order 8 for what composed or extrapolated Verlet steps, modes, LAMMPS or the limit of hard
@@ -335,6 +335,8 @@ def _verdict_on_refusal(found: Found, judged: Found | None) -> Verdict:
         return Verdict("red", "T", said)
     if not found.named or "\n" in found.message or not REMEDY.search(found.message):
         return Verdict("red", "E", said)
+    if found.failure in FACTS and judged is None:
+        return Verdict("unverified", "?", f"not judged yet: {said}")
     if found.failure in FACTS and judged is not None:
         confirmed = judged.failure == found.failure or judged.crossed
         if judged.failure in ("TimeOut", "TimestepError"):

@@ -25,7 +25,7 @@ MEANINGS = (
     ("amber", "d", "refused: drowns in the rounding of coordinates"),
     ("red", "X", "wrong, or an unclear refusal"),
     ("red", "T", "no answer within 60 s"),
-    ("unverified", "?", "an answer whose judge ran out of time"),
+    ("unverified", "?", "not verified: no judge, or none sure enough"),
     ("", "", "not run"),
 )
 
