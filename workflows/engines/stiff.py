@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potentials import Logarithmic, Potential
+from lammps_inputs.potential import Potential
+from lammps_inputs.potentials import Logarithmic
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_adaptive as adaptive
 from workflows.engines.ending import argue_end, longest_collision, quiet_time
