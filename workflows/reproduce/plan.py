@@ -99,7 +99,7 @@ QUICK = Plan(
     # Faster and longer chains spall: their eta needs ever smaller steps.
     far_sizes={
         0.39: (2000,),
-        0.16: (3000, 10000),
+        0.16: (3000, 5000),
         0.078: (3000,),
         0.008: (2000, 3000, 5000, 10000),
     },
@@ -110,7 +110,7 @@ QUICK = Plan(
     },
     increase_tolerances={3: 2e-6, 4: 4e-7, 5: 2e-8},
     slope_sizes=(100, 300),
-    slope_far_sizes=(1000, 3000),
+    slope_far_sizes=(1000, 2000),
     slope_speeds=_speeds(0.005, 0.3, 9),
     pair_speeds=_speeds(1e-3, 0.3, 9),
 )
