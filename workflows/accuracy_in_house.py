@@ -9,9 +9,16 @@ from workflows.answer import Answer, answer, spread_of
 from workflows.engines import hard_sphere, modal, stiff
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
-from workflows.error_bars import COARSER_SHARE, rounding_error
+from workflows.error_bars import COARSER_SHARE, JITTER_MATTERS, rounding_error
 from workflows.errors import RunError
-from workflows.step_search import eta_of, guess_step, is_believed, run_in_house, sharpness
+from workflows.step_search import (
+    eta_of,
+    guess_step,
+    is_believed,
+    jitter,
+    run_in_house,
+    sharpness,
+)
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
 SHARPEST_FIXED = 60.0
@@ -112,8 +119,11 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     if best is None:
         raise refusals[-1]
     error, fine, proof = best
+    noise = 0.0
+    if tolerance < JITTER_MATTERS * floor and fine.timestep is not None:
+        noise = jitter(scene, scheme, fine.timestep, eta_of(scene, fine))
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
-    return answer(scene, tolerance, fine, error, details)
+    return answer(scene, tolerance, fine, error, details, noise)
 
 
 def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:

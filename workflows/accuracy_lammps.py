@@ -14,6 +14,7 @@ from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.error_bars import (
     COARSER_SHARE,
+    JITTER_MATTERS,
     TABLE_SENSITIVITY,
     error_bar,
     jitter_error,
@@ -44,8 +45,6 @@ TRUTH_SHARE = 0.03
 # Schemes that a guess makes this many times dearer than the cheapest are not looked at.
 _HOPELESS = 4.0
 _MOST_REFINEMENTS = 5
-# Rounding is amplified at most about so many times: below, it must be looked at.
-_JITTER_MATTERS = 1e5
 
 
 @dataclass(frozen=True)
@@ -77,9 +76,9 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
     reachable = max(tolerance - floor, floor)
     truth = _yardstick(scene, reachable)
     noise = 0.0
-    if tolerance < _JITTER_MATTERS * floor:
+    if tolerance < JITTER_MATTERS * floor:
         noise = _jitter(scene, truth)
-        floor = max(floor, jitter_error(noise, scene))
+        floor = max(floor, jitter_error("lammps", noise, scene))
         reachable = max(tolerance - floor, floor)
     scouting = scouting_from(truth)
     candidate = _cheapest(scene, reachable, truth, scouting)

@@ -70,11 +70,13 @@ def answer(
     if bar.total > tolerance:
         parts = {"step": step, "table": bar.table, "rounding": bar.rounding}
         largest = max(parts, key=lambda name: parts[name])
+        coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
         remedy = {
             "step": "the collision is too sensitive for the steps that were tried",
             "table": "a longer bond table would be needed",
-            "rounding": f"the {outcome.engine} engine's coordinates have no more digits at this "
-            "speed; the engine 'reference' has no such floor",
+            "rounding": coarse
+            if outcome.engine == "lammps"
+            else "the collision amplifies the last digit of any number; ask for less",
         }[largest]
         if outcome.scheme == hard_sphere.SCHEME:
             remedy = "so far hard spheres may be off; ask for less: to step would take too long"

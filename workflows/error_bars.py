@@ -35,9 +35,11 @@ TABLE_SENSITIVITY = {"spline": 2.0, "linear": 5.0}
 ROUNDING_SENSITIVITY = 6.0
 SHORT_DRIFT_SENSITIVITY = 15.0
 SHORT_DRIFT = 1e3  # in units of n eps
-# Long chains that break amplify rounding, up to 1e5 times. The in-house engine, whose strains are
+# Long chains that break amplify rounding, up to 1e7 times. The in-house engine, whose strains are
 # rounded to eps, tells how much; coordinates are rounded n/v0 times more coarsely.
 JITTER_SENSITIVITY = 6.0
+# At tolerances below so many times the plain rounding, its amplification must be looked at.
+JITTER_MATTERS = 1e5
 # The arithmetic itself: the squared mean of n velocities over hundreds of contacts.
 ARITHMETIC_FLOOR = 1e-14
 # Single velocities and times feel a table and rounding more than their mean does; measured over
@@ -119,12 +121,14 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
     return rounding_error(outcome.engine, scene, stage)
 
 
-def jitter_error(jitter: float, scene: Scene) -> float:
+def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
     """
-    Return the error of LAMMPS's eta due to rounding that the collision amplifies.
+    Return the error of eta due to rounding that the collision amplifies.
 
     Parameters
     ----------
+    engine : str
+        ``lammps`` holds absolute coordinates; the others hold strains.
     jitter : float
         Change of the in-house eta when all roundings change.
     scene : Scene
@@ -133,9 +137,11 @@ def jitter_error(jitter: float, scene: Scene) -> float:
     Returns
     -------
     float
-        The jitter, times how much more coarsely coordinates are rounded than strains.
+        The jitter with a reserve; for LAMMPS, times how much more coarsely coordinates are rounded
+        than strains.
     """
-    return JITTER_SENSITIVITY * jitter * scene.particles / scene.impact_velocity
+    coarser = scene.particles / scene.impact_velocity if engine == "lammps" else 1.0
+    return JITTER_SENSITIVITY * jitter * coarser
 
 
 def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float = 0.0) -> ErrorBar:
@@ -161,7 +167,7 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     return ErrorBar(
         step=step,
         table=table_error(outcome, scene),
-        rounding=max(rounding_of(outcome, scene), jitter_error(jitter, scene)),
+        rounding=max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene)),
     )
 
 
