@@ -23,6 +23,7 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 from lammps_inputs.scene import Scene
@@ -31,11 +32,13 @@ from workflows.collision import collide
 from workflows.engines.lammps_collision import ChainCollision
 
 ROOT = Path(__file__).resolve().parents[2]
+# Bonds that LAMMPS can follow at all these speeds: log ones get too short for it from 1.2 v* on,
+# and particles with power bonds pass through each other.
 SWEEP = """
 [scene]
 tolerance = 1e-6
 [axes]
-potential = ["lj", "toda", "log"]
+bond = [{{potential = "lj"}}, {{potential = "toda"}}, {{potential = "toda", toda_b = 10.0}}]
 particles = [10, 20, 50, 100, 200]
 speed = {{ from = 0.01, to = 5.0, points = {speeds}, spacing = "log" }}
 """
@@ -94,7 +97,7 @@ def measure(folder: Path, speeds: int, workers: int) -> Measurement:
     options = ["--store", str(store), "--workers", str(workers), "--json"]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     processor, started = _processor_seconds(), time.perf_counter()
-    # Fast log chains fail by name, which is exit status 1.
+    # Collisions that fail by name make exit status 1.
     done = subprocess.run(
         [*command, *options], env=environment, capture_output=True, text=True, check=False
     )
@@ -126,15 +129,19 @@ def setup_share() -> float:
 
         return run
 
-    base = Scene(tolerance=1e-6)
+    bonds: tuple[dict[str, Any], ...] = (
+        {"potential": "lj"},
+        {"potential": "toda"},
+        {"potential": "toda", "toda_b": 10.0},
+    )
     scenes = [
-        base.replace(potential=potential, particles=n, speed=speed)
-        for potential in ("lj", "toda", "log")
+        Scene(**bond, particles=n, speed=speed, tolerance=1e-6)
+        for bond in bonds
         for n in (10, 20, 50, 100, 200)
         for speed in (0.02, 0.1, 0.4, 0.9)
     ]
-    for potential in ("lj", "toda", "log"):
-        collide(base.replace(potential=potential, particles=10, speed=0.4))  # loads compiled code
+    for bond in bonds:
+        collide(Scene(**bond, particles=10, speed=0.4))  # loads compiled code
     with (
         mock.patch.object(ChainCollision, "carry_out", timed(ChainCollision.carry_out)),
         mock.patch.object(step_search, "run_in_house", timed(step_search.run_in_house)),
