@@ -8,7 +8,8 @@ Potential x speed x number of particles x engine. What is finished is kept in FO
 line each, so that the same command goes on where it was stopped. (A results store does not serve:
 it keeps neither the judges, which are not scenes, nor time-outs.)
 
-Every cell is asked for eta to 1e-6, within 60 s of processor time. Its verdict is by rule:
+Every cell is asked for eta to 1e-6, within 60 s of processor time, or 300 s from 1000 particles on.
+Its verdict is by rule:
 
 - *green*: the tolerance is claimed, and the judge is within the error bar;
 - *amber*: the bar is wider than the tolerance, says so, and the judge is within it; or a named
@@ -45,8 +46,9 @@ from workflows.errors import BarrierError, CrossingError, WorkerDiedError
 from workflows.pool import ProcessPool
 
 TOLERANCE = 1e-6
-SECONDS = 60.0  # of processor time, for each answer
-JUDGE_SECONDS = 60.0
+# Of processor time, for each answer and each judge; and for chains of 1000 and more.
+SECONDS, LONG_SECONDS = 60.0, 300.0
+LONG = 1000
 # Two runs of the judge at these accuracies; the difference is the error of the finer. Where it is
 # not sure enough, long chains that break amplify errors, up to a million times: then the next two.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
@@ -215,6 +217,11 @@ def all_cells(quick: bool) -> Iterator[tuple[Cell, str]]:
             yield Cell(*long_cell), "reference"
 
 
+def seconds_for(cell: Cell) -> float:
+    """Return how long an answer may take."""
+    return LONG_SECONDS if cell.particles >= LONG else SECONDS
+
+
 class Map:
     """
     What was found, in memory and in a file that grows.
@@ -263,14 +270,14 @@ class Map:
         """Compute answers, then their judges; return how many were computed."""
         cells = list(cells)
         count = self.compute(
-            ((cell, engine, answer, engine, SECONDS) for cell, engine in cells), workers
+            ((cell, engine, answer, engine, seconds_for(cell)) for cell, engine in cells), workers
         )
         judged = {}
         for cell, engine in cells:
             if engine == "reference" and needs_judge(self.found[cell, engine]):
                 judged[cell] = self.found[cell, engine].scheme
         return count + self.compute(
-            ((cell, "judge", judge, scheme, JUDGE_SECONDS) for cell, scheme in judged.items()),
+            ((cell, "judge", judge, scheme, seconds_for(cell)) for cell, scheme in judged.items()),
             workers,
         )
 
