@@ -22,15 +22,15 @@ from workflows.step_search import (
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
 SHARPEST_FIXED = 60.0
-# The adaptive integrator is asked for this times the tolerance first, then for ever less.
-_ADAPTIVE_START = 1.0
+# Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
+_ADAPTIVE_SHARES = (0.5, 0.2)
 # The first step is guessed for this share of the tolerance.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
-# long chains), three minutes for this much; beyond, hard spheres answer wherever they are good to
+# long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
 # three digits, with the bar that they have.
-_MOST_STEPPED = 2.5e11
+_MOST_STEPPED = 7.5e10
 _ROUGH_SPHERES = 1e-3
 # Schemes, and above which tolerance each is the cheapest.
 _SCHEMES: tuple[tuple[StepSchemeName, float], ...] = (
@@ -128,18 +128,23 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
 
 
 def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
-    """Ask the adaptive integrator for ever more accuracy until two runs agree."""
-    accuracy = _ADAPTIVE_START * max(tolerance, rounding_error("reference", scene))
-    coarse = stiff.run(scene, accuracy)
+    """Ask the adaptive integrator for ever more accuracy until three runs agree."""
+    floor = rounding_error("reference", scene)
+    accuracy = max(tolerance, floor)
+    coarser, coarse = (stiff.run(scene, k * accuracy) for k in (10.0, 1.0))
     tries: list[dict[str, float]] = []
     for _ in range(_MOST_REFINEMENTS):
         accuracy *= 0.1
         fine = stiff.run(scene, accuracy)
-        # The finer run is the better by far; half the difference is a generous error for it.
-        error = 0.5 * abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        # An error shrinks by less than ten now and then: one difference can be small by chance.
+        eta = eta_of(scene, fine)
+        error = max(
+            share * abs(eta_of(scene, run) - eta)
+            for share, run in zip(_ADAPTIVE_SHARES, (coarse, coarser), strict=True)
+        )
         tries.append({"accuracy": accuracy, "step_error": error})
-        if error + rounding_error("reference", scene) <= tolerance or accuracy < 1e-14:
+        if error + floor <= tolerance or accuracy < 1e-14:
             break
-        coarse = fine
+        coarser, coarse = coarse, fine
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
     return answer(scene, tolerance, fine, error, details)
