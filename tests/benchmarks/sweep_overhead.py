@@ -38,7 +38,7 @@ SWEEP = """
 [scene]
 tolerance = 1e-6
 [axes]
-bond = [{{potential = "lj"}}, {{potential = "toda"}}, {{potential = "toda", toda_b = 10.0}}]
+bond = [{{potential = "lj"}}, {{potential = "toda"}}, {{potential = "toda", toda_b = 100.0}}]
 particles = [10, 20, 50, 100, 200]
 speed = {{ from = 0.01, to = 5.0, points = {speeds}, spacing = "log" }}
 """
@@ -132,7 +132,7 @@ def setup_share() -> float:
     bonds: tuple[dict[str, Any], ...] = (
         {"potential": "lj"},
         {"potential": "toda"},
-        {"potential": "toda", "toda_b": 10.0},
+        {"potential": "toda", "toda_b": 100.0},
     )
     scenes = [
         Scene(**bond, particles=n, speed=speed, tolerance=1e-6)
