@@ -27,6 +27,8 @@ _ADAPTIVE_SHARES = (0.5, 0.2)
 # The first step is guessed for this share of the tolerance.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
+# Steps that get smaller so many times without halving the error show that it is not the steps'.
+_STALLED = 3
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
 # three digits, with the bar that they have.
@@ -96,6 +98,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
+    stalled = 0
     refusals: list[RunError] = []
     for _ in range(_MOST_REFINEMENTS):
         try:
@@ -110,10 +113,13 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
                 raise
         else:
             refusals.clear()
+            stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
             if best is None or error < best[0]:
                 best = (error, fine, coarse[0])
         tries.append({"timestep": step, "step_error": error})
         if error + floor <= tolerance or error < 0.3 * floor or step < 1e-5:
+            break
+        if stalled == _STALLED:
             break
         wanted = (0.5 * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
         step *= min(max(wanted, 0.3), 0.8)
@@ -121,7 +127,8 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
         raise refusals[-1]
     error, fine, proof = best
     noise = 0.0
-    if tolerance < JITTER_MATTERS * floor and fine.timestep is not None:
+    sensitive = stalled == _STALLED or tolerance < JITTER_MATTERS * floor
+    if sensitive and fine.timestep is not None:
         noise = jitter(scene, scheme, fine.timestep, eta_of(scene, fine))
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
     return answer(scene, tolerance, fine, error, details, noise)

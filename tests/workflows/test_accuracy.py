@@ -92,3 +92,14 @@ def test_a_chain_that_breaks_amplifies_rounding_and_the_bar_says_so():
     assert result.tolerance_met
     assert result.error_parts.rounding > 1e-9  # a hundred times what plain rounding gives
     assert abs(result.restitution - eta) <= result.restitution_error
+
+
+@pytest.mark.slow
+def test_a_chain_too_sensitive_for_any_step_says_so():
+    # Steps from 0.05 to 0.005 give anything from 0.7333 to 0.7338.
+    scene = Scene(potential="log", particles=1000, speed=1.0, engine="reference")
+    result = collide(scene)
+    assert not result.tolerance_met
+    assert "amplifies the last digit" in result.reason
+    assert 1e-5 < result.restitution_error < 1e-2
+    assert abs(result.restitution - 0.73355) <= result.restitution_error
