@@ -42,7 +42,7 @@ from typing import Any
 
 from lammps_inputs.errors import ChaincorError
 from lammps_inputs.scene import Scene
-from workflows.errors import BarrierError, CrossingError, WorkerDiedError
+from workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
 from workflows.pool import ProcessPool
 
 TOLERANCE = 1e-6
@@ -165,10 +165,26 @@ def judge(cell: Cell, scheme: str) -> dict[str, Any]:
         steps = [guess_step(scene, "order8", goal) for goal in JUDGE_STEP_GOALS]
         return compare([run_in_house(scene, "order8", step) for step in steps])
     for accuracies in JUDGE_ACCURACIES:
-        said = compare([stiff.run(scene, accuracy) for accuracy in accuracies])
+        try:
+            said = compare([stiff.run(scene, accuracy) for accuracy in accuracies])
+        except (CrossingError, BarrierError) as fact:
+            confirm(scene, accuracies[-1], fact)
+            raise
         if said["error"] <= SUREST_JUDGE:
             break
     return said
+
+
+def confirm(scene: Scene, accuracy: float, fact: RunError) -> None:
+    """See that a more exact run is stopped by the same at the same time; a judge must be sure."""
+    from workflows.engines import stiff
+
+    try:
+        stiff.run(scene, 0.1 * accuracy)
+    except type(fact) as again:
+        if str(again) == str(fact):
+            return
+    raise RunError(f"the judge is not sure: once {fact}; use a shorter chain")
 
 
 def limited(seconds: float, cell: Cell, by: str, task: Callable, argument: str) -> Found:
