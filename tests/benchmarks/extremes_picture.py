@@ -24,7 +24,7 @@ MEANINGS = (
     ("amber", "s", "refused: bonds too sharp for fixed steps"),
     ("amber", "d", "refused: drowns in the rounding of coordinates"),
     ("red", "X", "wrong, or an unclear refusal"),
-    ("red", "T", "no answer within 60 s"),
+    ("red", "T", "no answer in time"),
     ("unverified", "?", "not verified: no judge, or none sure enough"),
     ("", "", "not run"),
 )
