@@ -174,6 +174,8 @@ def _serve(pipe: Connection, folder: str) -> None:
         try:
             function, args, kwargs = pipe.recv()
         except EOFError:
+            # The main process closed the pipe, or was killed just now.
+            _leave_with_parent(folder, patience=0.1)
             return
         value, error = None, None
         try:
@@ -184,10 +186,11 @@ def _serve(pipe: Connection, folder: str) -> None:
             pipe.send((value, error))
 
 
-def _leave_with_parent(folder: str) -> None:
+def _leave_with_parent(folder: str, patience: float | None = None) -> None:
     """End this process at once when the main process is gone, even in the middle of a task."""
     parent = multiprocessing.parent_process()
     assert parent is not None
-    wait([parent.sentinel])
+    if not wait([parent.sentinel], timeout=patience):
+        return
     shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not
     os._exit(1)

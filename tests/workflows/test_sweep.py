@@ -146,6 +146,15 @@ def test_what_concerns_every_collision_ends_the_sweep(store, counted, error):
     assert store.find(SCENES[2]) is None
 
 
+@pytest.fixture
+def interruptible():
+    """Heed SIGINT, which a shell's background jobs ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
     finished = []
 
