@@ -11,7 +11,7 @@ started=$SECONDS
 "$folder/venv/bin/python" -m pip install --quiet .
 echo "installed in $((SECONDS - started)) s"
 du -sm "$folder/venv" | awk '{ print "environment: " $1 " MiB"; if ($1 > 1331) exit 1 }'
-du -sm "$folder"/venv/lib/python3*/site-packages/* | sort -rn | head -12
+du -sm "$folder"/venv/lib/python3*/site-packages/* | sort -rn | awk 'NR <= 12'  # head would stop sort by a signal now and then
 cd "$folder"
 venv/bin/chaincor doctor
 venv/bin/chaincor run --particles 10 --json > /dev/null
