@@ -87,7 +87,7 @@ LONG_CELLS = (
 )
 
 
-class UnsureError(RunError):
+class UnsureError(Exception):
     """The judge's own runs do not agree on what stops them."""
 
 
