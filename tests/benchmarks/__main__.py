@@ -28,7 +28,7 @@ HISTORY = Path(__file__).parent / "history"
 WORSE = 1.5
 WORSE_ERRORS = 30.0
 # Other people's integrators: a larger ratio to ours is better.
-PEERS = ("heyoka", "dop853")
+PEERS = ("heyoka", "heyoka_products", "dop853")
 
 # Names and values of figures: ratios, of which less is better unless :func:`is_gain` says more is.
 Figures = dict[str, float]
