@@ -144,7 +144,7 @@ def _ending_caveats(
         ]
     stiffness = 1.0 if bond is None else bond.stiffness
     crossing = state.velocities.size / stiffness**0.5
-    if ending is None and since_contact <= 2.0 * crossing:
+    if ending is None and since_contact <= 2.0 * crossing and state.velocities.size > 1:
         return [
             f"the dump ends {since_contact:.3g} after the last contact; sound needs "
             f"{2.0 * crossing:.3g} to cross the chain and come back, so a later contact cannot "
@@ -165,7 +165,7 @@ def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> lis
             f"{detection.unresolved} pairs of them the number of contacts cannot be told: "
             f"contacts is at least {detection.times.size}; {advice}"
         ]
-    if detection.method == "interpolation":
+    if detection.method == "interpolation" and detection.largest_gap > 0.0:
         return [
             f"contact times are interpolated between frames up to {detection.largest_gap:.3g} "
             "apart; the potential (--potential) would locate them"

@@ -3,8 +3,9 @@ Find the contacts in a sequence of frames.
 
 Bonds cannot change the momentum of the chain, only the wall can: a contact with incoming speed
 v_q adds exactly 2 v_q. So a step in the momentum between two frames is proof of a contact, and
-half of it is the incoming speed if there was only one. When it happened, and whether there was
-only one, is found in one of two ways.
+half of it is the incoming speed if there was only one. A second frame written right after a
+contact, with particle 1 at the wall at just that speed, shows the contact itself. Else when it
+happened, and whether there was only one, is found in one of two ways.
 
 *reintegration*, where the bond is known: the chain near the wall is integrated from the first of
 the two frames with exact impacts (DOP853 with event location). Contacts come out to the
@@ -58,7 +59,7 @@ class DetectedContacts:
     total_miss : float
         Sum of these differences without their signs.
     largest_gap : float
-        Longest time between two frames with a contact in between.
+        Longest time between two frames with a contact in between that neither shows.
     """
 
     times: NDArray[np.float64]
@@ -124,9 +125,15 @@ class ContactDetector:
         if given <= self._threshold(state.velocities.size):
             return
         duration = state.time - before.time
+        # A frame written right after a contact shows when it was, and how fast.
+        slack = self._threshold(state.velocities.size)
+        speed = 0.5 * given
+        if state.displacements[0] == 0.0 and abs(state.velocities[0] - speed) <= slack:
+            self.add_known(state.time, speed)
+            return
         self._largest_gap = max(self._largest_gap, duration)
         if self.bond is None or duration <= 0.0:
-            self._interpolate(before, state, 0.5 * given)
+            self._interpolate(before, state, speed)
         else:
             self._reintegrate(before, state, given)
 

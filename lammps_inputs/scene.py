@@ -114,8 +114,10 @@ class Scene(BaseModel):
     )
     error: bool = Field(default=True, description="run once more at H/2 for the error bar")
     dump: Path | None = Field(default=None, description="write the motion to this LAMMPS dump")
-    dump_frames: PositiveFloat = Field(
-        default=20.0, description="frames of the dump per sound crossing of the chain"
+    dump_frames: PositiveFloat | Literal["contacts"] = Field(
+        default=20.0,
+        description="frames of the dump per sound crossing of the chain, or 'contacts' for one "
+        "after each",
     )
     save: Path | None = Field(default=None, description="keep the LAMMPS job in this folder")
     arrays: Path | None = Field(default=None, description="write the arrays to this NPZ file")
@@ -148,6 +150,13 @@ class Scene(BaseModel):
     def _refuse_bool_number(cls, value: Any) -> Any:
         if isinstance(value, bool):
             raise ValueError("expected a number")
+        return value
+
+    @field_validator("dump_frames", mode="before")
+    @classmethod
+    def _refuse_other_words(cls, value: Any) -> Any:
+        if isinstance(value, bool | str) and value != "contacts":
+            raise ValueError("expected a positive number, or 'contacts'")
         return value
 
     @field_validator("bond_file", "dump", "save", "arrays", mode="after")

@@ -2,7 +2,7 @@
 
 from functools import cache
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, Literal
 
 from lammps_inputs.bond_table import KEYWORDS, BondTable
 from lammps_inputs.errors import SceneError
@@ -114,7 +114,7 @@ def render_job(
     quiet_factor: float,
     cap: float,
     look_steps: int,
-    dump_steps: int | None = None,
+    dump_steps: int | Literal["contacts"] | None = None,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -134,7 +134,7 @@ def render_job(
     look_steps : int
         Steps between two looks for the end.
     dump_steps : int or None
-        Steps between frames of a dump; None for no dump.
+        Steps between frames of a dump, or one after each contact; None for no dump.
 
     Returns
     -------

@@ -4,6 +4,7 @@ import math
 import shutil
 import tempfile
 from pathlib import Path
+from typing import Literal
 
 from lammps_inputs.bond_table import tabulate
 from lammps_inputs.chain_data import format_chain_data, initial_chain
@@ -70,8 +71,7 @@ def write_job(
             else scouting.table_range(scene)
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
-    steps_per_frame = scene.particles / scene.dump_frames / numerics.timestep
-    wants_dump = dump or scene.dump is not None
+    dump_steps = _dump_steps(scene, numerics.timestep) if dump or scene.dump is not None else None
     look = look_interval(scene.particles, scene.bond.stiffness)
     texts = {
         SCRIPT_FILE: render_job(
@@ -81,7 +81,7 @@ def write_job(
             quiet_factor=quiet_time(1, scene.bond.stiffness),
             cap=longest_collision(scene.particles, scene.bond.stiffness),
             look_steps=math.ceil(look / numerics.timestep),
-            dump_steps=max(1, round(steps_per_frame)) if wants_dump else None,
+            dump_steps=dump_steps,
         ),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }
@@ -97,6 +97,12 @@ def write_job(
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = scene.to_toml()
     return _write_files(texts, folder, replace_existing)
+
+
+def _dump_steps(scene: Scene, timestep: float) -> int | Literal["contacts"]:
+    if isinstance(scene.dump_frames, str):
+        return "contacts"
+    return max(1, round(scene.particles / scene.dump_frames / timestep))
 
 
 def scout_job(scene: Scene) -> Scouting | None:

@@ -13,7 +13,7 @@ from analysis.modes import mode_energies
 from analysis.restitution import restitution
 from analysis.universe import to_mdanalysis, universe_frames
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic
+from lammps_inputs.potentials import Harmonic, LennardJones
 from lammps_inputs.scene import Scene
 from workflows.engines import lammps as engine
 from workflows.engines.lammps_library import load_lammps
@@ -80,6 +80,21 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed, through):
     assert analysis.contacts == outcome.contact_times.size
     # The engine itself is good to about 1e-7 at this step; the analysis integrates afresh.
     np.testing.assert_allclose(analysis.contact_times, outcome.contact_times, atol=1e-5)
+
+
+@pytest.mark.parametrize("bond", [LennardJones(), None])
+def test_a_dump_at_contacts_holds_every_contact(tmp_path, bond):
+    dump = tmp_path / "dump.lammpstrj"
+    scene = Scene(potential="lj", particles=20, speed=1.0, dump=dump, dump_frames="contacts")
+    outcome = engine.run(scene, Numerics(scheme="order8", timestep=0.1))
+    frames = list(Dump(dump))
+    assert len(frames) == outcome.contact_times.size + 1  # and the end
+    found = analyze_frames(frames, bond=bond)
+    # Momentum changes by the rounding of forces in opposite pairs only.
+    np.testing.assert_allclose(found.contact_times, outcome.contact_times, rtol=1e-15)
+    np.testing.assert_allclose(found.contact_speeds, outcome.contact_speeds, rtol=1e-11)
+    assert found.contacts == outcome.contact_times.size
+    assert not any("interpolated" in caveat for caveat in found.caveats)
 
 
 @pytest.mark.parametrize("sort", ["", "dump_modify 1 sort id"])

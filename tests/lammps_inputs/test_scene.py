@@ -67,6 +67,8 @@ BAD = [
     ({"engine": "reference", "table": "spline"}, "table is for engine 'lammps'"),
     ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
     ({"dump_frames": 0.0}, "dump_frames is 0.0"),
+    ({"dump_frames": "hits"}, "dump_frames is 'hits': expected a positive number, or 'contacts'"),
+    ({"dump_frames": True}, "dump_frames is True: expected a positive number, or 'contacts'"),
     ({"error": "perhaps"}, "error is 'perhaps'"),
     ({"save": 3}, "save is 3"),
 ]
@@ -156,7 +158,7 @@ def scenes(draw):
         "particles": st.integers(1, 10**6),
         "dump": paths,
         "arrays": paths,
-        "dump_frames": positive,
+        "dump_frames": positive | st.just("contacts"),
         "error": st.booleans(),
         "save": paths,
     }

@@ -51,6 +51,11 @@ def test_golden_job_with_a_dump(update_golden):
     compare("event-harmonic-dump.in", render("event", "harmonic", dump_steps=40), update_golden)
 
 
+def test_golden_job_with_a_dump_at_contacts(update_golden):
+    text = render("event", "harmonic", dump_steps="contacts")
+    compare("event-harmonic-dump-contacts.in", text, update_golden)
+
+
 @pytest.mark.parametrize("kind", ["harmonic", "lj-spline"])
 def test_golden_setup_for_python(kind, update_golden):
     fields, style = BONDS[kind]

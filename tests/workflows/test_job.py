@@ -11,11 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from analysis.collision import analyze_frames
+from analysis.dumps import Dump
 from analysis.restitution import restitution
 from lammps_inputs.errors import InputError, SceneError
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import lammps
+from workflows.engines.ending import argue_end
 from workflows.engines.lammps_library import find_mpi_library
 from workflows.job import scout_job, write_job
 
@@ -122,6 +125,25 @@ def test_the_motion_is_dumped_on_request(tmp_path):
     text = (tmp_path / "dump.lammpstrj").read_text()
     assert "ITEM: ATOMS id x vx v_displacement v_time" in text
     assert text.count("ITEM: TIMESTEP") > 20
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+def test_the_motion_is_dumped_at_contacts_on_request(wall, tmp_path):
+    scene = Scene(potential="lj", particles=10, wall=wall, scheme="verlet", dump_frames="contacts")
+    write_job(scene, tmp_path, dump=True)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0
+    frames = Dump(tmp_path / "dump.lammpstrj")
+    found = analyze_frames(frames, bond=scene.bond, end_argument=argue_end)
+    times, speeds = np.loadtxt(tmp_path / "contacts.txt", usecols=(1, 2), skiprows=1, unpack=True)
+    if wall == "event":
+        # Both were written by LAMMPS with 17 digits.
+        np.testing.assert_allclose(found.contact_times, times, rtol=1e-15)
+        np.testing.assert_allclose(found.contact_speeds, speeds, rtol=1e-12)
+    assert found.frames == times.size + 2
+    assert found.ending is not None
+    eta = float(re.search(r"^restitution = (\S+)", done.stdout, re.MULTILINE)[1])
+    assert found.restitution == pytest.approx(eta, rel=1e-12)
 
 
 def test_a_users_table_is_found_from_the_job(tmp_path, monkeypatch):

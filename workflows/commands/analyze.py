@@ -128,8 +128,13 @@ def describe(analysis: "CollisionAnalysis") -> str:
         f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
         f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
         f"f/n                    {statistics.per_particle:.4g}",
-        f"interval               {_number(statistics.mean_interval)} on average, "
-        f"median {_number(statistics.median_interval)}",
+    ]
+    if statistics.mean_interval is not None:
+        lines += [
+            f"interval               {statistics.mean_interval:.6g} on average, "
+            f"median {statistics.median_interval:.6g}",
+        ]
+    lines += [
         f"incoming speed         {_number(statistics.mean_speed)} v0 on average",
         f"momentum residual      {analysis.momentum_residual:.1e} n v0",
     ]

@@ -11,7 +11,7 @@ from workflows.commands.scene_options import scene_from, scene_options
 @click.command()
 @scene_options("engine", "tolerance", "error", "save", "arrays", "dump")
 @click.option("-o", "--output", metavar="DIR", required=True, help="folder for the job")
-@click.option("--frames", is_flag=True, help="also dump the motion while the job runs")
+@click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
 @click.option("--explain", is_flag=True, help="say in each file what every command is for")
 @click.option("--force", is_flag=True, help="replace a job that is in the folder already")
 def inputs(

@@ -22,9 +22,23 @@ def _plain_types(annotation: Any) -> list[Any]:
     return [] if annotation in (type(None), Potential) else [annotation]
 
 
+class _NumberOrWord(click.ParamType):
+    """A number, or one of a few words."""
+
+    name = "number or word"
+
+    def __init__(self, *words: str) -> None:
+        self.words = words
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | str:
+        return value if value in self.words else click.FLOAT.convert(value, param, ctx)
+
+
 def _option(name: str) -> Callable[[Callable], Callable]:
     field = Scene.model_fields[name]
-    (kind,) = _plain_types(field.annotation)
+    kind, *words = _plain_types(field.annotation)
     text = field.description or ""
     default = field.default
     if default is not None and "[default" not in text and not isinstance(default, bool):
@@ -36,8 +50,15 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
     if get_origin(kind) is Literal:
         return click.option(f"--{dashed}", name, type=click.Choice(get_args(kind)), help=text)
-    types_and_names = {int: (click.INT, "N"), float: (click.FLOAT, "X"), Path: (None, "FILE")}
+    types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
+        int: (click.INT, "N"),
+        float: (click.FLOAT, "X"),
+        Path: (None, "FILE"),
+    }
     option_type, metavar = types_and_names[kind]
+    if words:
+        choices = get_args(words[0])
+        option_type, metavar = _NumberOrWord(*choices), "|".join(("X", *choices))
     if name == "save":
         metavar = "DIR"
     # Paths stay text here: the scene turns them into paths and says what is wrong with them.

@@ -34,7 +34,8 @@ class ChainCollision:
     flight : Flight
         What carries the chain from contact to contact.
     frame_interval : float or None
-        Least time between frames; None for those of the scene's dump, if it has one.
+        Least time between frames; None for those of the scene's dump, if it has one: at
+        contacts, or so many per sound crossing.
     blind : BlindBound or None
         For looking ahead; None for a single particle.
     """
@@ -55,16 +56,19 @@ class ChainCollision:
         self.after_contact = self._state()
         self.shortest, self.longest = np.inf, -np.inf
         self.ending: str | None = None
+        dumped = scene.dump is not None and frame_interval is None
+        self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
+        if dumped and not isinstance(scene.dump_frames, str):
+            frame_interval = scene.particles / scene.dump_frames
         self.frame_interval = frame_interval
-        self.next_frame = 0.0 if frame_interval is not None or scene.dump is not None else np.inf
-        if scene.dump is not None and frame_interval is None:
-            self.frame_interval = scene.particles / scene.dump_frames
+        self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         # When a next contact, if there is one, is late.
         self.overdue = np.inf
         # Frames have to be exact to the end.
         self.look_ahead = None
-        if np.isinf(self.next_frame) and blind is not None:
+        wants_frames = self.frames_at_contacts or frame_interval is not None
+        if blind is not None and not wants_frames:
             reflect = isinstance(flight, VerletFlight) and flight.reflect
             self.look_ahead = LookAhead(scene, self.chain, blind, reflect)
 
@@ -85,6 +89,8 @@ class ChainCollision:
             if contact is not None:
                 self.contacts.append((contact.time, contact.speed))
                 self.after_contact = self._state()
+                if self.frames_at_contacts:
+                    self._take_frame()
                 if self.look_ahead is not None:
                     self.overdue = contact.time + _PATIENCE / stiffness**0.5
             self._watch_bonds()
@@ -98,7 +104,7 @@ class ChainCollision:
             if now >= next_look:
                 next_look = now + interval
                 self._look_for_end()
-                if self.ending is not None and self.frames and self.frames[-1][0] < now:
+                if self.ending is not None and self.frames:
                     self._take_frame()
                 if now > cap and self.ending is None:
                     raise UnfinishedCollisionError(
@@ -165,13 +171,14 @@ class ChainCollision:
             self._watch_bonds()
 
     def _take_frame(self) -> None:
-        assert self.frame_interval is not None
         now = self.flight.time
+        if self.frames and self.frames[-1][0] == now:
+            return
         displacements, velocities = self._state()
         self.frames.append((now, displacements, velocities))
         if self.scene.dump is not None:
             self.chain.write_frame(now)
-        while self.next_frame <= now:
+        while self.frame_interval is not None and self.next_frame <= now:
             self.next_frame += self.frame_interval
 
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
