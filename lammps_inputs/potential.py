@@ -164,3 +164,34 @@ class Potential(ABC):
                 return float(brentq(excess, near, far, xtol=1e-15, rtol=1e-15))
             near = far
         return None
+
+
+def compressed_strain(bond: Potential, energy: float) -> float:
+    """
+    Return the compressed strain at which a bond holds an energy.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    energy : float
+        U, positive.
+
+    Returns
+    -------
+    float
+        Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
+    """
+    floor = max(bond.strain_min, -1.0)
+    # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
+    low, high = -700.0, 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        strain = floor * -math.expm1(middle)
+        with np.errstate(all="ignore"):
+            held = float(bond.energy(strain))
+        if held > energy or not math.isfinite(held):
+            low = middle
+        else:
+            high = middle
+    return floor * -math.expm1(high)

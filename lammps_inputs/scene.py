@@ -239,7 +239,7 @@ class Scene(BaseModel):
         if isinstance(self.potential, Potential):
             return self.potential
         if self.potential == "table":
-            from lammps_inputs.bond_table import read_bond_table
+            from lammps_inputs.bond_table_file import read_bond_table
 
             assert self.bond_file is not None
             return read_bond_table(self.bond_file)

@@ -6,19 +6,13 @@ from lammps_inputs.numerics import StepSchemeName
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
+from workflows.convergence import eta_of, is_believed, jitter, run_in_house
 from workflows.engines import hard_sphere, modal, stiff
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE, JITTER_MATTERS, rounding_error
 from workflows.errors import RunError
-from workflows.step_search import (
-    eta_of,
-    guess_step,
-    is_believed,
-    jitter,
-    run_in_house,
-    sharpness,
-)
+from workflows.step_guess import guess_step, sharpness
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
 SHARPEST_FIXED = 60.0

@@ -5,11 +5,12 @@ import time
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lammps_inputs.bond_table import compressed_strain
 from lammps_inputs.numerics import Numerics
+from lammps_inputs.potential import compressed_strain
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
+from workflows.convergence import Converged, converge, eta_of, exact_modes, jitter
 from workflows.cost_model import cost_model
 from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
@@ -23,18 +24,8 @@ from workflows.error_bars import (
 )
 from workflows.errors import LostAtomsError, RunError, TimestepError
 from workflows.scouting import Scouting, scouting_details, scouting_from
-from workflows.step_search import (
-    Converged,
-    converge,
-    error_near,
-    estimate_step,
-    eta_of,
-    exact_modes,
-    find_step,
-    guess_step,
-    jitter,
-    sharpness,
-)
+from workflows.step_guess import guess_step, sharpness
+from workflows.step_search import error_near, estimate_step, find_step
 
 # The step may use this share of the tolerance, the table that one; the rest is for rounding.
 _STEP_SHARE = 0.5

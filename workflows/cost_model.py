@@ -13,7 +13,7 @@ from lammps_inputs.scene import Scene
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.ending import look_interval
 from workflows.engines.look_ahead import COARSE_STEP
-from workflows.step_search import sharpness
+from workflows.step_guess import sharpness
 
 _FILE = "cost_model.json"
 

@@ -5,10 +5,11 @@ from typing import Any
 
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
+from workflows.convergence import Converged, converge, exact_modes
 from workflows.engines.ending import look_interval
 from workflows.engines.reference_look_ahead import bonds_in_flight
 from workflows.errors import RunError
-from workflows.step_search import Converged, converge, exact_modes, sharpness
+from workflows.step_guess import sharpness
 
 # The range of bonds is settled long before eta is.
 _SCOUTING_GOAL = 1e-4

@@ -11,7 +11,7 @@ from workflows.accuracy_lammps import SHARPEST_LAMMPS, TRUTH_SHARE
 from workflows.cost_model import cost_model
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.error_bars import COARSER_SHARE
-from workflows.step_search import guess_step, sharpness
+from workflows.step_guess import guess_step, sharpness
 from workflows.stored_collision import asked_tolerance
 
 # Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of

@@ -12,9 +12,9 @@ import argparse
 import numpy as np
 
 from lammps_inputs.scene import Scene
+from workflows.convergence import eta_of
 from workflows.engines import lammps
 from workflows.errors import RunError
-from workflows.step_search import eta_of
 from workflows.tradeoff.front import CheapestRow
 from workflows.tradeoff.study import measure_tradeoff
 from workflows.tradeoff.truth import find_truth

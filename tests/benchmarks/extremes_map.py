@@ -152,8 +152,9 @@ def answer(cell: Cell, engine: str) -> dict[str, Any]:
 
 def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     """Answer by another method than `scheme`, twice, the second time more exactly."""
+    from workflows.convergence import eta_of, run_in_house
     from workflows.engines import stiff
-    from workflows.step_search import eta_of, guess_step, run_in_house
+    from workflows.step_guess import guess_step
 
     scene = cell.scene("reference")
     rounding = 1e-14 * cell.particles

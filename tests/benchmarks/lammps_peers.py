@@ -20,8 +20,8 @@ import numpy as np
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from tests.benchmarks.peers import Dop853Chain, HeyokaChain, coarsest, timed
+from workflows.convergence import eta_of
 from workflows.engines import lammps
-from workflows.step_search import eta_of
 from workflows.tradeoff.truth import find_truth
 
 ERROR = 1e-10

@@ -18,11 +18,11 @@ from unittest.mock import patch
 from lammps_inputs.bond_table import choose_rows
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
+from workflows.convergence import converge, eta_of
 from workflows.engines import hard_sphere, lammps, modal, reference, stiff
 from workflows.engines.ending import argue_end, quiet_time
 from workflows.engines.reference_chain import Chain
 from workflows.engines.reference_look_ahead import LookAhead
-from workflows.step_search import converge, eta_of
 
 # Of the table's force: a thousandth of what v0 = 1e-3 and eta to 1e-9 need.
 FORCE_ERROR = 1e-12

@@ -27,8 +27,8 @@ from typing import Any
 from unittest import mock
 
 from lammps_inputs.scene import Scene
-from workflows import step_search
 from workflows.collision import collide
+from workflows.engines import reference
 from workflows.engines.lammps_collision import ChainCollision
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -119,11 +119,11 @@ def setup_share() -> float:
     integrating = 0.0
 
     def timed(function):
-        def run(*arguments):
+        def run(*arguments, **options):
             nonlocal integrating
             started = time.process_time()
             try:
-                return function(*arguments)
+                return function(*arguments, **options)
             finally:
                 integrating += time.process_time() - started
 
@@ -144,7 +144,7 @@ def setup_share() -> float:
         collide(Scene(**bond, particles=10, speed=0.4))  # loads compiled code
     with (
         mock.patch.object(ChainCollision, "carry_out", timed(ChainCollision.carry_out)),
-        mock.patch.object(step_search, "run_in_house", timed(step_search.run_in_house)),
+        mock.patch.object(reference, "run", timed(reference.run)),
     ):
         started = time.process_time()
         for scene in scenes:

@@ -13,9 +13,9 @@ from lammps_inputs.bond_table import (
     MARGIN_BINS,
     MOST_ROWS,
     choose_rows,
-    read_bond_table,
     tabulate,
 )
+from lammps_inputs.bond_table_file import read_bond_table
 from lammps_inputs.errors import TableError
 from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from analysis.atomic_write import folder_aside, written_aside
-from lammps_inputs.bond_table import BondTable, compressed_strain, tabulate, tabulate_near_and_far
+from lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
 from lammps_inputs.numerics import Numerics
-from lammps_inputs.potential import Potential
+from lammps_inputs.potential import Potential, compressed_strain
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE

@@ -11,7 +11,7 @@ from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from workflows.accuracy_lammps import SHARPEST_LAMMPS
 from workflows.reproduce.plan import Plan
 from workflows.reproduce.studies import Study, studies
-from workflows.step_search import sharpness
+from workflows.step_guess import sharpness
 
 # The in-house value should not be what limits the comparison.
 _SHARPER = 0.1

@@ -9,9 +9,9 @@ from analysis.restitution import restitution
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
+from workflows.convergence import eta_of
 from workflows.engines import lammps
 from workflows.engines.outcome import Outcome
-from workflows.step_search import eta_of
 from workflows.tradeoff.oracles import (
     lepton_formula,
     restitution_with_exact_bonds,

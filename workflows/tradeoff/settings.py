@@ -7,7 +7,7 @@ from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Engine, Scene, Scheme, TableStyle, Wall
 from workflows.engines import lammps, reference
 from workflows.engines.outcome import Outcome
-from workflows.step_search import sharpness
+from workflows.step_guess import sharpness
 
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
 # Force error of the linear tables that are compared with splines, in units of v0: some thousands

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene, TableStyle
+from workflows.convergence import eta_of
 from workflows.engines import lammps
 from workflows.errors import ChaincorError
-from workflows.step_search import eta_of
 from workflows.tradeoff.truth import Truth
 
 _ROWS: dict[TableStyle, tuple[int, ...]] = {

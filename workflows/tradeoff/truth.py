@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from analysis.modes import mode_energies
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
+from workflows.convergence import Converged, converge, eta_of, run_in_house
 from workflows.engines import modal
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import COARSER_SHARE
 from workflows.errors import RunError
 from workflows.scouting import Scouting, scouting_from
-from workflows.step_search import Converged, converge, eta_of, run_in_house
 
 # Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
 _GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)

@@ -11,7 +11,7 @@ from workflows.engines import look_ahead, reference
 from workflows.engines.ending import quiet_time
 from workflows.engines.reference_look_ahead import LookAhead
 from workflows.errors import RunError
-from workflows.step_search import guess_step
+from workflows.step_guess import guess_step
 
 LJ = Scene(potential="lj", particles=100, speed=0.4)
 

@@ -5,8 +5,8 @@ import pytest
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
+from workflows.convergence import eta_of
 from workflows.engines import lammps
-from workflows.step_search import eta_of
 from workflows.tradeoff.budget import measure_budget, printed_restitution
 from workflows.tradeoff.oracles import (
     lepton_formula,

@@ -1,0 +1,209 @@
+"""Refining the in-house integrator until it has converged."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from analysis.restitution import restitution
+from lammps_inputs.numerics import Numerics, StepSchemeName
+from lammps_inputs.scene import Scene
+from workflows.engines import modal, reference
+from workflows.engines.outcome import Outcome
+from workflows.error_bars import COARSER_SHARE
+from workflows.errors import CrossingError, RunError, TimestepError
+from workflows.step_guess import guess_step
+
+_MODAL_ERROR = 1e-13
+_MOST_HALVINGS = 9
+# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
+# one before, must say the same.
+_CONFIRMATIONS = 4
+
+
+@dataclass(frozen=True)
+class Converged:
+    """
+    A collision by the in-house integrator, refined until two steps agree.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The finer run.
+    restitution : float
+        Its eta.
+    error : float
+        Its error, from the difference to twice the step.
+    seconds : float
+        Integration time of all runs it took.
+    """
+
+    outcome: Outcome
+    restitution: float
+    error: float
+    seconds: float
+
+
+def eta_of(scene: Scene, outcome: Outcome) -> float:
+    """
+    Return the restitution of an outcome.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome : Outcome
+        A run of it.
+
+    Returns
+    -------
+    float
+        eta.
+    """
+    return float(restitution(outcome.velocities, scene.impact_velocity))
+
+
+def run_in_house(scene: Scene, scheme: StepSchemeName, timestep: float) -> Outcome:
+    """
+    Run the in-house integrator with one scheme and step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    scheme : str
+        Composition or extrapolation.
+    timestep : float
+        H.
+
+    Returns
+    -------
+    Outcome
+        Raw outcome.
+    """
+    return reference.run(scene, Numerics(scheme=scheme, timestep=timestep))
+
+
+def is_believed(refusals: Sequence[RunError]) -> bool:
+    """
+    Return whether runs at ever smaller steps agree on what stops them.
+
+    Parameters
+    ----------
+    refusals : sequence of RunError
+        What stopped the runs since the last that was not stopped.
+
+    Returns
+    -------
+    bool
+        True where the last few have the same name, one that a smaller step does not cure.
+    """
+    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
+    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
+
+
+def converge(scene: Scene, goal: float) -> Converged:
+    """
+    Refine the in-house integrator until its error is below a goal.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    goal : float
+        Error of eta wanted.
+
+    Returns
+    -------
+    Converged
+        The finest run.
+
+    Raises
+    ------
+    RunError
+        What stopped the finest run, or that steps cannot become small enough.
+    """
+    scheme: StepSchemeName = "order8"
+    step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
+    coarse: Outcome | None = None
+    refusals: list[RunError] = []
+    seconds = 0.0
+    for _ in range(_MOST_HALVINGS):
+        try:
+            fine = run_in_house(scene, scheme, step)
+        except RunError as error:
+            refusals.append(error)
+            if is_believed(refusals):
+                raise
+            coarse, step = None, 0.5 * step
+            continue
+        refusals.clear()
+        seconds += fine.seconds
+        if coarse is not None:
+            difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
+            error_bar = COARSER_SHARE[scheme] * difference
+            if error_bar <= goal and len(fine.contact_times) == len(coarse.contact_times):
+                return Converged(fine, eta_of(scene, fine), error_bar, seconds)
+        coarse, step = fine, 0.5 * step
+    if refusals:
+        raise refusals[-1]
+    raise RunError(
+        f"no step was found that resolves this collision to {goal:.1g}; expected bonds that are "
+        "not compressed to nothing: lower the speed, or use engine 'reference'"
+    )
+
+
+def exact_modes(scene: Scene) -> Converged:
+    """
+    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+
+    Parameters
+    ----------
+    scene : Scene
+        A harmonic chain.
+
+    Returns
+    -------
+    Converged
+        With the rounding of modes as its error.
+
+    Raises
+    ------
+    CrossingError
+        If particles pass through each other, which LAMMPS cannot follow.
+    """
+    outcome = modal.run(scene)
+    if outcome.crossed:
+        raise CrossingError(
+            f"particles of a harmonic chain pass through each other at velocity "
+            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+        )
+    return Converged(outcome, eta_of(scene, outcome), _MODAL_ERROR, outcome.seconds)
+
+
+def jitter(scene: Scene, scheme: StepSchemeName, timestep: float, eta: float) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    scheme : str
+        Composition.
+    timestep : float
+        H.
+    eta : float
+        The in-house eta with this scheme and step.
+
+    Returns
+    -------
+    float
+        Largest change for impact velocities a few units in the last place away.
+    """
+    v0 = scene.impact_velocity
+    worst = 0.0
+    for ulps in (-5.0, 3.0):
+        nudged = scene.replace(speed=None, velocity=v0 * (1.0 + ulps * sys.float_info.epsilon))
+        worst = max(worst, abs(eta_of(nudged, run_in_house(nudged, scheme, timestep)) - eta))
+    return worst
