@@ -33,19 +33,25 @@ import re
 import signal
 import time
 import warnings
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from lammps_inputs.errors import ChaincorError
 from lammps_inputs.scene import Scene
+from tests.benchmarks.extremes_cells import Cell, Found, all_cells
+from tests.benchmarks.extremes_verdicts import (
+    SUREST_JUDGE,
+    UnsureError,
+    needs_judge,
+    report,
+    verdicts,
+)
 from workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
 from workflows.pool import ProcessPool
 
-TOLERANCE = 1e-6
 # Of processor time, for each answer and each judge; and for chains of 1000 and more.
 SECONDS, LONG_SECONDS = 60.0, 300.0
 LONG = 1000
@@ -53,86 +59,8 @@ LONG = 1000
 # not sure enough, long chains that break amplify errors, up to a million times: then the next two.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
 JUDGE_STEP_GOALS = (1e-8, 1e-10)
-SUREST_JUDGE = 1e-8
 # Runs notice at the end of a step what stops them; bonds swing with periods of about 5.
 SAME_TIME = 1.0
-LONGEST_STEPPED_SPHERES = 100
-
-POTENTIALS: dict[str, dict[str, Any]] = {
-    "harmonic": {"potential": "harmonic"},
-    "lj": {"potential": "lj"},
-    "toda 1": {"potential": "toda", "toda_b": 1.0},
-    "toda 10": {"potential": "toda", "toda_b": 10.0},
-    "toda 100": {"potential": "toda", "toda_b": 100.0},
-    "log": {"potential": "log"},
-} | {
-    f"power {order}": {
-        "potential": "power",
-        "power_order": order,
-        "power_c": 1.0 if order % 2 == 0 else -1.0,
-    }
-    for order in range(3, 10)
-}
-SPEEDS = (1e-12, 1e-8, 1e-4, 1e-2, 0.4, 1.0, 3.0, 10.0, 100.0, 1e3)
-SIZES = (1, 2, 3, 10, 100, 1000)
-ENGINES = ("reference", "lammps")
-# LAMMPS takes ten seconds for a cell of 1000 particles: one bond of each kind does there.
-LAMMPS_LONGEST = 100
-LAMMPS_LONG = ("harmonic", "lj", "toda 10", "log", "power 3", "power 4")
-# What can be afforded of longer chains, in-house.
-LONG_CELLS = (
-    *(("harmonic", 10_000, speed) for speed in (1e-12, 0.4, 1e3)),
-    *((name, 10_000, 0.01) for name in ("lj", "toda 10", "log", "power 4")),
-    *((name, size, 1e3) for name in ("lj", "toda 100", "log") for size in (10_000, 100_000)),
-)
-
-
-class UnsureError(Exception):
-    """The judge's own runs do not agree on what stops them."""
-
-
-@dataclass(frozen=True)
-class Cell:
-    """A collision: name of the potential, particles, speed (v*; velocity of a harmonic chain)."""
-
-    potential: str
-    particles: int
-    speed: float
-
-    def scene(self, engine: str) -> Scene:
-        """Return the scene for an engine."""
-        key = "velocity" if self.potential == "harmonic" else "speed"
-        return Scene(
-            **POTENTIALS[self.potential],
-            **{key: self.speed},
-            particles=self.particles,
-            engine=engine,
-            tolerance=TOLERANCE,
-        )
-
-
-@dataclass(frozen=True)
-class Found:
-    """What an engine, or the judge, says about a cell; the fields are those of a line."""
-
-    potential: str
-    particles: int
-    speed: float
-    by: str  # reference, lammps or judge
-    seconds: float
-    restitution: float | None = None
-    error: float | None = None
-    met: bool = False
-    scheme: str = ""
-    crossed: bool = False
-    failure: str | None = None  # name of the error's class
-    named: bool = True  # whether it is one of ours
-    message: str = ""
-
-    @property
-    def cell(self) -> Cell:
-        """The cell."""
-        return Cell(self.potential, self.particles, self.speed)
 
 
 def answer(cell: Cell, engine: str) -> dict[str, Any]:
@@ -230,22 +158,6 @@ def died(cell: Cell, by: str, error: WorkerDiedError, limit: float) -> Found:
     )
 
 
-def all_cells(quick: bool) -> Iterator[tuple[Cell, str]]:
-    """Return the cells and engines of the map, or of its bounded version."""
-    sizes, speeds = SIZES, SPEEDS
-    if quick:
-        sizes, speeds = (1, 3, 10), (1e-12, 1e-4, 0.4, 3.0, 100.0, 1e3)
-    for size in sizes:
-        for name in POTENTIALS:
-            for speed in speeds:
-                yield Cell(name, size, speed), "reference"
-                if size <= LAMMPS_LONGEST or name in LAMMPS_LONG:
-                    yield Cell(name, size, speed), "lammps"
-    if not quick:
-        for long_cell in LONG_CELLS:
-            yield Cell(*long_cell), "reference"
-
-
 def seconds_for(cell: Cell) -> float:
     """Return how long an answer may take."""
     return LONG_SECONDS if cell.particles >= LONG else SECONDS
@@ -311,114 +223,6 @@ class Map:
         )
 
 
-def needs_judge(found: Found) -> bool:
-    """Return whether a cell is judged by a run, not by the limit of hard spheres."""
-    return found.scheme != "hard-sphere" or found.particles <= LONGEST_STEPPED_SPHERES
-
-
-# Refusals that state a fact of the motion, and words that say what would do.
-FACTS = (CrossingError.__name__, BarrierError.__name__)
-REMEDY = re.compile(r"\b(use|lower|take|ask for|choose|give)\b")
-# One letter for each verdict, so that nobody has to tell colours apart.
-LETTERS = {
-    "ToleranceError": "d",
-    "RunError": "s",
-    "CrossingError": "x",
-    "BarrierError": "b",
-    "TimestepError": "t",
-    "UnfinishedCollisionError": "u",
-}
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Colour of a cell, the letter that tells it apart, and why."""
-
-    colour: str
-    letter: str
-    why: str
-
-
-def verdict(found: Found, judged: Found | None) -> Verdict:
-    """Judge what an engine said."""
-    if found.failure is not None:
-        return _verdict_on_refusal(found, judged)
-    assert found.restitution is not None
-    bar = found.error
-    if not math.isfinite(found.restitution) or bar is None or not math.isfinite(bar):
-        return Verdict("red", "N", f"eta {found.restitution}, bar {bar}")
-    if found.met != (bar <= TOLERANCE) or not (found.met or found.message):
-        return Verdict("red", "L", f"says {found.met}, bar {bar:.2g}")
-    by_limit = not needs_judge(found) if judged is None else found.scheme == "hard-sphere"
-    if by_limit and (judged is None or judged.failure is not None):
-        truth, doubt, letter = 1.0, 0.0, "o"
-    elif judged is None:
-        return Verdict("unverified", "?", "not judged yet")
-    elif judged.failure is not None:
-        if judged.failure in FACTS:
-            return Verdict("red", "F", f"answered, though {judged.message}")
-        return Verdict("unverified", "?", f"judge: {judged.failure}: {judged.message}")
-    else:
-        assert judged.restitution is not None
-        assert judged.error is not None
-        truth, doubt, letter = judged.restitution, judged.error, ""
-        if doubt > SUREST_JUDGE:
-            return Verdict("unverified", "?", f"the judge is sure to {doubt:.1g} only")
-    away = abs(found.restitution - truth)
-    if away > bar + doubt:
-        return Verdict("red", "X", f"{away:.2g} from the judge, bar {bar:.2g} + {doubt:.1g}")
-    if found.met:
-        return Verdict("green", letter, "")
-    return Verdict("amber", "w", found.message)
-
-
-def _verdict_on_refusal(found: Found, judged: Found | None) -> Verdict:
-    said = f"{found.failure}: {found.message}"
-    if found.failure == "TimeOut":
-        return Verdict("red", "T", said)
-    if not found.named or "\n" in found.message or not REMEDY.search(found.message):
-        return Verdict("red", "E", said)
-    if found.failure in FACTS and judged is None:
-        return Verdict("unverified", "?", f"not judged yet: {said}")
-    if found.failure in FACTS and judged is not None:
-        confirmed = judged.failure == found.failure or judged.crossed
-        if judged.failure in ("TimeOut", "TimestepError", UnsureError.__name__):
-            return Verdict("unverified", "?", f"judge: {judged.failure}; {said}")
-        if not confirmed:
-            return Verdict("red", "U", f"{said}; the judge says {judged.restitution}")
-    return Verdict("amber", LETTERS.get(str(found.failure), "e"), said)
-
-
-def verdicts(found: Map, cells: Iterable[tuple[Cell, str]]) -> dict[tuple[Cell, str], Verdict]:
-    """Return the verdict on every cell that was computed."""
-    return {
-        (cell, engine): verdict(found.found[cell, engine], found.found.get((cell, "judge")))
-        for cell, engine in cells
-        if (cell, engine) in found.found
-    }
-
-
-def report(found: Map, judged: dict[tuple[Cell, str], Verdict]) -> str:
-    """Return counts for each engine, and each cell that is red or unverified."""
-    lines = []
-    for engine in ENGINES:
-        some = [each for (_, by), each in judged.items() if by == engine]
-        colours = Counter(each.colour for each in some)
-        letters = Counter(each.letter for each in some if each.colour == "amber")
-        limits = sum(each.colour == "green" and each.letter == "o" for each in some)
-        lines.append(
-            f"{engine}: {len(some)} cells: "
-            + ", ".join(f"{colours[c]} {c}" for c in ("green", "amber", "red", "unverified"))
-            + f"; green by the limit of hard spheres: {limits}; amber: {dict(letters)}"
-        )
-    for (cell, engine), each in judged.items():
-        if each.colour in ("red", "unverified"):
-            name = f"{cell.potential} n={cell.particles} {cell.speed:g} {engine}"
-            lines.append(f"{each.colour} {each.letter} {name}: {each.why}")
-    seconds = sum(each.seconds for each in found.found.values())
-    return "\n".join([*lines, f"processor time: {seconds / 60.0:.1f} min"])
-
-
 def main() -> None:
     """Compute what is missing of the map, print the counts, draw the picture."""
     parser = argparse.ArgumentParser(description="the map of the extremes")
@@ -431,8 +235,8 @@ def main() -> None:
     found = Map(arguments.output / "cells.jsonl")
     cells = list(all_cells(arguments.quick))
     print(f"{found.run(cells, arguments.workers)} computed now", flush=True)
-    judged = verdicts(found, cells)
-    print(report(found, judged))
+    judged = verdicts(found.found, cells)
+    print(report(found.found, judged))
     if arguments.picture:
         from tests.benchmarks.extremes_picture import draw
 

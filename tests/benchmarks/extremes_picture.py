@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.figures.style import BLUE, GREEN, GREY, ORANGE, VERMILION, new_figure
-from tests.benchmarks.extremes_map import ENGINES, POTENTIALS, SIZES, SPEEDS, Cell, Verdict
+from tests.benchmarks.extremes_cells import ENGINES, POTENTIALS, SIZES, SPEEDS, Cell
+from tests.benchmarks.extremes_verdicts import Verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

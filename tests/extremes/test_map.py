@@ -2,7 +2,9 @@
 
 import pytest
 
-from tests.benchmarks.extremes_map import Cell, Found, Map, all_cells, verdict, verdicts
+from tests.benchmarks.extremes_cells import Cell, Found, all_cells
+from tests.benchmarks.extremes_map import Map
+from tests.benchmarks.extremes_verdicts import verdict, verdicts
 
 CELL = Cell("lj", 10, 0.4)
 
@@ -42,7 +44,7 @@ def test_no_cell_of_the_bounded_map_is_wrong_and_it_resumes(tmp_path):
     path.write_text(path.read_text()[:-40])  # cut off in the middle of a line
     again = Map(path)
     assert again.run(cells, workers=1) == 1
-    judged = verdicts(again, cells)
+    judged = verdicts(again.found, cells)
     assert len(judged) == len(cells)
     wrong = [(key, each) for key, each in judged.items() if each.colour in ("red", "unverified")]
     assert not wrong
