@@ -1,9 +1,11 @@
 """The motion of a collision, for pictures: frames at regular times, by the in-house engines."""
 
+from dataclasses import replace
+
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.engines import modal, stiff
-from workflows.engines.outcome import Outcome
+from workflows.engines.outcome import Frames, Outcome
 
 # Far finer than any picture resolves.
 _ACCURACY = 1e-6
@@ -35,6 +37,34 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     return stiff.run(scene, _ACCURACY, interval)
 
 
+def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
+    """
+    Keep frames of a collision until soon after its last contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    last_contact_time : float
+        Time of its last contact.
+
+    Returns
+    -------
+    Outcome
+        With about 400 frames; the last shows the chain flying off.
+    """
+    # Two units of time are sound crossing two bonds: enough to see that.
+    end = 1.15 * last_contact_time + 2.0
+    outcome = record_motion(scene, end / 400.0)
+    frames = outcome.frames
+    assert frames is not None
+    shown = frames.times <= end
+    return replace(
+        outcome,
+        frames=Frames(frames.times[shown], frames.displacements[shown], frames.velocities[shown]),
+    )
+
+
 def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
     """
     Draw a collision as a moving picture.
@@ -57,15 +87,12 @@ def write_animation(scene: Scene, last_contact_time: float, path: str, pictures:
     """
     from analysis.figures.animation import animate_collision
 
-    # Two units of time are sound crossing two bonds: enough to see the chain fly off.
-    end = 1.15 * last_contact_time + 2.0
-    frames = record_motion(scene, end / 400.0).frames
+    frames = follow_to_the_end(scene, last_contact_time).frames
     assert frames is not None
-    shown = frames.times <= end
     animate_collision(
-        frames.times[shown],
-        frames.displacements[shown],
-        frames.velocities[shown],
+        frames.times,
+        frames.displacements,
+        frames.velocities,
         path,
         impact_velocity=scene.impact_velocity,
         frames=pictures,

@@ -14,12 +14,14 @@ from workflows.result import Collision
 @click.option(
     "--animate", metavar="FILE", help="draw the motion, followed in-house, as .gif or .mp4"
 )
+@click.option("--watch", "watched", is_flag=True, help="play the motion in the terminal")
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def run(
     ctx: click.Context,
     scene_file: str | None,
     animate: str | None,
+    watched: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -33,6 +35,11 @@ def run(
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
+    terminal = None
+    if watched:
+        from workflows.watch import find_terminal
+
+        terminal = find_terminal()
     result = collide(scene)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
@@ -40,6 +47,10 @@ def run(
         from workflows.motion import write_animation
 
         write_animation(scene, result.last_contact_time, animate)
+    if terminal is not None:
+        from workflows.watch import watch
+
+        watch(scene, result.last_contact_time, terminal)
     if as_json:
         click.echo(json.dumps(result.to_dict(), allow_nan=False))
     else:

@@ -1,3 +1,5 @@
+import shutil
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -118,3 +120,10 @@ def test_animation_refuses_what_it_cannot_write(motion, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(InputError, match="needs ffmpeg"):
         animate_collision(times, u, v, tmp_path / "c.mp4", impact_velocity=0.1)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="MP4 is written where ffmpeg is")
+def test_animation_as_mp4(motion, tmp_path):
+    times, u, v = motion
+    path = animate_collision(times, u, v, tmp_path / "c.mp4", impact_velocity=0.1, frames=3)
+    assert path.read_bytes()[4:8] == b"ftyp"

@@ -1,0 +1,71 @@
+"""A moment of a collision as text: the chain before its wall, and how fast each part goes."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+from rich.text import Text
+
+from analysis.figures.style import BLUE, GREY, ORANGE, SKY
+
+# From towards the wall to away from it: blue, grey, yellow, as everyone can tell them apart; the
+# height of a mark says the same.
+_COLOURS = (BLUE, SKY, GREY, ORANGE, "#F0E442")
+_WALL, _PARTICLE, _SPEED, _REST = "█", "●", "•", "─"
+
+
+def draw_moment(
+    displacements: ArrayLike,
+    velocities: ArrayLike,
+    *,
+    impact_velocity: float,
+    longest: float,
+    columns: int = 80,
+    rows: int = 9,
+) -> Text:
+    """
+    Draw one state of a chain in characters.
+
+    Above, the velocities in units of v0, from -1.5 to 1.5 (those beyond are drawn at the edge);
+    below, the chain. Where particles share a column, it shows their mean velocity.
+
+    Parameters
+    ----------
+    displacements, velocities : array_like of shape (n,)
+        The state; particle 1 first, the wall at x = 0.
+    impact_velocity : float
+        Impact speed v0.
+    longest : float
+        Distance from the wall that the last column shows.
+    columns, rows : int
+        Size of the drawing; one column is the wall. `rows` is odd.
+
+    Returns
+    -------
+    rich.text.Text
+        `rows` + 1 lines.
+    """
+    u = np.asarray(displacements, dtype=float)
+    x = u + np.arange(u.size)
+    v = np.asarray(velocities, dtype=float) / impact_velocity
+    width = columns - 1
+    place = np.clip((x / longest * (width - 1)).round().astype(int), 0, width - 1)
+    count = np.bincount(place, minlength=width)
+    seen = np.flatnonzero(count)
+    mean = np.bincount(place, weights=v, minlength=width)[seen] / count[seen]
+    middle = rows // 2
+    height = np.clip((mean / 1.5 * middle).round().astype(int), -middle, middle)
+    shade = np.clip((mean / 1.2 * 2.0).round().astype(int), -2, 2) + 2
+
+    grid = np.full((rows + 1, width), " ")
+    grid[middle, :] = _REST
+    styles = np.full((rows + 1, width), "dim", dtype=object)
+    for column, up, colour in zip(seen, height, shade, strict=True):
+        for row, mark in ((middle - up, _SPEED), (rows, _PARTICLE)):
+            grid[row, column] = mark
+            styles[row, column] = _COLOURS[colour]
+    text = Text()
+    for row in range(rows + 1):
+        text.append(_WALL)
+        for mark, style in zip(grid[row], styles[row], strict=True):
+            text.append(str(mark), style)
+        text.append("\n")
+    return text
