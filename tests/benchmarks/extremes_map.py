@@ -8,7 +8,8 @@ Potential x speed x number of particles x engine. What is finished is kept in FO
 line each, so that the same command goes on where it was stopped. (A results store does not serve:
 it keeps neither the judges, which are not scenes, nor time-outs.)
 
-Every cell is asked for eta to 1e-6, within 60 s of processor time, or 300 s from 1000 particles on.
+Every cell is asked for eta to 1e-6, within 60 s of processor time; 900 s from 1000 particles on,
+and 1800 s from 10000 on.
 Its verdict is by rule:
 
 - *green*: the tolerance is claimed, and the judge is within the error bar;
@@ -52,9 +53,8 @@ from tests.benchmarks.extremes_verdicts import (
 from workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
 from workflows.pool import ProcessPool
 
-# Of processor time, for each answer and each judge; and for chains of 1000 and more.
-SECONDS, LONG_SECONDS = 60.0, 300.0
-LONG = 1000
+# Of processor time, for each answer and each judge, by the number of particles from which on.
+SECONDS = {1: 60.0, 1000: 900.0, 10_000: 1800.0}
 # Two runs of the judge at these accuracies; the difference is the error of the finer. Where it is
 # not sure enough, long chains that break amplify errors, up to a million times: then the next two.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
@@ -160,7 +160,7 @@ def died(cell: Cell, by: str, error: WorkerDiedError, limit: float) -> Found:
 
 def seconds_for(cell: Cell) -> float:
     """Return how long an answer may take."""
-    return LONG_SECONDS if cell.particles >= LONG else SECONDS
+    return max(seconds for size, seconds in SECONDS.items() if cell.particles >= size)
 
 
 class Map:

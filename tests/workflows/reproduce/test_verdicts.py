@@ -57,7 +57,13 @@ def with_other_sign(scene):
         strain_max=0.95,
     )
     plain = dict.fromkeys(("toda_b", "power_order", "power_c", "speed"))
-    return scene.replace(**plain, potential=mirrored, velocity=scene.impact_velocity)
+    # Functions of NumPy step slowly, and 1e-10 is what the digits of alpha need, not its sign.
+    return scene.replace(
+        **plain,
+        potential=mirrored,
+        velocity=scene.impact_velocity,
+        tolerance=max(scene.tolerance, 1e-7),
+    )
 
 
 def with_stock_wall(scene):
