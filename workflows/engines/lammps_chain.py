@@ -268,9 +268,6 @@ class LammpsChain:
         timestep : float
             The composed step H.
         """
-        if self._far is not None and self._far.any():
-            self.restore(self._initial)
-            self._change_tables()
         self.restore(self._initial)
         self.timestep = timestep
         self._full_step = self._encode(timestep)
@@ -296,6 +293,10 @@ class LammpsChain:
         state : tuple of ndarray
             From :meth:`snapshot`.
         """
+        if self._far is not None:
+            # A bond that broke since then is whole again.
+            self.x[:] = state[0]
+            self._change_tables()
         self.x[:], self.v[:], self.f[:] = state
 
     def write_frame(self, time: float) -> None:
