@@ -61,12 +61,19 @@ class Point:
 
     @property
     def source(self) -> str | None:
-        """``lammps`` where it has a result, else ``in-house``; None where neither has."""
-        if self.lammps is not None and self.lammps.result is not None:
-            return "lammps"
-        if self.in_house is not None and self.in_house.result is not None:
-            return "in-house"
-        return None
+        """
+        Whose number is shown; None where neither has one.
+
+        ``lammps`` where it has a result; ``in-house`` where it has none, or misses the tolerance
+        (which LAMMPS's coordinates are not always exact enough for) and the other does not.
+        """
+        ours, other = (
+            None if answer is None else answer.result for answer in (self.lammps, self.in_house)
+        )
+        if ours is None:
+            return None if other is None else "in-house"
+        missed = ours["tolerance_met"] is False
+        return "in-house" if missed and other is not None and other["tolerance_met"] else "lammps"
 
     @property
     def engine_name(self) -> str:
@@ -75,7 +82,7 @@ class Point:
 
     @property
     def answer(self) -> Answer | None:
-        """The answer that is plotted and fitted: LAMMPS's, or in-house where there is none."""
+        """The answer that is plotted and fitted."""
         return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
 
     def _number(self, name: str) -> float:

@@ -125,7 +125,7 @@ def lj_lengths(measured: Measurements) -> Figure:
         title="Dissipation of Lennard-Jones chains against their length, at five speeds",
         caption=(
             "The paper's figure 5, carried on to "
-            f"n = {longest}. Filled: LAMMPS; open: in-house only. Grey: the harmonic chain, "
+            f"n = {longest}. Filled: LAMMPS; open: in-house. Grey: the harmonic chain, "
             "whose dissipation vanishes as n^(−2/3). A curve that levels off stays finite in the "
             "limit of long chains. Exponent of 1 − η from a fifth of the longest chain on: "
             + ", ".join(

@@ -1,4 +1,4 @@
-"""Points with error bars: filled where LAMMPS gave the number, open where only in-house could."""
+"""Points with error bars: filled where LAMMPS gave the number, open where in-house did."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING

@@ -42,17 +42,12 @@ def restitution_curves(measured: Measurements) -> Figure:
         Three curves.
     """
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
-    refused = [
-        p
-        for p in measured.points["curves"]
-        if p.lammps is not None and p.lammps.result is None and p.speed > 1.0
-    ]
-    first = min((p.speed for p in refused), default=None)
+    fastest = max((p.speed for p in curves["log"] if p.source == "lammps"), default=0.0)
     refusal = (
-        ""
-        if first is None
-        else f" From {first:.3g} v* upward LAMMPS refuses log chains, whose bonds would be "
-        "compressed to almost nothing; there the in-house stiff engine gives the open symbols."
+        f" Above {fastest:.3g} v* LAMMPS refuses log chains, whose bonds would be compressed to "
+        "almost nothing; there the in-house stiff engine gives the open symbols."
+        if any(p.speed > fastest for p in curves["log"])
+        else ""
     )
     harmonic = measured.select("harmonic_velocities", "harmonic")
     return Figure(
@@ -60,7 +55,7 @@ def restitution_curves(measured: Measurements) -> Figure:
         title="Restitution against speed for lj, toda and log chains",
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
-            f"in-house only.{refusal} η is the paper's ratio of energies. Dashed: the harmonic "
+            f"in-house.{refusal} η is the paper's ratio of energies. Dashed: the harmonic "
             "chain, which all three approach at low speed. Error bars are smaller than the symbols."
         ),
         table=table_of([point_record(p) for p in measured.points["curves"]]),
