@@ -8,6 +8,7 @@ from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_flight import VerletFlight
 from workflows.engines.look_ahead import coarse_step, find_end, required_clearance
+from workflows.errors import RunError
 
 
 class LammpsCoast:
@@ -120,10 +121,13 @@ class LookAhead:
             return None
         state, timestep = chain.snapshot(), chain.timestep
         chain.timestep = coarse
+        flight = VerletFlight(chain, self._reflect, self._blind)
+        coast = LammpsCoast(chain, flight, now, clearance)
         try:
-            flight = VerletFlight(chain, self._reflect, self._blind)
-            coast = LammpsCoast(chain, flight, now, clearance)
             ending = find_end(self._scene, coast, last_contact)
+        except RunError:
+            # Bonds that get sharper later on are too much for coarse steps: nothing has been said.
+            ending = None
         finally:
             chain.timestep = timestep
         if ending is None:

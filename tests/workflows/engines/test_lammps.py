@@ -1,6 +1,7 @@
 """The LAMMPS engine against the published reference values, and the identities of a collision."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ from lammps_inputs.scene import Scene
 from lammps_inputs.user_bond import UserBond
 from tests.benchmarks.timestep_table import case_limit
 from tests.reference_cases import CASES, case_name, case_scene
-from workflows.engines import lammps
+from workflows.engines import lammps, lammps_lookahead
+from workflows.errors import BondRangeError, TimestepError
 
 # Composed step of order 8 that each case needs (python -m tests.benchmarks.timestep_table): the
 # faster the collision, the steeper the bonds it sees.
@@ -180,3 +182,69 @@ def test_files_are_kept_on_request_only(tmp_path):
     assert not warnings
     lines = (tmp_path / "deep" / "motion.dump").read_text().splitlines()
     assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"
+
+
+def test_a_bond_within_a_bin_beyond_the_table_is_seen(monkeypatch):
+    """LAMMPS says nothing of it, and takes its force from beyond the table in memory."""
+    scene = Scene(particles=10, speed=0.4)
+    numerics = Numerics(scheme="verlet", timestep=0.01, bond_range=(0.9, 1.2), table_points=61)
+    every_step = numerics.timestep  # a frame, at which bonds are looked at
+    wide = lammps.run(scene, numerics, every_step)
+    tables, make = [], lammps._tabulate
+
+    def narrow_at_first(bond, bond_range, numerics):
+        table = make(bond, bond_range, numerics)
+        if not tables:
+            shift = wide.bond_max - 0.1 * table.spacing - table.longest
+            lengths = table.lengths + shift
+            strains = lengths - 1.0
+            low, high = -bond.curvature(strains[[0, -1]])
+            table = replace(
+                table,
+                lengths=lengths,
+                energies=bond.energy(strains),
+                forces=bond.force(strains),
+                edge_slopes=(float(low), float(high)),
+            )
+        tables.append(table)
+        return table
+
+    monkeypatch.setattr(lammps, "_tabulate", narrow_at_first)
+    outcome = lammps.run(scene, numerics, every_step)
+    assert tables[0].longest < wide.bond_max < tables[0].longest + tables[0].spacing
+    assert len(tables) == 2
+    # Both are tables of 61 rows: force errors of 1e-7 of the largest force.
+    assert np.abs(outcome.velocities - wide.velocities).max() < 1e-4 * scene.impact_velocity
+
+
+def test_an_impossible_length_is_excused_once(monkeypatch):
+    scene, numerics = Scene(particles=5, speed=0.4), Numerics(scheme="verlet", timestep=0.02)
+    plain = lammps.run(scene, numerics)
+    failures, collide = [], lammps._collide
+
+    def kicked(*arguments):
+        if len(failures) < times:
+            error = BondRangeError("a bond of length 1e+40 is beyond its table")
+            error.length = 1e40
+            failures.append(error)
+            raise error
+        return collide(*arguments)
+
+    monkeypatch.setattr(lammps, "_collide", kicked)
+    times = 1
+    outcome = lammps.run(scene, numerics)
+    assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
+    failures.clear()
+    times = 2
+    with pytest.raises(TimestepError, match="no bond can be that long"):
+        lammps.run(scene, numerics)
+
+
+def test_a_look_ahead_that_fails_says_nothing(monkeypatch):
+    """Fragments that meet later compress bonds too hard for coarse steps, and for the table."""
+    scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
+    plain = lammps.run(scene, numerics)
+    monkeypatch.setattr(lammps_lookahead, "coarse_step", lambda *_: 3.0)  # unstable from 1 on
+    outcome = lammps.run(scene, numerics)
+    np.testing.assert_array_equal(outcome.velocities, plain.velocities)
+    np.testing.assert_array_equal(outcome.contact_times, plain.contact_times)
