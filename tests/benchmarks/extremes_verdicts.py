@@ -18,11 +18,6 @@ class UnsureError(Exception):
     """The judge's own runs do not agree on what stops them."""
 
 
-def needs_judge(found: Found) -> bool:
-    """Return whether a cell is judged by a run, not by the limit of hard spheres."""
-    return found.scheme != "hard-sphere" or found.particles <= LONGEST_STEPPED_SPHERES
-
-
 # Refusals that state a fact of the motion, and words that say what would do.
 FACTS = (CrossingError.__name__, BarrierError.__name__)
 REMEDY = re.compile(r"\b(use|lower|take|ask for|choose|give)\b")
@@ -35,6 +30,13 @@ LETTERS = {
     "TimestepError": "t",
     "UnfinishedCollisionError": "u",
 }
+
+
+def needs_judge(found: Found) -> bool:
+    """Return whether a cell is judged by a run: answers but for hard spheres, and facts."""
+    if found.failure is not None:
+        return found.failure in FACTS
+    return found.scheme != "hard-sphere" or found.particles <= LONGEST_STEPPED_SPHERES
 
 
 @dataclass(frozen=True)

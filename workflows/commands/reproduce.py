@@ -23,7 +23,7 @@ STORE_FILE = "results.sqlite"
     "quick",
     default=True,
     show_default=True,
-    help="minutes with errors of 1e-5, or about an hour with 1e-7 and more points",
+    help="minutes with errors of 1e-5, or half an hour with 1e-7 and more points",
 )
 @click.option(
     "--workers",
