@@ -8,7 +8,7 @@ Potential x speed x number of particles x engine. What is finished is kept in FO
 line each, so that the same command goes on where it was stopped. (A results store does not serve:
 it keeps neither the judges, which are not scenes, nor time-outs.)
 
-Every cell is asked for eta to 1e-6, within 60 s of processor time; 900 s from 1000 particles on,
+Every cell is asked for eta to 1e-6, within 60 s of processor time; 300 s from 1000 particles on,
 and 1800 s from 10000 on.
 Its verdict is by rule:
 
@@ -54,7 +54,7 @@ from workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedEr
 from workflows.pool import ProcessPool
 
 # Of processor time, for each answer and each judge, by the number of particles from which on.
-SECONDS = {1: 60.0, 1000: 900.0, 10_000: 1800.0}
+SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}
 # Two runs of the judge at these accuracies; the difference is the error of the finer. Where it is
 # not sure enough, long chains that break amplify errors, up to a million times: then the next two.
 JUDGE_ACCURACIES = ((1e-9, 1e-10), (1e-12, 1e-13))
