@@ -79,7 +79,7 @@ def animate_collision(
     upper.axhline(0.0, color=BLACK, linewidth=0.6)
     for ax in (upper, lower):
         ax.axvline(0.0, color=BLACK, linewidth=3.0)
-    width = float(np.max(x))
+    width = max(1.0, float(np.max(x)))
     upper.set_xlim(-0.02 * width, 1.02 * width)
     upper.set_ylim(-1.1 * limit, 1.1 * limit)
     upper.set_ylabel(r"velocity $v_i/v_0$")

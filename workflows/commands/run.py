@@ -43,6 +43,11 @@ def run(
     result = collide(scene)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
+    if as_json:
+        click.echo(json.dumps(result.to_dict(), allow_nan=False))
+    else:
+        click.echo(describe(result))
+    # The number is out before pictures are made, which may fail or be stopped.
     if animate is not None:
         from workflows.motion import write_animation
 
@@ -51,10 +56,6 @@ def run(
         from workflows.watch import watch
 
         watch(scene, result.last_contact_time, terminal)
-    if as_json:
-        click.echo(json.dumps(result.to_dict(), allow_nan=False))
-    else:
-        click.echo(describe(result))
     if result.tolerance_met is False:
         click.echo(f"chaincor: {result.reason}", err=True)
         ctx.exit(1)

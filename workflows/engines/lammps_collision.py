@@ -104,7 +104,7 @@ class ChainCollision:
             if now >= next_look:
                 next_look = now + interval
                 self._look_for_end()
-                if self.ending is not None and self.frames:
+                if self.ending is not None and self.frames and self.frames[-1][0] < now:
                     self._take_frame()
                 if now > cap and self.ending is None:
                     raise UnfinishedCollisionError(
@@ -172,8 +172,6 @@ class ChainCollision:
 
     def _take_frame(self) -> None:
         now = self.flight.time
-        if self.frames and self.frames[-1][0] == now:
-            return
         displacements, velocities = self._state()
         self.frames.append((now, displacements, velocities))
         if self.scene.dump is not None:
