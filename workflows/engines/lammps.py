@@ -28,6 +28,7 @@ from workflows.errors import (
     BondRangeError,
     ChaincorError,
     CrossingError,
+    LostAtomsError,
     TimestepError,
     ToleranceError,
 )
@@ -38,6 +39,8 @@ _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
+# Bonds are looked at now and then; a tenth of the longest one's stretch may be missed.
+_UNSEEN = 0.25
 # A harmonic bond is the same at every length.
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
@@ -187,8 +190,8 @@ def _run_in_folder(
         table = _tabulate(bond, bond_range, numerics)
         try:
             outcomes = collide_all(table)
-        except BondRangeError as error:
-            length = error.length
+        except (BondRangeError, LostAtomsError) as error:
+            length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(scene, length):
                 # Within a bin beyond the last row LAMMPS reads what happens to lie in memory, and
                 # may kick a bond anywhere: once, that is excused.
@@ -201,7 +204,7 @@ def _run_in_folder(
                 excused, length = True, table.longest
         else:
             length = max(outcome.bond_max for outcome in outcomes)
-            if length < table.longest - (table.far or table).spacing:
+            if length < table.longest - _unsure_end(table, numerics):
                 return outcomes
             length = max(length, table.longest)
         bond_range = _widened(bond, table, length)
@@ -232,14 +235,22 @@ def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, fl
     return 1.0 + shortest, 1.0 + longest
 
 
+def _unsure_end(table: BondTable, numerics: Numerics) -> float:
+    """Return how near the end of a table bonds may be seen, for it to hold those not seen."""
+    if numerics.bond_range is None:
+        return _UNSEEN * (table.longest - 1.0)
+    return (table.far or table).spacing
+
+
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
     n, v0 = scene.particles, scene.impact_velocity
     # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
     speed = (2.0 * n) ** 0.5 * v0
     longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness)
-    energy = float(scene.bond.energy(np.array(length - 1.0)))
-    return length > longest or energy > _MOST_ENERGY * 0.5 * n * v0**2
+    if length > longest:
+        return True
+    return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:

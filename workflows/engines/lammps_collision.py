@@ -14,6 +14,7 @@ from workflows.errors import (
     BarrierError,
     BondRangeError,
     CrossingError,
+    LostAtomsError,
     RunError,
     UnfinishedCollisionError,
 )
@@ -86,6 +87,11 @@ class ChainCollision:
                 contact = self.flight.advance(min(next_look, self.next_frame, self.overdue))
             except BondRangeError as error:
                 raise self._named(error) from None
+            except OverflowError:
+                raise LostAtomsError(
+                    f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
+                    "stable integration: use a smaller timestep"
+                ) from None
             if contact is not None:
                 self.contacts.append((contact.time, contact.speed))
                 self.after_contact = self._state()

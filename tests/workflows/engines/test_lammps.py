@@ -14,7 +14,7 @@ from lammps_inputs.user_bond import UserBond
 from tests.benchmarks.timestep_table import case_limit
 from tests.reference_cases import CASES, case_name, case_scene
 from workflows.engines import lammps, lammps_lookahead
-from workflows.errors import BondRangeError, TimestepError
+from workflows.errors import BondRangeError, LostAtomsError, TimestepError
 
 # Composed step of order 8 that each case needs (python -m tests.benchmarks.timestep_table): the
 # faster the collision, the steeper the bonds it sees.
@@ -184,48 +184,38 @@ def test_files_are_kept_on_request_only(tmp_path):
     assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"
 
 
-def test_a_bond_within_a_bin_beyond_the_table_is_seen(monkeypatch):
-    """LAMMPS says nothing of it, and takes its force from beyond the table in memory."""
-    scene = Scene(particles=10, speed=0.4)
-    numerics = Numerics(scheme="verlet", timestep=0.01, bond_range=(0.9, 1.2), table_points=61)
-    every_step = numerics.timestep  # a frame, at which bonds are looked at
-    wide = lammps.run(scene, numerics, every_step)
-    tables, make = [], lammps._tabulate
+def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
+    """Within a bin beyond its last row LAMMPS takes forces from whatever lies in memory."""
+    scene = Scene(particles=5, speed=0.4)
+    given = Numerics(scheme="verlet", timestep=0.02, bond_range=(0.9, 1.2))
+    for numerics, near in ((given, 1e-6), (replace(given, bond_range=None), 0.02)):
+        plain, tables, collide = lammps.run(scene, numerics), [], lammps._collide
 
-    def narrow_at_first(bond, bond_range, numerics):
-        table = make(bond, bond_range, numerics)
-        if not tables:
-            shift = wide.bond_max - 0.1 * table.spacing - table.longest
-            lengths = table.lengths + shift
-            strains = lengths - 1.0
-            low, high = -bond.curvature(strains[[0, -1]])
-            table = replace(
-                table,
-                lengths=lengths,
-                energies=bond.energy(strains),
-                forces=bond.force(strains),
-                edge_slopes=(float(low), float(high)),
-            )
-        tables.append(table)
-        return table
+        def seen_near_the_end(*arguments, near=near, tables=tables, collide=collide):
+            outcomes = collide(*arguments)
+            tables.append(arguments[3])
+            if len(tables) > 1:
+                return outcomes
+            return tuple(replace(o, bond_max=tables[0].longest - near) for o in outcomes)
 
-    monkeypatch.setattr(lammps, "_tabulate", narrow_at_first)
-    outcome = lammps.run(scene, numerics, every_step)
-    assert tables[0].longest < wide.bond_max < tables[0].longest + tables[0].spacing
-    assert len(tables) == 2
-    # Both are tables of 61 rows: force errors of 1e-7 of the largest force.
-    assert np.abs(outcome.velocities - wide.velocities).max() < 1e-4 * scene.impact_velocity
+        with monkeypatch.context() as patch:
+            patch.setattr(lammps, "_collide", seen_near_the_end)
+            outcome = lammps.run(scene, numerics)
+        assert len(tables) == 2
+        assert tables[1].longest - 1.0 > 1.4 * (tables[0].longest - 1.0)
+        assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
 
 
-def test_an_impossible_length_is_excused_once(monkeypatch):
+@pytest.mark.parametrize("error", [BondRangeError("1e+40 long"), LostAtomsError("lost")])
+def test_an_impossible_length_is_excused_once(monkeypatch, error):
     scene, numerics = Scene(particles=5, speed=0.4), Numerics(scheme="verlet", timestep=0.02)
     plain = lammps.run(scene, numerics)
+    if isinstance(error, BondRangeError):
+        error.length = 1e40
     failures, collide = [], lammps._collide
 
     def kicked(*arguments):
         if len(failures) < times:
-            error = BondRangeError("a bond of length 1e+40 is beyond its table")
-            error.length = 1e40
             failures.append(error)
             raise error
         return collide(*arguments)

@@ -9,7 +9,7 @@ import pytest
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from workflows.engines import lammps, lammps_collision, lammps_library
+from workflows.engines import lammps, lammps_blind, lammps_collision, lammps_library
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_library import find_mpi_library, load_lammps, name_lammps_error
 from workflows.errors import (
@@ -211,3 +211,13 @@ def test_package_absent(monkeypatch):
     stub_lammps(monkeypatch, WithoutMolecule)
     with pytest.raises(MissingLibraryError, match="lacks the package MOLECULE"):
         load_lammps.__wrapped__()
+
+
+def test_numbers_that_overflow_are_named(monkeypatch):
+    def overflow(*_):
+        raise OverflowError(34, "Numerical result out of range")
+
+    monkeypatch.setattr(lammps_blind.BlindBound, "look", overflow)
+    numerics = Numerics(scheme="verlet", timestep=0.02)
+    line = failure(TimestepError, Scene(particles=5, speed=0.4), numerics)
+    assert "beyond all numbers" in line
