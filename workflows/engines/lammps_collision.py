@@ -157,8 +157,10 @@ class ChainCollision:
     def _look_for_end(self) -> None:
         since = self.flight.time - self.contacts[-1][0]
         chain = self.chain
-        if float(chain.v.sum()) <= 0.0:
-            return  # still coming
+        # While contacts follow one another there is no end to argue.
+        hurried = since < _PATIENCE / self.bond.stiffness**0.5
+        if hurried or float(chain.v.sum()) <= 0.0:
+            return
         self.ending = argue_end(
             float(chain.x[0]),
             np.diff(chain.x - self.rest),
