@@ -64,7 +64,8 @@ class ChainCollision:
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
-        # When a next contact, if there is one, is late.
+        # How long after a contact, and when, a next one would be late.
+        self.patience = _PATIENCE / self.bond.stiffness**0.5
         self.overdue = np.inf
         # Frames have to be exact to the end.
         self.look_ahead = None
@@ -98,7 +99,7 @@ class ChainCollision:
                 if self.frames_at_contacts:
                     self._take_frame()
                 if self.look_ahead is not None:
-                    self.overdue = contact.time + _PATIENCE / stiffness**0.5
+                    self.overdue = contact.time + self.patience
             self._watch_bonds()
             now = self.flight.time
             if now >= self.overdue:
@@ -158,8 +159,7 @@ class ChainCollision:
         since = self.flight.time - self.contacts[-1][0]
         chain = self.chain
         # While contacts follow one another there is no end to argue.
-        hurried = since < _PATIENCE / self.bond.stiffness**0.5
-        if hurried or float(chain.v.sum()) <= 0.0:
+        if since < self.patience or float(chain.v.sum()) <= 0.0:
             return
         self.ending = argue_end(
             float(chain.x[0]),
