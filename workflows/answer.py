@@ -68,7 +68,12 @@ def answer(
     assert bar.total is not None
     reason = None
     if bar.total > tolerance:
-        parts = {"step": step, "table": bar.table, "rounding": bar.rounding}
+        parts = {
+            "step": step,
+            "table": bar.table,
+            "rounding": bar.rounding,
+            "ending": bar.ending,
+        }
         largest = max(parts, key=lambda name: parts[name])
         coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
         remedy = {
@@ -77,6 +82,8 @@ def answer(
             "rounding": coarse
             if outcome.engine == "lammps"
             else "the collision amplifies the last digit of any number; ask for less",
+            "ending": "a piece of the broken chain may still hit the wall, however long it is "
+            "followed",
         }[largest]
         if outcome.scheme == hard_sphere.SCHEME:
             remedy = "so far hard spheres may be off; ask for less: to step would take too long"
