@@ -293,6 +293,8 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
             s, v, basis, np.array(horizon), hits, _STEPS_AT_ONCE,
         )  # fmt: skip
         pieces.append(hits[:found].copy())
+        if float(np.min(law.energy(s, lengths), initial=0.0)) < -0.5 * speed**2 * v.size:
+            raise JudgeRefusal(f"a bond runs away over its barrier before t = {state[1]:g}")
         if state[4] > most_steps:
             raise JudgeRefusal(f"not at the horizon after {most_steps} steps, at t = {state[1]:g}")
     if ended == steps.RESTING:
@@ -300,7 +302,14 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
     if ended == steps.BROKEN:
         raise JudgeRefusal(f"the motion cannot be followed beyond t = {state[1]:g}")
     return _Run(
-        float(v.sum()), np.concatenate(pieces), state[1], int(state[4]), state[0], s, lengths, v
+        momentum=float(v.sum()),
+        hits=np.concatenate(pieces),
+        time=float(state[1]),
+        steps=int(state[4]),
+        distance=float(state[0]),
+        strains=s,
+        lengths=lengths,
+        velocities=v,
     )
 
 

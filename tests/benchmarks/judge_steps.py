@@ -1,11 +1,11 @@
 r"""
 The judge's integrator: Taylor series of high order, and every hit of the wall on them.
 
-The state is the distance x of particle 1 from the wall, the strains s and the velocities v. From
-the tensions T = U'(s) follow :math:`s_i' = v_{i+1} - v_i` and :math:`v_i' = T_i - T_{i-1}`, order by
-order, with a recurrence for the tensions of each law. Time is scaled by the step before, so that no
-coefficient overflows. On each step x is a polynomial; its Bernstein coefficients bound it, so that
-a step either has no root or is halved until each half has none or one.
+The state is the distance x of particle 1 from the wall, the strains s and the velocities v. With
+the tensions T = U'(s), :math:`s_i' = v_{i+1} - v_i` and :math:`v_i' = T_i - T_{i-1}` give them in
+order, with a recurrence for the tensions of each law. Time is scaled by the step before, so that
+no coefficient overflows. On each step x is a polynomial; its Bernstein coefficients bound it: a
+step either has no root or is halved until each half has none or one.
 """
 
 import math
