@@ -3,18 +3,21 @@ An independent judge of collisions: another integrator that simply runs on, long
 
 It shares no code with the engines and argues no end: from the state given it integrates until 20
 times the time of the last contact seen, and counts anew whenever a contact comes. Force laws,
-integrator (Taylor series), search for contacts and error estimate are its own. Twice run, with
-series of different order and tolerance: where the two differ by more than is asked, it refuses.
+integrator (Taylor series; collocation where a bond is given by functions), search for contacts and
+error estimate are its own. Each motion is run twice, with different orders and tolerances: where
+the two differ by more than is asked, it refuses.
 
     from tests.benchmarks.judge import Law, judge_collision
     judge_collision(Law("lj"), particles=28, velocity=1.47 * 0.128489059895)
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.benchmarks import judge_collocation as collocation
 from tests.benchmarks import judge_steps as steps
 
 Array = NDArray[np.float64]
@@ -30,6 +33,10 @@ _KINDS = {
 # is left out is smaller by the ratio of step to radius of convergence, about 0.15.
 _COARSE = (16, 1e-15)
 _FINE = (22, 1e-17)
+# Tolerances of collocation, of its last terms; errors are far smaller where the force is smooth.
+_COARSE_USER, _FINE_USER = 1e-12, 1e-14
+# A bond holds no piece together that is within this share of its dissociation: lj from length 11.
+_UNBOUND = 1e-6
 _HITS_AT_ONCE = 4096
 _STEPS_AT_ONCE = 20000
 
@@ -84,6 +91,29 @@ class Law:
         return 1.0 / 72.0 if self.name == "lj" else np.inf
 
 
+@dataclass(frozen=True)
+class UserLaw:
+    """
+    A bond given by functions.
+
+    Attributes
+    ----------
+    energy_function, force : callable
+        U(s) and -U'(s), each compiled by ``numba.njit`` from a float to a float.
+    dissociation : float
+        Energy that breaks it.
+    """
+
+    energy_function: Callable[[float], float]
+    force: Callable[[float], float]
+    dissociation: float = np.inf
+    name = "user"
+
+    def energy(self, strain: Array, length: Array | None = None) -> Array:
+        """Return U."""
+        return np.array([self.energy_function(s) for s in strain])
+
+
 def _exp_rest(y: Array) -> Array:
     """Return exp(y) - 1 - y for |y| < 1/2, without cancellation."""
     total = np.zeros_like(y)
@@ -105,7 +135,7 @@ class FirstPiece:
     Attributes
     ----------
     particles : int
-        Particles up to the first bond that stretches with more than the energy to break it.
+        Particles up to the first bond that is so long that it holds nothing (lj: 11).
     velocity : float
         Mean velocity; negative is towards the wall: a contact is still to come.
     internal_energy : float
@@ -182,13 +212,13 @@ class _Run:
     velocities: Array
 
 
-def judge_collision(law: Law, particles: int, velocity: float, **settings) -> Judgement:
+def judge_collision(law: Law | UserLaw, particles: int, velocity: float, **settings) -> Judgement:
     """Judge an unstrained chain that meets the wall at t = 0 with `velocity` > 0."""
     return judge(law, 0.0, np.zeros(particles - 1), np.full(particles, -velocity), **settings)
 
 
 def judge(
-    law: Law,
+    law: Law | UserLaw,
     distance: float,
     strains: Array,
     velocities: Array,
@@ -203,7 +233,7 @@ def judge(
 
     Parameters
     ----------
-    law : Law
+    law : Law or UserLaw
         The bonds.
     distance : float
         Of particle 1 from the wall, not negative; velocities are positive away from the wall.
@@ -236,8 +266,9 @@ def judge(
         raise ValueError("expected a finite state in front of the wall")
     least = 40.0 * (v.size + 5.0) if least_time is None else least_time
     start = (law, float(distance), s, v)
-    coarse = _run(*start, *_COARSE, (multiple, least), most_steps)
-    fine = _run(*start, *_FINE, (multiple, least), most_steps)
+    user = isinstance(law, UserLaw)
+    coarse = _run(*start, *(0, _COARSE_USER) if user else _COARSE, (multiple, least), most_steps)
+    fine = _run(*start, *(0, _FINE_USER) if user else _FINE, (multiple, least), most_steps)
     before = float(v.sum())
     values = [(run.momentum / before) ** 2 for run in (coarse, fine)]
     if len(coarse.hits) != len(fine.hits):
@@ -269,7 +300,7 @@ def judge(
     )
 
 
-def _energy(law: Law, strains: Array, lengths: Array, velocities: Array) -> float:
+def _energy(law: Law | UserLaw, strains: Array, lengths: Array, velocities: Array) -> float:
     return 0.5 * float(velocities @ velocities) + float(np.sum(law.energy(strains, lengths)))
 
 
@@ -288,10 +319,15 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
     hits, pieces = np.zeros((_HITS_AT_ONCE, 2)), []
     ended = steps.MORE
     while ended == steps.MORE:
-        ended, found = steps.advance(
-            _KINDS[law.name], law.parameter, law.order, order, tolerance, speed, state, lengths,
-            s, v, basis, np.array(horizon), hits, _STEPS_AT_ONCE,
-        )  # fmt: skip
+        if isinstance(law, UserLaw):
+            ended, found = collocation.advance(
+                law.force, tolerance, speed, state, s, v, np.array(horizon), hits, _STEPS_AT_ONCE
+            )
+        else:
+            ended, found = steps.advance(
+                _KINDS[law.name], law.parameter, law.order, order, tolerance, speed, state, lengths,
+                s, v, basis, np.array(horizon), hits, _STEPS_AT_ONCE,
+            )  # fmt: skip
         pieces.append(hits[:found].copy())
         if float(np.min(law.energy(s, lengths), initial=0.0)) < -0.5 * speed**2 * v.size:
             raise JudgeRefusal(f"a bond runs away over its barrier before t = {state[1]:g}")
@@ -313,10 +349,9 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
     )
 
 
-def _first_piece(law: Law, run: _Run) -> FirstPiece:
-    opening = np.diff(run.velocities)
+def _first_piece(law: Law | UserLaw, run: _Run) -> FirstPiece:
     energies = law.energy(run.strains, run.lengths)
-    broken = (run.strains > 0) & (opening > 0) & (0.25 * opening**2 + energies > law.dissociation)
+    broken = energies >= (1.0 - _UNBOUND) * law.dissociation
     size = int(np.argmax(broken)) + 1 if broken.any() else run.velocities.size
     inside = run.velocities[:size]
     mean = float(inside.mean())

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.optimize import brentq
 
 from tests.benchmarks import judge_steps
-from tests.benchmarks.judge import JudgeRefusal, Law, judge, judge_collision
+from tests.benchmarks.judge import JudgeRefusal, Law, UserLaw, judge, judge_collision
 from tests.reference_cases import CASES, case_name
 
 LJ_SPEED = 0.128489059895
@@ -23,7 +24,7 @@ def slow_if_long(case):
     return pytest.param(case, marks=marks, id=case_name(case))
 
 
-@pytest.mark.parametrize("module", ["judge", "judge_steps"])
+@pytest.mark.parametrize("module", ["judge", "judge_steps", "judge_collocation"])
 def test_it_shares_no_code_with_the_engines(module):
     source = (Path(__file__).parent / f"{module}.py").read_text()
     imported = set()
@@ -143,6 +144,27 @@ def test_extremes_keep_energy_and_momentum(law, particles, velocity):
     # From 0.5 upward a contact's speed tells the momentum that the wall gives: eta by its sum.
     after = 2.0 * found.contact_speeds.sum() - particles * velocity
     assert (after / (particles * velocity)) ** 2 == pytest.approx(found.restitution, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_bonds_given_by_functions_by_another_integrator():
+    energy = njit(lambda s: np.expm1(-6.0 * np.log1p(s)) ** 2 / 72.0)
+    force = njit(lambda s: (1.0 + s) ** -7 * np.expm1(-6.0 * np.log1p(s)) / 6.0)
+    settings = {"multiple": 2.0, "least_time": 100.0}
+    series = judge_collision(Law("lj"), 28, 1.47 * LJ_SPEED, **settings)
+    user = judge_collision(UserLaw(energy, force, 1.0 / 72.0), 28, 1.47 * LJ_SPEED, **settings)
+    assert user.contact_times == pytest.approx(series.contact_times, abs=1e-9)
+    assert user.restitution == pytest.approx(series.restitution, abs=1e-10)
+
+
+@pytest.mark.slow
+def test_kinks_are_resolved():
+    law = UserLaw(njit(lambda s: 0.5 * min(s, 0.0) ** 2), njit(lambda s: -min(s, 0.0)))
+    # Both have pieces of sines between kinks; known to eight digits from other integrators.
+    for particles, restitution in ((10, 0.93471398), (20, 0.95987176)):
+        found = judge_collision(law, particles, 0.1)
+        assert found.restitution == pytest.approx(restitution, abs=1e-8)
+        assert abs(found.energy_drift) < 1e-12
 
 
 def test_it_refuses_what_its_two_runs_do_not_agree_on():
