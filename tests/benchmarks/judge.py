@@ -11,7 +11,6 @@ the two differ by more than is asked, it refuses.
     judge_collision(Law("lj"), particles=28, velocity=1.47 * 0.128489059895)
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,16 +18,11 @@ from numpy.typing import NDArray
 
 from tests.benchmarks import judge_collocation as collocation
 from tests.benchmarks import judge_steps as steps
+from tests.benchmarks.judge_laws import KINDS, Law, UserLaw
 
 Array = NDArray[np.float64]
+AnyLaw = Law | UserLaw
 
-_KINDS = {
-    "harmonic": steps.HARMONIC,
-    "lj": steps.LJ,
-    "toda": steps.TODA,
-    "log": steps.LOG,
-    "power": steps.POWER,
-}
 # Order and tolerance of the two runs. The last terms kept are this small against the speeds; what
 # is left out is smaller by the ratio of step to radius of convergence, about 0.15.
 _COARSE = (16, 1e-15)
@@ -43,88 +37,6 @@ _STEPS_AT_ONCE = 20000
 
 class JudgeRefusal(RuntimeError):
     """The judge cannot say, and why."""
-
-
-@dataclass(frozen=True)
-class Law:
-    """
-    A bond's law: its name as in DESIGN's table, with b for toda, order and c for power.
-
-    Energies are zero at natural length, and the stiffness there is 1.
-    """
-
-    name: str
-    b: float = 10.0
-    order: int = 4
-    c: float = 1.0
-
-    def __post_init__(self):
-        if self.name not in _KINDS:
-            raise ValueError(f"law {self.name!r}: expected one of {', '.join(_KINDS)}")
-        if self.name == "power" and (self.order != int(self.order) or self.order < 3):
-            raise ValueError(f"power law of order {self.order}: expected an integer from 3")
-
-    @property
-    def parameter(self) -> float:
-        """The number the recurrences take."""
-        return self.b if self.name == "toda" else self.c
-
-    def energy(self, strain: Array, length: Array | None = None) -> Array:
-        """Return U; short lengths, where 1 + strain has lost its digits, may be given."""
-        s = np.asarray(strain, dtype=float)
-        if self.name == "harmonic":
-            return 0.5 * s**2
-        if self.name == "power":
-            return 0.5 * s**2 + self.c * s**self.order
-        if self.name == "toda":
-            y = -self.b * s
-            return np.where(np.abs(y) < 0.5, _exp_rest(y), np.expm1(y) - y) / self.b**2
-        r = 1.0 + s if length is None else length
-        logarithm = np.where(r < 0.5, np.log(r), np.log1p(s))
-        if self.name == "log":
-            return np.where(np.abs(s) < 0.2, _log_rest(s), s - logarithm)
-        return np.expm1(-6.0 * logarithm) ** 2 / 72.0
-
-    @property
-    def dissociation(self) -> float:
-        """Energy that breaks a bond."""
-        return 1.0 / 72.0 if self.name == "lj" else np.inf
-
-
-@dataclass(frozen=True)
-class UserLaw:
-    """
-    A bond given by functions.
-
-    Attributes
-    ----------
-    energy_function, force : callable
-        U(s) and -U'(s), each compiled by ``numba.njit`` from a float to a float.
-    dissociation : float
-        Energy that breaks it.
-    """
-
-    energy_function: Callable[[float], float]
-    force: Callable[[float], float]
-    dissociation: float = np.inf
-    name = "user"
-
-    def energy(self, strain: Array, length: Array | None = None) -> Array:
-        """Return U."""
-        return np.array([self.energy_function(s) for s in strain])
-
-
-def _exp_rest(y: Array) -> Array:
-    """Return exp(y) - 1 - y for |y| < 1/2, without cancellation."""
-    total = np.zeros_like(y)
-    for k in range(18, 2, -1):
-        total = (total + 1.0) * y / k
-    return 0.5 * y * y * (1.0 + total)
-
-
-def _log_rest(s: Array) -> Array:
-    """Return s - log(1 + s) for |s| < 0.2, without cancellation."""
-    return s * s * np.polynomial.polynomial.polyval(s, [(-1) ** k / (k + 2) for k in range(24)])
 
 
 @dataclass(frozen=True)
@@ -212,13 +124,13 @@ class _Run:
     velocities: Array
 
 
-def judge_collision(law: Law | UserLaw, particles: int, velocity: float, **settings) -> Judgement:
+def judge_collision(law: AnyLaw, particles: int, velocity: float, **settings) -> Judgement:
     """Judge an unstrained chain that meets the wall at t = 0 with `velocity` > 0."""
     return judge(law, 0.0, np.zeros(particles - 1), np.full(particles, -velocity), **settings)
 
 
 def judge(
-    law: Law | UserLaw,
+    law: AnyLaw,
     distance: float,
     strains: Array,
     velocities: Array,
@@ -300,7 +212,7 @@ def judge(
     )
 
 
-def _energy(law: Law | UserLaw, strains: Array, lengths: Array, velocities: Array) -> float:
+def _energy(law: AnyLaw, strains: Array, lengths: Array, velocities: Array) -> float:
     return 0.5 * float(velocities @ velocities) + float(np.sum(law.energy(strains, lengths)))
 
 
@@ -325,7 +237,7 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
             )
         else:
             ended, found = steps.advance(
-                _KINDS[law.name], law.parameter, law.order, order, tolerance, speed, state, lengths,
+                KINDS[law.name], law.parameter, law.order, order, tolerance, speed, state, lengths,
                 s, v, basis, np.array(horizon), hits, _STEPS_AT_ONCE,
             )  # fmt: skip
         pieces.append(hits[:found].copy())
@@ -349,7 +261,7 @@ def _run(law, distance, strains, velocities, order, tolerance, horizon, most_ste
     )
 
 
-def _first_piece(law: Law | UserLaw, run: _Run) -> FirstPiece:
+def _first_piece(law: AnyLaw, run: _Run) -> FirstPiece:
     energies = law.energy(run.strains, run.lengths)
     broken = energies >= (1.0 - _UNBOUND) * law.dissociation
     size = int(np.argmax(broken)) + 1 if broken.any() else run.velocities.size
