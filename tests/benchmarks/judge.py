@@ -73,7 +73,7 @@ class Judgement:
     Attributes
     ----------
     restitution : float
-        (final momentum / initial momentum)^2.
+        (final momentum / initial momentum)^2; nan from rest.
     restitution_error, time_error : float
         Difference of restitution, and the largest of a contact time, between the two runs.
     contacts : int
@@ -152,7 +152,7 @@ def judge(
     strains, velocities : array_like of shape (n - 1,) and (n,)
         The state.
     accuracy : float
-        By how much restitution may differ between the two runs.
+        By how much restitution may differ between the two runs; inf where only contacts count.
     multiple : float
         The chain is followed up to so many times the time of the last contact, each time anew.
     least_time : float, optional
@@ -182,13 +182,13 @@ def judge(
     coarse = _run(*start, *(0, _COARSE_USER) if user else _COARSE, (multiple, least), most_steps)
     fine = _run(*start, *(0, _FINE_USER) if user else _FINE, (multiple, least), most_steps)
     before = float(v.sum())
-    values = [(run.momentum / before) ** 2 for run in (coarse, fine)]
+    values = [(run.momentum / before) ** 2 if before else np.nan for run in (coarse, fine)]
     if len(coarse.hits) != len(fine.hits):
         raise JudgeRefusal(
             f"{len(coarse.hits)} contacts in one run and {len(fine.hits)} in the other"
         )
     difference = abs(values[1] - values[0])
-    if not difference <= accuracy:
+    if accuracy < np.inf and not difference <= accuracy:
         raise JudgeRefusal(f"the two runs differ by {difference:.2g}, {accuracy:.2g} was asked")
     times, speeds = fine.hits[:, 0].copy(), fine.hits[:, 1].copy()
     energy = _energy(law, s, 1.0 + s, v)
