@@ -36,7 +36,18 @@ _STEPS_AT_ONCE = 20000
 
 
 class JudgeRefusal(RuntimeError):
-    """The judge cannot say, and why."""
+    """
+    The judge cannot say, and why.
+
+    Attributes
+    ----------
+    contacts : tuple of int
+        Contacts of both runs, where these came to their end: fewer than in either are too few.
+    """
+
+    def __init__(self, message: str, contacts: tuple[int, ...] = ()):
+        super().__init__(message)
+        self.contacts = contacts
 
 
 @dataclass(frozen=True)
@@ -183,13 +194,14 @@ def judge(
     fine = _run(*start, *(0, _FINE_USER) if user else _FINE, (multiple, least), most_steps)
     before = float(v.sum())
     values = [(run.momentum / before) ** 2 if before else np.nan for run in (coarse, fine)]
-    if len(coarse.hits) != len(fine.hits):
-        raise JudgeRefusal(
-            f"{len(coarse.hits)} contacts in one run and {len(fine.hits)} in the other"
-        )
+    counts = (len(coarse.hits), len(fine.hits))
+    if counts[0] != counts[1]:
+        raise JudgeRefusal(f"{counts[0]} contacts in one run, {counts[1]} in the other", counts)
     difference = abs(values[1] - values[0])
     if accuracy < np.inf and not difference <= accuracy:
-        raise JudgeRefusal(f"the two runs differ by {difference:.2g}, {accuracy:.2g} was asked")
+        raise JudgeRefusal(
+            f"the two runs differ by {difference:.2g}, {accuracy:.2g} was asked", counts
+        )
     times, speeds = fine.hits[:, 0].copy(), fine.hits[:, 1].copy()
     energy = _energy(law, s, 1.0 + s, v)
     rest = fine.momentum - before - 2.0 * float(speeds.sum())

@@ -29,7 +29,7 @@ from workflows.collision import collide
 _LJ_SHARE, _CYCLE = 5, 7
 _OTHERS = ("toda", "log", "power")
 # Speeds in v*; power of odd order runs away over its barrier at about 0.3 v*.
-_SPEEDS = {"lj": (1.2, 1.8), "toda": (0.8, 3.0), "log": (0.6, 1.8), "power": (0.4, 3.0)}
+_SPEEDS = {"lj": (1.2, 1.8), "toda": (0.8, 3.0), "log": (0.6, 1.8), "power": (0.4, 1.6)}
 _ODD_POWER_SPEEDS = (0.03, 0.3)
 Row = dict[str, Any]
 
@@ -43,7 +43,7 @@ def draw_scene(seed: int, index: int, engine: str) -> Scene:
     fields["particles"] = int(random.integers(5, 161))
     speeds = _SPEEDS[name]
     if name == "toda":
-        fields["toda_b"] = float(random.choice([1.0, 10.0, 100.0]))
+        fields["toda_b"] = float(random.choice([5.0, 10.0, 30.0]))
     if name == "power":
         order = int(random.integers(3, 8))
         fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
@@ -61,7 +61,7 @@ def law_of(scene: Scene) -> Law:
 
 
 def try_scene(
-    index: int, seed: int, engine: str, tolerance: float, multiple: float, accuracy: float = 1e-9
+    index: int, seed: int, engine: str, tolerance: float, multiple: float, accuracy: float = 1e-2
 ) -> Row:
     """Run one scene and have it judged."""
     scene = draw_scene(seed, index, engine)
@@ -89,7 +89,10 @@ def try_scene(
             multiple=multiple, accuracy=accuracy,
         )  # fmt: skip
     except JudgeRefusal as error:
-        return row | {"verdict": "judge refused", "reason": str(error)}
+        # A late contact may depend on the last digit; that there is one more does not.
+        few = bool(error.contacts) and result.contacts < min(error.contacts)
+        row |= {"judge_contacts": min(error.contacts, default=None), "reason": str(error)}
+        return row | {"verdict": "contacts" if few else "judge refused"}
     difference = abs(result.restitution - judged.restitution)
     row |= {
         "judge_seconds": time.perf_counter() - started,
@@ -134,24 +137,28 @@ def report(rows: list[Row]) -> bool:
     for (verdict, ending), count in sorted(table.items()):
         print(f"  {verdict:14} ending {ending:10} {count}")
     wrong = [row for row in rows if row["verdict"] in ("contacts", "bar")]
-    for row in sorted(wrong, key=lambda row: -row["difference"]):
-        print(
+    for row in sorted(wrong, key=lambda row: -row.get("difference", 1.0)):
+        line = (
             f"  {row['verdict']:8} {row['potential']} n={row['particles']} speed={row['speed']:.6f}"
             f" {row['ending']}: {row['contacts']} contacts, {row['restitution']:.9f} +- "
-            f"{row['restitution_error'] or 0.0:.1e}; judge {row['judge_contacts']}, "
-            f"{row['judge_restitution']:.9f}, last at {row['judge_last_contact_time']:.2f} after "
-            f"{row['last_contact_time']:.2f} (end argued at {row['duration']:.2f})"
+            f"{row['restitution_error'] or 0.0:.1e}, last at {row['last_contact_time']:.2f}, end at "
+            f"{row['duration']:.2f}; judge {row['judge_contacts']}"
         )
+        if "difference" in row:
+            line += f", {row['judge_restitution']:.9f} +- {row['judge_error']:.0e}, last at "
+            line += f"{row['judge_last_contact_time']:.2f}"
+        print(line)
     refused = Counter(
         (row["verdict"], row["potential"], row["reason"].split(":")[0][:60])
         for row in rows
-        if "reason" in row
+        if row["verdict"].endswith("refused")
     )
     for (verdict, potential, reason), count in refused.most_common():
         print(f"  {verdict}: {potential}: {reason} ({count})")
-    judged = [row for row in rows if "judge_seconds" in row]
-    if judged:
-        ratio = sum(r["judge_seconds"] for r in judged) / sum(r["seconds"] for r in judged)
+    judged = [row for row in rows if not row["verdict"].endswith("refused")]
+    timed = [row for row in judged if "judge_seconds" in row]
+    if timed:
+        ratio = sum(r["judge_seconds"] for r in timed) / sum(r["seconds"] for r in timed)
         print(f"the judge took {ratio:.1f} times the time of the runs")
     silent = [row for row in wrong if row["ending"] != "open"]
     print(f"not confirmed: {len(wrong)} of {len(judged)}, not called open: {len(silent)}")

@@ -169,8 +169,9 @@ def test_kinks_are_resolved():
 
 
 def test_it_refuses_what_its_two_runs_do_not_agree_on():
-    with pytest.raises(JudgeRefusal, match="differ by"):
+    with pytest.raises(JudgeRefusal, match="differ by") as refusal:
         judge_collision(Law("lj"), 60, 1.4 * LJ_SPEED, accuracy=0.0)
+    assert len(set(refusal.value.contacts)) == 1
 
 
 def test_it_refuses_a_bond_that_runs_away():
