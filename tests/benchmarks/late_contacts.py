@@ -141,8 +141,8 @@ def report(rows: list[Row]) -> bool:
         line = (
             f"  {row['verdict']:8} {row['potential']} n={row['particles']} speed={row['speed']:.6f}"
             f" {row['ending']}: {row['contacts']} contacts, {row['restitution']:.9f} +- "
-            f"{row['restitution_error'] or 0.0:.1e}, last at {row['last_contact_time']:.2f}, end at "
-            f"{row['duration']:.2f}; judge {row['judge_contacts']}"
+            f"{row['restitution_error'] or 0.0:.1e}, last at {row['last_contact_time']:.2f}, end "
+            f"at {row['duration']:.2f}; judge {row['judge_contacts']}"
         )
         if "difference" in row:
             line += f", {row['judge_restitution']:.9f} +- {row['judge_error']:.0e}, last at "
