@@ -14,8 +14,10 @@ from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE, LOG_FILE, TABLE_FILE, number, render_setup
+from workflows.engines.lammps_guard import WallGuard
 from workflows.engines.lammps_library import load_lammps, name_lammps_error
 from workflows.engines.reference_steps import STEP_SCHEMES
+from workflows.errors import RunError
 
 _RUN_ONE = b"run 1 pre no post no"
 
@@ -77,6 +79,7 @@ class LammpsChain:
         self._failed = self._lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
+            self._guard = WallGuard(self, scene, numerics.wall == "reflect", numerics.timestep)
         except Exception:
             self.close()
             raise
@@ -161,6 +164,34 @@ class LammpsChain:
                 self._raise_failure()
             if self._far is not None:
                 self._change_tables()
+
+    @property
+    def guard_position(self) -> float:
+        """Where :meth:`run_guarded` stops particle 1: so near the wall that it is to be asked."""
+        return self._guard.position
+
+    def run_guarded(self, steps: int) -> bool:
+        """
+        Take full Verlet steps as long as they end clear of the wall.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Returns
+        -------
+        bool
+            False where a step ended at the wall or behind it, or failed: the state is then useless.
+        """
+        self._guard.watch(True)
+        try:
+            self.run(steps)
+        except RunError:
+            return False
+        finally:
+            self._guard.watch(False)
+        return True
 
     def _steps_within_tables(self) -> int:
         """Return how many Verlet steps no bond can use to outrun its table."""
@@ -268,6 +299,8 @@ class LammpsChain:
         timestep : float
             The composed step H.
         """
+        if timestep != self.timestep:
+            self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
         self._full_step = self._encode(timestep)

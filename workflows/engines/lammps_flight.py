@@ -100,6 +100,12 @@ class VerletFlight(Flight):
         chain, h = self.chain, self.chain.timestep
         return float(chain.x[0] + h * (chain.v[0] + 0.5 * h * chain.f[0]))
 
+    def _dips(self) -> bool:
+        """Return whether particle 1 reaches the wall and turns within the next step."""
+        chain = self.chain
+        v, a = float(chain.v[0]), float(chain.f[0])
+        return v < 0.0 < v + chain.timestep * a and v * v > 2.0 * float(chain.x[0]) * a
+
     def advance(self, limit: float) -> Contact | None:
         """Run blind while the bound allows it, and ask before each step where it does not."""
         chain, h = self.chain, self.chain.timestep
@@ -114,7 +120,7 @@ class VerletFlight(Flight):
                 if taken == last or steps * h > self._NEAR:
                     continue
             ahead = self._next_position()
-            if ahead < 0.0:
+            if ahead < 0.0 or (not self.reflect and self._dips()):
                 return self._reflect() if self.reflect else self._hit()
             if not math.isfinite(ahead):
                 raise LostAtomsError(
@@ -130,12 +136,18 @@ class VerletFlight(Flight):
         chain, bound = self.chain, self.bound
         assert bound is not None
         bound.look(chain.x, chain.v, chain.f, chain.timestep)
-        steps = min(int(self._share * bound.safe_time() / chain.timestep), most)
+        guard, start = chain.guard_position, 0.0
+        if chain.x[0] <= guard:
+            # Leaving the wall: a step that turns within itself would have to be asked for.
+            if chain.v[0] <= 0.0 or self._next_position() <= guard:
+                return 0
+            start = chain.timestep
+        safe = bound.safe_time(guard, start)
+        steps = min(int(self._share * safe / chain.timestep), most)
         if steps < 2:
             return 0
         state = chain.snapshot()
-        chain.run(steps)
-        if bound.held(float(chain.x[0]), steps * chain.timestep):
+        if chain.run_guarded(steps):
             self._share = min(1.0, 2.0 * self._share)
             return steps
         self._share *= 0.25
