@@ -52,9 +52,13 @@ class BlindBound:
 
     def _at(self, length: float) -> tuple[float, float, float]:
         """Return k, k' and the size of k'' of a bond."""
-        row = (length - self._first) * self._per_length
-        # Written so that a length that is no number finds a row, too.
-        return self._derivatives[int(row) if 0.0 < row < self._ROWS else -1 if row > 0.0 else 0]
+        place = (length - self._first) * self._per_length
+        if 0.0 < place < self._ROWS - 1:
+            row = round(place)
+            curvature, slope, bend = self._derivatives[row]
+            return curvature + slope * (place - row) / self._per_length, slope, bend
+        # Beyond the table, and for a length that is no number.
+        return self._derivatives[-1 if place > 0.0 else 0]
 
     def look(
         self,

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.bond_table import FAR_BACK, FAR_OUT, FAR_START, NEAR_END, BondTable
+from lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
 from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
@@ -194,13 +194,14 @@ class LammpsChain:
         return True
 
     def _steps_within_tables(self) -> int:
-        """Return how many Verlet steps no bond can use to outrun its table."""
+        """Return how many Verlet steps no bond needs at least to be due for its other table."""
         assert self._far is not None
         lengths = np.diff(self.x)
-        room = NEAR_END - np.max(lengths, where=~self._far, initial=-np.inf)
-        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_START)
+        room = FAR_OUT - np.max(lengths, where=~self._far, initial=-np.inf)
+        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_BACK)
         fastest = float(np.max(np.abs(np.diff(self.v))))
-        # Half the room: bonds may speed up while they fall together.
+        # Half the room: bonds may speed up while they fall together. The step of the change is then
+        # the same however steps are divided into runs.
         return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
 
     def verlet(self, duration: float) -> None:
