@@ -10,14 +10,17 @@ from lammps_inputs.potential import Potential
 
 class BlindBound:
     r"""
-    How long particle 1 can be left alone because it cannot reach the wall.
+    How long particle 1 can probably be left alone because it does not reach the wall.
 
     With strain s of bond 1, its opening speed w and k = U''(s), particle 1 moves as
     :math:`x + v t + a t^2/2 + k w t^3/6 + [k (a_2 - a) + k' w^2] t^4/24 + O(t^5)`, and its fifth
     derivative is :math:`k^2 (w_2 - 2 w) + 3 k' w (a_2 - a) + k'' w^3`, in which the speeds grow
     with the accelerations. The remainder is taken as `SAFETY` times the sum of the sizes of these
-    terms as they are now; what LAMMPS then finds is compared with it, so a window in which the
-    bound did not hold is noticed and taken back.
+    terms as they are now.
+
+    That is no theorem: particles further on may hit these, and bonds stiffen. Nothing rests on it
+    but the number of runs that have to be taken back. LAMMPS watches every step of them, see
+    :class:`workflows.engines.lammps_guard.WallGuard`.
 
     Parameters
     ----------
@@ -92,7 +95,7 @@ class BlindBound:
         # What grows as t counts a sixth: t^6/720 is t^5/120 times t/6.
         fifth = stiffness**2 * (2.0 * speed + beyond_speed + 0.5 * pull * t)
         fifth += 3.0 * abs(slope) * speed * pull + bend * speed**3
-        self._longest = t
+        self._timestep, self._longest = timestep, t
         self._position, self._velocity, self._half_force = x1, v1, 0.5 * a1
         self._jerk = curvature * opening / 6.0
         self._snap = (curvature * (a2 - a1) + slope * opening**2) / 24.0
@@ -102,7 +105,7 @@ class BlindBound:
         self._linear = own * abs(self._jerk)
         self._square = own * (abs(self._snap) + self._remainder * t)
 
-    def safe_time(self, wall: float = 0.0, start: float = 0.0) -> float:
+    def safe_time(self, wall: float = 0.0) -> float:
         r"""
         Return a time within which the bound does not come to the wall.
 
@@ -111,28 +114,35 @@ class BlindBound:
         parabola never passes a zero of P. These steps close in on a zero as Newton's do, and pass
         over a minimum in front of the wall.
 
+        A particle that leaves the wall may not yet be in front of it. The first step is known
+        exactly: if it ends there, P is followed from its end.
+
         Parameters
         ----------
         wall : float
             Where the wall is.
-        start : float
-            When P is followed from; it is known to be in front of the wall until then.
 
         Returns
         -------
         float
-            At most the time of P's first zero after `start`; 0 where P is behind the wall there.
+            At most the time of P's first zero; 0 where particle 1 is not in front of the wall, and
+            not after one step that leaves it either.
         """
         c0, c3, c4, c5 = self._position - wall, self._jerk, self._snap, -self._remainder
         c1, c2 = self._velocity - self._linear, self._half_force - self._square
         d2, d3, d4, d5 = 2.0 * c2, 3.0 * c3, 4.0 * c4, 5.0 * c5
         longest = self._longest
+        start = 0.0
+        if c0 <= 0.0:
+            start = self._timestep
+            end = c0 + start * (self._velocity + start * self._half_force)
+            if self._velocity <= 0.0 or end <= 0.0 or start >= longest:
+                return 0.0
         t, ahead = start, self._FIRST_PART * longest
-        for _ in range(self._MOST_PARTS if start < longest else 0):
+        for _ in range(self._MOST_PARTS):
             value = c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5))))
             slope = c1 + t * (d2 + t * (d3 + t * (d4 + t * d5)))
-            # At the wall only what leaves it is in front of it; what is no number is nowhere.
-            if not (value > 0.0 or value == 0.0 < slope):
+            if not value > 0.0:  # also if it is no number
                 break
             end = t + ahead
             if end > longest:

@@ -69,7 +69,12 @@ class VerletFlight(Flight):
 
     Before each step its end is known exactly, x + v h + f h^2/2; a step that would end behind the
     wall is a contact. With the event wall that step is cut at the wall and particle 1 reversed
-    there; with the reflecting wall LAMMPS's own fix mirrors it.
+    there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
+    reflecting wall LAMMPS's own fix mirrors what ends behind it.
+
+    Many steps are taken at once where a bound promises that there is no contact in them. LAMMPS
+    itself watches them: if one ends nearer to the wall than a contact can be, all are taken back
+    and asked for one by one.
 
     Parameters
     ----------
@@ -131,15 +136,11 @@ class VerletFlight(Flight):
         chain, bound = self.chain, self.bound
         assert bound is not None
         bound.look(chain.x, chain.v, chain.f, chain.timestep)
-        guard, start = chain.guard_position, 0.0
-        if chain.x[0] <= guard:
-            # Leaving the wall: a step that turns within itself would have to be asked for.
-            if chain.v[0] <= 0.0 or self._next_position() <= guard:
-                return 0
-            start = chain.timestep
-        safe = bound.safe_time(guard, start)
+        safe = bound.safe_time(chain.guard_position)
         steps = min(int(self._share * safe / chain.timestep), most)
         if steps < 2:
+            if safe >= 2.0 * chain.timestep:
+                self._share = min(1.0, 2.0 * self._share)
             return 0
         state = chain.snapshot()
         if chain.run_guarded(steps):
