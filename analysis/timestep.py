@@ -43,6 +43,30 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
     return timestep if timestep > 0.0 else None
 
 
+def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+    """
+    Return the step that a run was set up with.
+
+    Runs that stop at contacts set other steps on the way; the first one is that of the motion.
+
+    Parameters
+    ----------
+    logs, scripts : iterable of pathlib.Path
+        As for :func:`read_timestep`.
+
+    Returns
+    -------
+    float or None
+        The first value of the ``timestep`` command; None where there is none.
+    """
+    logs = list(logs)
+    words = [word for path in logs or scripts for word in _timestep_words(path)]
+    values = [float(word) for word in words if _NUMBER.fullmatch(word)]
+    if not values or (not logs and "$" in words[0]):
+        return None
+    return values[0] if values[0] > 0.0 else None
+
+
 def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | None:
     """
     Return the timestep as seen in the flight of the last particle.
