@@ -151,7 +151,9 @@ def analyze_frames(
     v0_resolution = 0.0
     if impact_velocity is None:
         v0_resolution = float(np.max(reading.first.resolution("vx", digits)))
-    error = _restitution_precision(v, velocity, m, last_resolution, v0_resolution)
+    error = _restitution_precision(
+        v, velocity, m, last_resolution, v0_resolution, reading.last_interval
+    )
     e = float(kinematic_restitution(v, velocity, m))
     uncertain = mass_resolution(reading.first, reading.layout, m)
     error += 2.0 * abs(e) * float(uncertain @ np.abs(v / velocity - e)) / total_mass
@@ -200,6 +202,7 @@ class _Reading:
         self._frames = frames
         self._timestep = timestep
         self.first = self.last = next(frames)
+        self.last_interval = 0  # steps between the last two frames
         self.layout = ChainLayout.from_frame(self.first)
         if self.layout.time_known and timestep is not None:
             raise InputError(
@@ -232,6 +235,7 @@ class _Reading:
         yield self.opening
         time = self.opening.time
         for frame in self._frames:
+            self.last_interval = max(0, frame.step - self.last.step)
             self.last = frame
             state = self.layout.state(frame, self._timestep)
             if state.time < time:
@@ -274,15 +278,17 @@ def _restitution_precision(
     masses: NDArray[np.float64],
     resolution: NDArray[np.float64],
     impact_resolution: float,
+    steps_after: int,
 ) -> float:
     """Propagate the half-units of printed velocities into eta; a bound, not a deviation."""
     e = abs(float(kinematic_restitution(velocities, impact_velocity, masses)))
     total = float(np.sum(masses))
     printed = float(np.sum(masses * resolution)) / total
-    # LAMMPS adds up n products in an order of its own: each addition may round.
+    # The run itself goes on to at most one frame more, each step rounding every velocity, and
+    # LAMMPS adds up n products in an order of its own, each addition rounding.
     size = float(np.sum(masses * np.abs(velocities))) / total
-    added = masses.size * float(np.finfo(float).eps) * size
-    return 2.0 * e * (printed + added + e * impact_resolution) / impact_velocity
+    rounded = (masses.size + steps_after) * float(np.finfo(float).eps) * size
+    return 2.0 * e * (printed + rounded + e * impact_resolution) / impact_velocity
 
 
 def _refuse_sideways(frame: DumpFrame, impact_velocity: float) -> None:
