@@ -86,7 +86,7 @@ def collect_caveats(
             "the first frame lies inside the collision: contacts before it are not seen, and "
             "times are counted from the first one that is"
         )
-    caveats += _ending_caveats(state, masses, bond, since_contact, ending)
+    caveats += ending_caveats(state, masses, bond, since_contact, ending)
     caveats += _contact_caveats(detection, bond)
     if bond is None:
         caveats.append(
@@ -178,13 +178,26 @@ def _precision_caveats(
     return caveats
 
 
-def _ending_caveats(
+def ending_caveats(
     state: ChainState,
     masses: NDArray[np.float64],
     bond: Potential | None,
     since_contact: float,
     ending: str | None,
 ) -> list[str]:
+    """
+    Say why the collision may not be over in the last frame.
+
+    Parameters
+    ----------
+    state, masses, bond, since_contact, ending
+        As for :func:`collect_caveats`.
+
+    Returns
+    -------
+    list of str
+        A sentence, or nothing where it is over as far as can be told.
+    """
     if float(np.sum(masses * state.velocities)) <= 0.0:
         return [
             "the chain still moves towards the wall in the last frame: the collision is not over "

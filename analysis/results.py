@@ -98,6 +98,8 @@ class CollisionAnalysis:
         First and last frame, from the first contact.
     ending : str or None
         Argument that no contact can follow the last frame, if there is one.
+    finished : bool
+        Whether, as far as can be told, no contact follows the last frame.
     history : History
         The collision in time.
     contradictions : tuple of str
@@ -134,6 +136,7 @@ class CollisionAnalysis:
     time_start: float
     time_end: float
     ending: str | None
+    finished: bool
     history: History
     contradictions: tuple[str, ...]
     caveats: tuple[str, ...]

@@ -22,11 +22,10 @@ from lammps_inputs.scene import Scene
 
 # Order of a run with the impact-located wall: that of its scheme.
 _ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
-# The bar of an impact-located run is so many times what its order makes of the difference, and
-# that of a run with the stock wall so many times the difference, whose error is irregular: see
-# tests/benchmarks/analyzed_bars.py, which measures both.
-EVENT_RESERVE = 6.0
-REFLECT_RESERVE = 10.0
+# Largest measured error over what difference and drift say, by tests/benchmarks/analyzed_bars.py:
+# RESERVES_MEASURED
+EVENT_RESERVE = 4.0
+REFLECT_RESERVE = 8.0
 # Scene keys that two runs of one collision may differ in.
 _NUMERICS = ("timestep", "tolerance", "error")
 
@@ -116,10 +115,15 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     Return the run at the finest step, with its error as another step shows it.
 
     With the impact-located wall and a scheme of order p the runs at steps h and H > h differ by
-    :math:`d = c (H^p - h^p)`, so that the finer one is off by :math:`|d|/((H/h)^p - 1)`; the bar
-    is a measured multiple of it, and never less than a tenth of the difference. With the stock
-    wall the error is of first order and irregular: a difference tells its size only, and the bar
-    is a larger multiple of it. The digits of both dumps are added.
+    :math:`d = c (H^p - h^p)`, so that the finer one is off by :math:`|d|/((H/h)^p - 1)`. With the
+    stock wall the error is of first order and irregular, so that a difference tells its size only.
+    Either may be small by chance; the drift of the energy, which is of the same order, is seldom
+    small by the same chance. So the bar is a measured multiple of the larger of them,
+
+    .. math:: 4 \max\left(\frac{|d|}{(H/h)^p - 1}, |D_h|, \frac{|D_H|}{(H/h)^p}\right)
+              \quad\text{and}\quad 8 \max(|d|, |D_h|, |D_H|, |D_H - D_h|),
+
+    with the impact-located and the stock wall. The digits of both dumps are added.
 
     Parameters
     ----------
@@ -129,24 +133,19 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     Returns
     -------
     SteppedRun
-        `restitution_error` is null where there is one run only, where steps or their order are not
-        known or contacts are not the same; a caveat says why.
+        `restitution_error` is null where there is one run only, where steps, their order or the
+        bond are not known, contacts are not the same, or a dump ends too early; a caveat says why.
     """
     every = [run.step for run in runs]
     steps = sorted({step for step in every if step is not None})
     if len(runs) == 1 or None in every or len(steps) < 2:
         return _without(runs[0], _why_alone(runs, steps))
     fine, coarse = (next(run for run in runs if run.step == step) for step in steps[:2])
-    orders = {fine.order, coarse.order}
     order = fine.order
-    if None in orders or len(orders) > 1 or order is None:
-        return _without(fine, "the jobs do not tell with which wall and scheme they ran")
-    if fine.analysis.contacts is None or fine.analysis.contacts != coarse.analysis.contacts:
-        return _without(
-            fine,
-            f"the runs at steps {steps[0]:g} and {steps[1]:g} do not show the same number of "
-            "contacts: take smaller steps",
-        )
+    why = _why_incomparable(fine, coarse)
+    if why is not None:
+        return _without(fine, why)
+    assert order is not None
     return replace(fine, analysis=_with_error(fine.analysis, _bar(fine, coarse, order)))
 
 
@@ -195,12 +194,18 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
 def _bar(fine: SteppedRun, coarse: SteppedRun, order: int) -> float:
     difference = abs(fine.analysis.restitution - coarse.analysis.restitution)
     digits = fine.analysis.data_error + coarse.analysis.data_error
+    drift, coarse_drift = fine.analysis.energy_drift, coarse.analysis.energy_drift
+    assert drift is not None
+    assert coarse_drift is not None
     if order == 0:
-        return REFLECT_RESERVE * difference + digits
+        drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
+        return REFLECT_RESERVE * max(difference, *drifts) + digits
     assert fine.step is not None
     assert coarse.step is not None
-    shrinks = (coarse.step / fine.step) ** order - 1.0
-    return max(EVENT_RESERVE / shrinks, 0.1) * (difference + digits) + digits
+    ratio = (coarse.step / fine.step) ** order
+    # Where the difference is within the digits, these say what is known.
+    error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
+    return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
 
 
 def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
@@ -225,6 +230,22 @@ def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
 
 def _with_notes(analysis: CollisionAnalysis, notes: tuple[str, ...]) -> CollisionAnalysis:
     return replace(analysis, caveats=(*analysis.caveats, *notes))
+
+
+def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
+    a, b = fine.analysis, coarse.analysis
+    if fine.order is None or fine.order != coarse.order:
+        return "the jobs do not tell with which wall and scheme they ran"
+    if a.contacts is None or a.contacts != b.contacts:
+        return (
+            f"the runs at steps {fine.step:g} and {coarse.step:g} do not show the same number of "
+            "contacts"
+        )
+    if not (a.finished and b.finished):
+        return "the collision is not over in the last frame"
+    if a.energy_drift is None or b.energy_drift is None:
+        return "without the potential (--potential) the drift of the energy is not known"
+    return None
 
 
 def _without(run: SteppedRun, why: str) -> SteppedRun:
