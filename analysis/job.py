@@ -22,6 +22,7 @@ from lammps_inputs.scene import Scene
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
+_BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _REFLECT = re.compile(r"^\s*fix\s.*\swall/reflect\s", re.MULTILINE)
 _UNITS = re.compile(r"^\s*units\s+(\S+)", re.MULTILINE)
@@ -224,6 +225,7 @@ def analyze_job(
         _expect_count(scene.particles, job.scene, layout.particles, job.dump)
     if job.data is not None:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
+        _expect_one_chain(job.data, layout.particles)
     declared = declared_masses(job.data, job.scripts, job.logs)
     if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
         notes.append(
@@ -293,6 +295,16 @@ def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
     if expected != found:
         raise InputError(
             f"{dump} holds {found} particles, {source} {expected}; expected the dump of that job"
+        )
+
+
+def _expect_one_chain(data: Path, particles: int) -> None:
+    found = _BOND_COUNT.search(_read_head(data))
+    bonds = 0 if found is None else int(found[1])
+    if bonds not in (0, particles - 1):  # none: other forces hold the chain together
+        raise InputError(
+            f"{data} has {bonds} bonds between {particles} particles; expected one open chain with "
+            f"{particles - 1}: all particles of the dump are taken to be that chain"
         )
 
 
