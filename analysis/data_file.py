@@ -1,6 +1,7 @@
 """What a LAMMPS data file, and the commands that read it, say of masses and types."""
 
 import gzip
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.errors import InputError
 
+_COMMANDS = re.compile(r"^\s*(mass|set|read_data|atom_style)\s", re.MULTILINE)
 # Where the type stands in a line of the section Atoms.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
@@ -63,8 +65,10 @@ def declared_masses(
     """
     sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
-    files = list(logs or scripts)
-    commands = [_Commands.read(path, expanded=bool(logs)) for path in files]
+    # What a run prints on the screen begins like a log and repeats no commands.
+    echoes = [path for path in logs if _COMMANDS.search(path.read_text(errors="replace"))]
+    files = echoes or list(scripts)
+    commands = [_Commands.read(path, expanded=bool(echoes)) for path in files]
     found = [command.apply(in_data) for command in commands] or [in_data]
     unclear = next((command.unclear for command in commands if command.unclear), None)
     if any(masses != found[0] for masses in found):

@@ -165,6 +165,8 @@ def test_commands_of_the_script_count_after_the_data_file(job):
     script = folder / "in.chain"
     text = script.read_text()
     script.write_text(text.replace("bond_coeff ", "mass * 1.0\nmass 2 10.0\nbond_coeff ", 1))
+    # What lmp prints on the screen looks like a log, and repeats no commands.
+    (folder / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
     assert analyze_job(find_job(folder)).restitution == pytest.approx(printed, abs=1e-12)
     script.write_text(text.replace("bond_coeff ", "mass 1 1.0\nmass 2 ${heavy}\nbond_coeff ", 1))
     with pytest.raises(InputError, match=r"mass 2 \$\{heavy\}.*by a variable.*--masses"):
