@@ -83,9 +83,17 @@ def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_fail
     from_csv = pandas.read_csv(tmp_path / "a.csv")
     from_parquet = pandas.read_parquet(tmp_path / "a.parquet")
     assert list(direct.columns) == list(PLAIN_COLUMNS)
-    for frame in (direct, from_csv, from_parquet):
+    for frame in (
+        direct,
+        from_csv,
+        from_parquet,
+        to_pandas(str(store.path)),
+        to_pandas(store.path),
+    ):
         assert frame["restitution"].dropna().to_list() == [1.0 / (3 + k) for k in range(7)]
         assert frame["failure"].notna().sum() == 1
+    with pytest.raises(StoreError, match="nowhere"):
+        to_pandas(tmp_path / "nowhere.sqlite")
     with pytest.raises(StoreError, match=r"\.csv or \.parquet"):
         export_store(store, tmp_path / "a.txt")
 
