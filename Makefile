@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: reproduce test quick check bench docs install-check clean
+.PHONY: reproduce test quick test-elsewhere check bench docs install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
@@ -12,6 +12,9 @@ test: .venv/ready-test  ## the whole test suite
 
 quick: .venv/ready-test  ## the tests that take seconds
 	$(BIN)/python -m pytest -n auto -m "not slow"
+
+test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
+	$(BIN)/python -m tests.elsewhere
 
 check: .venv/ready-check  ## formatting, lint, types
 	$(BIN)/ruff format --check .

@@ -44,11 +44,14 @@ class Setting:
         Environment variables.
     burners : int
         Processes that do nothing but compute meanwhile.
+    options : tuple of str
+        For pytest.
     """
 
     python: Callable[[], str] = field(default=lambda: sys.executable)
     variables: dict[str, str] = field(default_factory=dict)
     burners: int = 0
+    options: tuple[str, ...] = ()
 
 
 def settings() -> dict[str, Setting]:
@@ -58,7 +61,11 @@ def settings() -> dict[str, Setting]:
         "old-processor": Setting(variables=old_processor()),
         "busy": Setting(burners=os.cpu_count() or 1),
         "one-thread": Setting(variables=one),
-        "lowest": Setting(python=lambda: make_environment("lowest", lowest_python(), lowest=True)),
+        "lowest": Setting(
+            python=lambda: make_environment("lowest", lowest_python(), lowest=True),
+            # What is not declared is new there: old packages use what new ones deprecate.
+            options=("-W", "ignore::DeprecationWarning"),
+        ),
         **{
             name: Setting(python=lambda name=name, found=found: make_environment(name, found))
             for name in NEWER
@@ -144,7 +151,7 @@ def run_suite(name: str, setting: Setting, arguments: list[str]) -> int:
     caches = BUILD / "caches" / name
     environment = os.environ | setting.variables | {"NUMBA_CACHE_DIR": str(caches)}
     print(f"==== {name}: {describe(python)}", flush=True)
-    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
+    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *setting.options, *arguments]
     with burning(setting.burners):
         return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
 
