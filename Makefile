@@ -8,9 +8,11 @@ reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
 test: .venv/ready-test  ## the whole test suite
+	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 quick: .venv/ready-test  ## the tests that take seconds
+	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
 test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
