@@ -136,9 +136,16 @@ class Potential(ABC):
 
     @cached_property
     def natural_speed(self) -> float | None:
-        """v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic."""
+        """
+        v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic.
+
+        Rounded to 13 digits: the last ones depend on the processor, and with them would the scene
+        that a speed in units of v* describes, and its key in a store of results.
+        """
         strain = self._find_compressed_strain()
-        return None if strain is None else math.sqrt(2.0 * float(self.energy(strain)))
+        if strain is None:
+            return None
+        return float(f"{math.sqrt(2.0 * float(self.energy(strain))):.12e}")
 
     def _find_compressed_strain(self) -> float | None:
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""

@@ -122,11 +122,15 @@ def test_the_energy_needed_to_reach_the_wall_is_not_overestimated(bond, size):
         np.full(size - 1, displacement / weights.sum()),
         jac=lambda strains: -bond.force(strains),
         constraints={"type": "eq", "fun": lambda s: weights @ s - displacement},
-        options={"ftol": 1e-14},
+        # The search line's own rounding shows at 1e-14 of the energy; a search asked for that
+        # much stops with or without success, as the processor's last bits will have it.
+        options={"ftol": 1e-10},
     )
     assert found.success
     bound = weights.sum() * float(bond.energy(displacement / weights.sum()))
-    assert bound <= found.fun * (1.0 + 1e-9)
+    # What is found lies above the minimum by ftol at most, give or take the curvature at its
+    # foot: a hundred times ftol is set aside.
+    assert bound <= found.fun - 1e-8
     # Give the fragment, unstrained and with its mean displaced by D, this much internal energy.
     pattern = np.where(np.arange(size) % 2, 1.0, -1.0)
     pattern -= pattern.mean()
