@@ -102,7 +102,7 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         # Where the lines on both sides meet.
         below, above = _forces(bond, middles - near), _forces(bond, middles + near)
         met = middles + (above - below - near * (left + right)) / (left - right)
-    places = []
+    places: list[float] = []
     for k in np.flatnonzero(kinked).tolist():
         if not abs(met[k] - middles[k]) <= 4.0 * near[k]:
             continue

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +140,7 @@ def tabulate(
         force is no number.
     """
     shortest, longest = bond_range
-    if not (math.isfinite(shortest) and math.isfinite(longest) and shortest <= longest):
+    if not (0.0 <= shortest <= longest < math.inf):
         raise TableError(
             f"the bond range is {shortest:g} to {longest:g}; expected two finite lengths in order"
         )
@@ -317,7 +318,7 @@ def choose_rows(
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
     # Kinks lie on rows: what counts is the force between them.
-    parts = [_probe(bond, part, style) for part in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [_probe(bond, part, style) for part in pairwise(ends)]
     scale = max(size for _, size in parts)
     target = FORCE_TARGET[style] * scale
     if force_error is not None:
@@ -327,7 +328,7 @@ def choose_rows(
         / (high - low)
         * _PROBE_ROWS
         * (error / max(target, 1e-300)) ** (1.0 / _ERROR_ORDER[style])
-        for low, high, (error, _) in zip(ends[:-1], ends[1:], parts, strict=True)
+        for (low, high), (error, _) in zip(pairwise(ends), parts, strict=True)
     )
     return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
 

@@ -101,9 +101,7 @@ def _last_digit(word: str) -> float:
     return 10.0 ** (int(exponent or 0) - decimals)
 
 
-def _natural_strain(
-    force: "CubicSpline", digits: NDArray[np.float64], path: str
-) -> float:
+def _natural_strain(force: "CubicSpline", digits: NDArray[np.float64], path: str) -> float:
     """Return the strain nearest to 0 at which the force vanishes, within the file's digits."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))

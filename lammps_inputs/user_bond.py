@@ -79,6 +79,7 @@ class UserBond(Potential):
                 f"bond '{name}' has curvature {self._stiffness:g} at length 1; expected a stable "
                 "bond, with positive curvature there"
             )
+        self.dissociation = self._end_of_energy()
         refuse_mismatch(self)
 
     @cached_property
@@ -116,9 +117,8 @@ class UserBond(Potential):
         """U''(1), from the user's force; of the compressed side where it has a kink there."""
         return self._stiffness
 
-    @cached_property
-    def dissociation(self) -> float:
-        """U at infinite length, where it comes to a finite end: 0 for a bond without tension."""
+    def _end_of_energy(self) -> float:
+        """Return U at infinite length where it comes to an end: 0 for a bond without tension."""
         if math.isfinite(self.strain_max):
             return math.inf
         with np.errstate(all="ignore"):

@@ -27,7 +27,6 @@ from workflows.engines.reference_stages import (
 )
 from workflows.engines.reference_steps import StepScheme, composed_leap, extrapolated_leap
 
-
 # Loops of so many forces stay loaded: named ones come back from disk, others are compiled again.
 _KEPT = 64
 
