@@ -147,7 +147,7 @@ def tabulate(
     if rows is None:
         span = _with_margin(bond, bond_range, FEWEST_ROWS)
         rows = choose_rows(bond, span, style, force_error)
-    low, high = rows_on_kinks(_with_margin(bond, bond_range, rows), rows, bond.kinks)
+    low, high = rows_on_kinks(bond, _with_margin(bond, bond_range, rows), rows)
     lengths = np.linspace(low, high, rows)
     strains = lengths - 1.0
     slopes = -bond.curvature(strains[[0, -1]])
@@ -242,23 +242,21 @@ def _with_margin(
 _FINER = 0.8
 
 
-def rows_on_kinks(
-    span: tuple[float, float], rows: int, kinks: tuple[float, ...]
-) -> tuple[float, float]:
+def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tuple[float, float]:
     """
-    Move the ends of a table, by less than a row, until rows lie on the kinks of a bond.
+    Move the ends of a table, by a row at most, until rows lie on the kinks of a bond.
 
     LAMMPS interpolates linearly between uniform rows: with a kink on a row it is kept, and
     between two rows it is cut off.
 
     Parameters
     ----------
+    bond : Potential
+        The potential; kinks outside the span do not matter.
     span : tuple of float
         First and last length wanted.
     rows : int
         Number of rows, which is kept.
-    kinks : tuple of float
-        Strains; those outside the span do not matter.
 
     Returns
     -------
@@ -267,23 +265,23 @@ def rows_on_kinks(
         the last do, and the others as nearly as a spacing can be found for.
     """
     low, high = span
-    inside = [1.0 + kink for kink in kinks if low < 1.0 + kink < high]
+    inside = [1.0 + kink for kink in bond.kinks if low < 1.0 + kink < high]
+    floor, ceiling = 1.0 + bond.strain_min, 1.0 + bond.strain_max
     if not inside:
         return span
     spacing = (high - low) / (rows - 1)
     first, last = inside[0], inside[-1]
     most = int((last - first) / spacing)
-    if most == 0:
-        below = min(max(round((first - low) / spacing), 1), rows - 2)
-        spacing = min((first - low) / below, (high - first) / (rows - 1 - below))
-    else:
+    if most > 0:
+        # Fewer bins between the kinks are wider ones: the table may only get longer.
         counts = np.arange(most, max(int(_FINER * most), 1) - 1, -1)
         steps = (last - first) / counts
         offsets = (np.array(inside) - first) / steps[:, None]
         best = int(np.argmin(np.max(np.abs(offsets - np.round(offsets)), axis=1).round(9)))
         spacing = float(steps[best])
-        # Fewer bins between the kinks are wider ones: the table may only get longer.
-        below = math.ceil((first - low) / spacing - 1e-9)
+    below = round((first - low) / spacing)
+    below -= first - below * spacing <= floor
+    below += first + (rows - 1 - below) * spacing >= ceiling
     start = first - below * spacing
     return start, start + (rows - 1) * spacing
 

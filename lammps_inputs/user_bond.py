@@ -138,7 +138,8 @@ class UserBond(Potential):
         if np.any(softer & (edges[1:] < 0.0)):
             return 0.0
         first = np.flatnonzero(softer)
-        return float(edges[first[0]]) if len(first) else self.strain_max
+        # The inflection may lie in the interval before the first that softens as a whole.
+        return float(edges[first[0] - 1]) if len(first) else self.strain_max
 
 
 def _of_arrays(function: Callable, what: str) -> Callable[..., NDArray[np.float64]]:
