@@ -21,6 +21,8 @@ _NARROW, _NARROWEST = 1e-8, 1e-9
 # slope, which rounding (eps F/1e-9, some 1e-7 of it) stays far below, and where a bracket four
 # times as wide sees no more than the last factor more: of a smooth curve it would see four times.
 _KINK, _SAME = 1e-4, 2.0
+# Of a force, and of what it cancels from, in four differences of it.
+_ROUNDINGS = 64.0
 # A step of the force itself is this much more than the slopes on both sides explain.
 _JUMP = 4.0
 # Energy and force may differ by this part of the work done: what constants of seven digits leave.
@@ -96,11 +98,12 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
         change, larger, left, right = _change_of_slope(bond, middles, near)
         further, *_ = _change_of_slope(bond, middles, 4.0 * near)
         _refuse_jumps(bond, middles, near, np.maximum(larger, scale))
-        kinked = np.abs(change) > _KINK * np.maximum(larger, 0.0)
-        kinked &= np.abs(change) > _KINK * _SMALLEST * scale
+        below, above = _forces(bond, middles - near), _forces(bond, middles + near)
+        size = np.abs(below) + scale * np.abs(middles)  # of what a small force cancels from
+        kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
+        kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
         kinked &= np.abs(further) < _SAME * np.abs(change)
         # Where the lines on both sides meet.
-        below, above = _forces(bond, middles - near), _forces(bond, middles + near)
         met = middles + (above - below - near * (left + right)) / (left - right)
     places: list[float] = []
     for k in np.flatnonzero(kinked).tolist():

@@ -37,12 +37,8 @@ def test_a_table_scaled_wrong_is_told_where_its_zero_is(tmp_path):
 
 
 def test_scenes_of_one_table_share_its_bond(tmp_path):
-    scene = Scene(
-        potential="table",
-        bond_file=write_table(tmp_path / "t.table", 8),
-        particles=3,
-        velocity=0.01,
-    )
+    path = write_table(tmp_path / "t.table", 8)
+    scene = Scene(potential="table", bond_file=path, particles=3, velocity=0.01)
     assert scene.replace(velocity=0.02).bond is scene.bond
     write_table(path, 7)
     assert scene.replace(velocity=0.02).bond is not scene.bond
