@@ -29,7 +29,7 @@ _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
 _STALLED = 3
 # Bond steps and steps of one run, some seconds: compiled, and where NumPy steps the chain.
-_MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 3e5
+_MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # Bonds of the run that gives eta may stretch this much more than those of the first, coarse one.
 _RESERVE = 1.2
 _FIRST_STEP = 0.0125
