@@ -8,6 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from lammps_inputs.bond_check import find_kinks
+
 
 class Potential(ABC):
     """
@@ -25,12 +27,18 @@ class Potential(ABC):
         Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     dissociation : float
         U at infinite length; inf for a bond that cannot break.
+    smooth : bool
+        Whether the force is known to have derivatives of every order.
+    energy_offset : float
+        Constant taken off the energies, whose rounding it leaves in them.
     """
 
     name: str
     strain_min: float = -math.inf
     strain_max: float = math.inf
-    dissociation: ClassVar[float] = math.inf
+    dissociation: float = math.inf
+    smooth: ClassVar[bool] = False
+    energy_offset: float = 0.0
 
     @abstractmethod
     def energy(self, strain):
@@ -117,6 +125,11 @@ class Potential(ABC):
     def stiffness(self) -> float:
         """U''(1): 1 for every named potential."""
         return 1.0
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Strains at which the stiffness jumps, found by looking where formulas are not known."""
+        return () if self.smooth else find_kinks(self)
 
     @property
     def convex_strain(self) -> float:

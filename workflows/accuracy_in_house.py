@@ -10,16 +10,20 @@ from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
 from workflows.convergence import eta_of, is_believed, jitter, run_in_house
 from workflows.engines import hard_sphere, modal, stiff
+from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
 from workflows.error_bars import COARSER_SHARE, JITTER_MATTERS, rounding_error
 from workflows.errors import RunError
+from workflows.irregular import refine
 from workflows.step_guess import guess_step, sharpness
 
 # With bonds sharper than this, adaptive steps are cheaper than fixed ones.
 SHARPEST_FIXED = 60.0
 # Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
 _ADAPTIVE_SHARES = (0.5, 0.2)
+# Kinks make it fall irregularly: as of fixed steps, three times as much.
+_IRREGULAR_SHARES = (1.5, 0.6)
 # The first step is guessed for this share of the tolerance.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
@@ -87,6 +91,8 @@ def _cheapest_scheme(tolerance: float) -> StepSchemeName:
 def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = _cheapest_scheme(tolerance)
+    if not scene.bond.smooth:
+        return _meet_irregularly(scene, tolerance, scheme)
     order, share = STEP_SCHEMES[scheme].order, COARSER_SHARE[scheme]
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
@@ -135,9 +141,24 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     return answer(scene, tolerance, fine, error, details, noise)
 
 
+def _meet_irregularly(scene: Scene, tolerance: float, scheme: StepSchemeName) -> Answer:
+    """Refine without trust in an order: bonds of users may have kinks."""
+    floor = rounding_error("reference", scene)
+    # The share of extrapolated steps rests on their order.
+    composed: StepSchemeName = scheme if scheme in COMPOSITIONS else "order8"
+    found = refine(scene, tolerance, composed, floor)
+    fine, noise = found.fine, 0.0
+    if (found.stalled or tolerance < JITTER_MATTERS * floor) and fine.timestep is not None:
+        name = COMPOSITIONS[fine.scheme].name
+        noise = jitter(scene, name, fine.timestep, eta_of(scene, fine))
+    details = {"choice": {"tries": found.tries}, "spread": spread_of(scene, fine, found.proof)}
+    return answer(scene, tolerance, fine, found.error, details, noise)
+
+
 def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
     """Ask the adaptive integrator for ever more accuracy until three runs agree."""
     floor = rounding_error("reference", scene)
+    shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
     accuracy = max(tolerance, floor)
     coarser, coarse = (stiff.run(scene, k * accuracy) for k in (10.0, 1.0))
     tries: list[dict[str, float]] = []
@@ -148,7 +169,7 @@ def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
         eta = eta_of(scene, fine)
         error = max(
             share * abs(eta_of(scene, run) - eta)
-            for share, run in zip(_ADAPTIVE_SHARES, (coarse, coarser), strict=True)
+            for share, run in zip(shares, (coarse, coarser), strict=True)
         )
         tries.append({"accuracy": accuracy, "step_error": error})
         if error + floor <= tolerance or accuracy < 1e-14:

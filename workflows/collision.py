@@ -17,6 +17,7 @@ from workflows.answer import spread_of
 from workflows.engines import lammps, reference
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
+from workflows.irregular import finer_parts
 from workflows.outputs import refuse_unusable_outputs
 from workflows.result import Collision, ErrorBar
 from workflows.scouting import scout, scouting_details
@@ -72,7 +73,7 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
         numerics = replace(numerics, bond_range=scouted.table_range(scene))
     timesteps = [numerics.timestep]
     if scene.error:
-        timesteps.append(0.5 * numerics.timestep)
+        timesteps += [part * numerics.timestep for part in finer_parts(scene)]
     if scene.engine == "lammps":
         outcome, *finer = lammps.run_at_steps(scene, numerics, timesteps)
     else:
@@ -81,7 +82,8 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     step = None
     if finer:
         share = REFLECT_SHARE if numerics.wall == "reflect" else FINER_SHARE
-        step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer[0]))
+        eta = _restitution(scene, outcome)
+        step = share * max(abs(eta - _restitution(scene, run)) for run in finer)
         found["spread"] = spread_of(scene, outcome, finer[0])
     return outcome, error_bar(outcome, scene, step), found
 

@@ -35,12 +35,15 @@ class Converged:
         Its error, from the difference to twice the step.
     seconds : float
         Integration time of all runs it took.
+    kinked : bool
+        Whether bonds pass kinks, where no scheme has an order above 2.
     """
 
     outcome: Outcome
     restitution: float
     error: float
     seconds: float
+    kinked: bool = False
 
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
@@ -115,7 +118,7 @@ def converge(scene: Scene, goal: float) -> Converged:
     Returns
     -------
     Converged
-        The finest run.
+        The finest run; of bonds whose smoothness is not known, the error may be above the goal.
 
     Raises
     ------
@@ -123,6 +126,12 @@ def converge(scene: Scene, goal: float) -> Converged:
         What stopped the finest run, or that steps cannot become small enough.
     """
     scheme: StepSchemeName = "order8"
+    if not scene.bond.smooth:
+        from workflows.irregular import refine  # which runs by what stands above
+
+        found = refine(scene, goal, scheme)
+        eta = eta_of(scene, found.fine)
+        return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
     step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
     coarse: Outcome | None = None
     refusals: list[RunError] = []

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_outcome import (
     PATIENCE,
     LastContact,
+    allowed_strains,
     displacements_from,
     finish,
     run_single_particle,
@@ -149,7 +150,7 @@ def _build(rates: Callable) -> Callable:
     return adaptive.build_flight(rates, build_contact_search, lambda function: function)
 
 
-@cache
+@lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
 def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
@@ -196,9 +197,9 @@ class _Flight:
         ledger.longest = longest_collision(scene.particles, stiffness, 0.0)
         ledger.frame_interval = math.inf if self._interval is None else self._interval
         ledger.next_frame = 0.0 if self._interval is not None else math.inf
-        harmonic = scene.bond.anharmonic_order is None
-        ledger.floor = -math.inf if harmonic or self._bond.logarithmic else -1.0
-        ledger.ceiling = getattr(scene.bond, "barrier_strain", math.inf)
+        floor, ceiling = allowed_strains(scene.bond)
+        ledger.floor = -math.inf if self._bond.logarithmic else floor
+        ledger.ceiling = ceiling
         ledger.contacts = 1
         # A guess only: steps that are too large are refused and shrink.
         ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
