@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from workflows.durations import format_duration
+
 if TYPE_CHECKING:
     from workflows.sweep import SweepSummary
     from workflows.sweep_cost import SweepCost
@@ -188,9 +190,9 @@ def _forecast(
             "",
             f"points       {len(scenes)} ({sizes})",
             f"to compute   {cost.points}, into {path}",
-            f"time         about {_duration(cost.wall_seconds(workers))} with {workers} workers on "
-            f"idle cores; the collisions {_duration(cost.seconds)} of one core, the longest "
-            f"{_duration(cost.longest)}",
+            f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
+            f"workers on idle cores; the collisions {format_duration(cost.seconds)} of one core, "
+            f"the longest {format_duration(cost.longest)}",
             f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
         ]
     )
@@ -208,7 +210,7 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
     else:
         text = (
             f"{summary.computed} computed and {summary.found} found, in {path}; "
-            f"{_duration(summary.seconds)}"
+            f"{format_duration(summary.seconds)}"
         )
         if summary.inexact:
             text += f"\n{summary.inexact} do not meet their tolerance (reason in the store)"
@@ -223,10 +225,3 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
             "(--retry-failed tries them)"
         )
     return text
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.1f} {unit}"
-    return f"{seconds:.2g} s"
