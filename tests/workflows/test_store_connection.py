@@ -146,8 +146,7 @@ def test_a_store_made_while_it_is_opened_is_a_store(tmp_path, monkeypatch):
         looked = False
 
         def execute(self, statement, *parameters):
-            found = super().execute(statement, *parameters)
-            if statement == "PRAGMA application_id" and not Overtaken.looked:
+            if statement == "PRAGMA user_version" and not Overtaken.looked:
                 Overtaken.looked = True
                 # It has to wait, unless the looks are apart.
                 with (
@@ -155,7 +154,7 @@ def test_a_store_made_while_it_is_opened_is_a_store(tmp_path, monkeypatch):
                     contextlib.suppress(sqlite3.OperationalError),
                 ):
                     make_store(other)
-            return found
+            return super().execute(statement, *parameters)
 
     def make_store(connection):
         connection.isolation_level = None
