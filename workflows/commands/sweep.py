@@ -84,6 +84,7 @@ def sweep(
     docs/sweeps.md.
     """
     from workflows import sweep_file as files
+    from workflows import sweep_points as points
     from workflows.store import Store
     from workflows.sweep import run_plan
     from workflows.sweep_cost import sweep_cost
@@ -92,7 +93,8 @@ def sweep(
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
     asked = files.read_sweep(sweep_file)
-    scenes = asked.scenes if shard is None else files.shard(asked.scenes, *shard)
+    # Made once: each is looked at several times.
+    scenes = tuple(asked.scenes) if shard is None else points.shard(asked.scenes, *shard)
     path = asked.store if store_path is None else store_path
     arrays = arrays or asked.arrays
     wishes = {"arrays": arrays, "recompute": recompute, "retry_failed": retry_failed}
