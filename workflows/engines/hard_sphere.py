@@ -25,6 +25,7 @@ from lammps_inputs.scene import Scene
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_outcome import LastContact, finish, run_single_particle
 from workflows.errors import CrossingError, TimestepError
+from workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
@@ -35,7 +36,7 @@ _LEAST_LOSS = 1e-22
 # has flown apart is rounding, after which no step follows.
 _FASTEST_TRIPLE = 1e6
 # The loss falls with at least this power of the speed, for all bonds that were measured.
-_LEAST_POWER = 3.0
+_LEAST_POWER: float = measured("sphere_power")
 
 
 def run(scene: Scene) -> Outcome:
@@ -110,14 +111,27 @@ def deviation(scene: Scene) -> float:
     if scene.bond.natural_speed is not None:
         velocity = min(velocity, _FASTEST_TRIPLE * scene.bond.natural_speed)
     triple = scene.replace(particles=3, speed=None, velocity=velocity)
-    while (loss := _vibration(triple)) is None:
+    while (loss := vibration(triple)) is None:
         triple = triple.replace(velocity=0.5 * triple.impact_velocity)
     loss *= (triple.impact_velocity / scene.impact_velocity) ** _LEAST_POWER
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 
 
-def _vibration(scene: Scene) -> float | None:
-    """Return the share of the energy that does not come back, None where it cannot be stepped."""
+def vibration(scene: Scene) -> float | None:
+    """
+    Return the share of the energy that does not come back.
+
+    Parameters
+    ----------
+    scene : Scene
+        Three particles.
+
+    Returns
+    -------
+    float or None
+        Energy of their vibration after the collision over that before; None where the bonds are
+        too short to be stepped.
+    """
     from workflows.engines import stiff
 
     try:
