@@ -12,8 +12,8 @@ from workflows.tradeoff.measurement import Measurement
 from workflows.tradeoff.settings import Series, Setting, time_unit
 
 # An error that a setting promises is this many times the worst that was measured. Between scenes,
-# errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or nearly:
-# 95 in 100 scenes are below these reserves.
+# errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or
+# nearly: 95 in 100 scenes are below these reserves.
 RESERVE: dict[Scheme, float] = measured("promise_reserve")
 LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
