@@ -176,17 +176,20 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
         particles = round(10 ** random.uniform(1, 2.5))
         velocity = float(10 ** random.uniform(-11, -4))
         scene = Scene(potential="harmonic", particles=particles, velocity=velocity)
-        scheme = str(random.choice([name for name in COMPOSITIONS if name != "verlet"]))
-        numerics = Numerics(scheme=scheme, timestep=guess_step(scene, scheme, 1e-10))
         unit = particles * grain / velocity
         # No digit of eta, or none lost, is left to compare.
         if not 1e-9 < unit < 1e-2:
             continue
+        scheme = str(random.choice(["order6", "order8"]))
+        # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
+        # the runs that prove them also differ by their rounding.
+        goal = max(0.1 * unit, 1e-10)
+        numerics = Numerics(scheme=scheme, timestep=guess_step(scene, scheme, goal))
         stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
         if (velocity * stage < SHORT_DRIFT * particles * grain) is not short:
             continue
         error = abs(eta_of(scene, lammps.run(scene, numerics)) - find_truth(scene).restitution)
-        samples.append(max(error - 1e-10, 0.0) / unit)
+        samples.append(max(error - goal, 0.0) / unit)
     return samples
 
 
