@@ -17,14 +17,17 @@ from workflows.errors import RunError
 from workflows.measured import measured
 from workflows.step_guess import guess_step, sharpness
 
-# With bonds sharper than this, adaptive steps are cheaper than fixed ones.
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
+# processor time, decides costs only.
 SHARPEST_FIXED = 60.0
 # Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0, 0.4))
-# The first step is guessed for this share of the tolerance.
+# The first step is guessed for this share of the goal: half, as the bar must have room for the
+# rest. It decides costs only.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
-# Steps that get smaller so many times without halving the error show that it is not the steps'.
+# Steps that get smaller so many times without halving the error show that it is not the steps':
+# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
 _STALLED = 3
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to

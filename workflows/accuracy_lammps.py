@@ -28,12 +28,13 @@ from workflows.scouting import Scouting, scouting_details, scouting_from
 from workflows.step_guess import sharpness
 from workflows.step_search import error_near, estimate_step, find_step
 
-# The step may use this share of the tolerance, the table that one; the rest is for rounding.
+# The step may use this share of the tolerance, the table that one; the rest is for rounding. A
+# table costs little more for being exact, a step much: shares decide costs, as the sum is proved.
 _STEP_SHARE = 0.5
 _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
 SHARPEST_LAMMPS = 300.0
-# The yardstick for choosing a step must be sharper than the tolerance.
+# The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
 _MOST_REFINEMENTS = 5
 

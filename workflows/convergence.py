@@ -13,10 +13,12 @@ from workflows.error_bars import COARSER_SHARE
 from workflows.errors import CrossingError, RunError, TimestepError
 from workflows.step_guess import guess_step
 
-_MODAL_ERROR = 1e-13
+# Of the exact propagator, which only rounds: against itself in higher precision it is below this.
+MODAL_ERROR = 1e-13
+# A guess is wrong by less than 500; what so small a step does not resolve, none of use will.
 _MOST_HALVINGS = 9
 # Too large a step also makes particles meet or bonds break: so many steps, each about half of the
-# one before, must say the same.
+# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
 _CONFIRMATIONS = 4
 # Steps for this error resolve whatever amplifies rounding.
 _JITTER_GOAL = 1e-9
@@ -180,7 +182,7 @@ def exact_modes(scene: Scene) -> Converged:
             f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
             "absolute bond length); expected less than about 0.69: use engine 'reference'"
         )
-    return Converged(outcome, eta_of(scene, outcome), _MODAL_ERROR, outcome.seconds)
+    return Converged(outcome, eta_of(scene, outcome), MODAL_ERROR, outcome.seconds)
 
 
 def jitter(scene: Scene) -> float:

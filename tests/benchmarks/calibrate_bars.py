@@ -73,15 +73,15 @@ CONSTANTS = {
     "table_sensitivity": Constant(
         bar_studies.table_sensitivity, 1.0, 1.5, 0.2, {"spline": 2.0, "linear": 5.0}
     ),
-    "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3),
-    "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2),
-    "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2),
+    "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3, 6.0),
+    "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2, 15.0),
+    "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2, 6.0),
     "arithmetic_floor": Constant(bar_studies.arithmetic_floor, 1.0, 2.0, 0.3),
     "array_sensitivity": Constant(bar_studies.array_sensitivity, 0.99, 2.0, 0.2),
     "unseen_stretch": Constant(bar_studies.unseen_stretch, 1.0, 1.5, 0.2),
     "sphere_power": Constant(bar_studies.sphere_power, 0.0, 1.0, 0.1),
     "usual_error": Constant(step_studies.usual_error, 0.5, 1.0, 0.3),
-    "promise_reserve": Constant(step_studies.promise_reserve, 0.95, 1.0, 0.5),
+    "promise_reserve": Constant(step_studies.promise_reserve, 0.95, 1.0, 0.2),
 }
 SCHEMES = {
     "lammps_schemes": (scheme_costs.lammps_costs, scheme_costs.LAMMPS_SCHEMES, 0.05),

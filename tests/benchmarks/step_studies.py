@@ -2,21 +2,36 @@
 
 import numpy as np
 
-from lammps_inputs.numerics import StepSchemeName
+from lammps_inputs.numerics import Numerics, StepSchemeName
 from lammps_inputs.scene import Scene
 from tests.benchmarks.bar_studies import Random, Samples, draw_scene, find_truth
 from workflows.convergence import eta_of, run_in_house
+from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.errors import RunError
+from workflows.scouting import scouting_from
 from workflows.step_guess import USUAL_STEPS, sharpness
 
 # Nearby steps stand for different phases of the contacts within a step.
-_PHASES = np.linspace(0.97, 1.0, 8)
+_PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
 
 
-def _error(scene: Scene, scheme: StepSchemeName, share: float, truth: float) -> float:
-    step = share * USUAL_STEPS[scheme] / sharpness(scene)
+def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
+    step = USUAL_STEPS[scheme] / sharpness(scene)
     return abs(eta_of(scene, run_in_house(scene, scheme, step)) - truth)
+
+
+def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
+    """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
+    truth = find_truth(scene)
+    bonds = scouting_from(truth).table_range(scene)
+    worst = {}
+    for scheme in COMPOSITIONS.values():
+        steps = [share * USUAL_STEPS[scheme.name] / sharpness(scene) for share in shares]
+        numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
+        runs = lammps.run_at_steps(scene, numerics, steps)
+        worst[str(scheme.name)] = max(abs(eta_of(scene, run) - truth.restitution) for run in runs)
+    return worst
 
 
 def usual_error(random: Random, count: int) -> Samples:
@@ -27,7 +42,7 @@ def usual_error(random: Random, count: int) -> Samples:
         scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))
         try:
             truth = find_truth(scene).restitution
-            errors = [_error(scene, scheme, 1.0, truth) for scheme in schemes]
+            errors = [_error(scene, scheme, truth) for scheme in schemes]
         except RunError:
             continue
         for scheme, error in zip(schemes, errors, strict=True):
@@ -36,18 +51,14 @@ def usual_error(random: Random, count: int) -> Samples:
 
 
 def promise_reserve(random: Random, count: int) -> Samples:
-    """Error in a scene over the worst error of lj at 0.4 v*, n = 100, at equal scaled steps."""
-    schemes: tuple[StepSchemeName, ...] = tuple(COMPOSITIONS)
-    usual, found = Scene(), {str(scheme): [] for scheme in schemes}
-    truth = find_truth(usual).restitution
-    worst = [max(_error(usual, scheme, k, truth) for k in _PHASES.tolist()) for scheme in schemes]
+    """Error by LAMMPS over the worst of lj at 0.4 v*, n = 100, at equal scaled steps."""
+    worst = _lammps_errors(Scene(), _PHASES)
+    found: Samples = {scheme: [] for scheme in worst}
     while len(found["verlet"]) < count:
-        scene = draw_scene(random, most=200)
         try:
-            truth = find_truth(scene).restitution
-            errors = [_error(scene, scheme, 1.0, truth) for scheme in schemes]
+            errors = _lammps_errors(draw_scene(random, most=200), (1.0,))
         except RunError:
             continue
-        for scheme, error, least in zip(schemes, errors, worst, strict=True):
-            found[scheme].append(error / least)
+        for scheme, error in errors.items():
+            found[scheme].append(error / worst[scheme])
     return found

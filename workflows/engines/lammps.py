@@ -35,7 +35,8 @@ from workflows.errors import (
 from workflows.measured import measured
 
 # A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
-# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came.
+# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came. A
+# guess that is too narrow is noticed and widened: these decide costs only.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
