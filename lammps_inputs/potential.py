@@ -195,3 +195,52 @@ def compressed_strain(bond: Potential, energy: float) -> float:
         else:
             high = middle
     return floor * -math.expm1(high)
+
+
+_GRID = 64
+
+
+def bond_strains(bond: Potential, energy: float) -> tuple[float, float]:
+    """
+    Return the strains between which a bond must be if it holds no more than an energy.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    energy : float
+        U, positive.
+
+    Returns
+    -------
+    tuple of float
+        Shortest and longest, rounded outward by less than a thousandth; inf where the energy
+        suffices to break the bond.
+    """
+    scale = math.sqrt(2.0 * energy / bond.stiffness)
+    shortest = -_outermost(bond, energy, scale, -1.0)
+    if energy >= bond.dissociation:
+        return shortest, math.inf
+    return shortest, min(_outermost(bond, energy, scale, 1.0), bond.strain_max)
+
+
+def _outermost(bond: Potential, energy: float, scale: float, side: float) -> float:
+    """Return where U first exceeds an energy, going out from zero to one side."""
+    end = -bond.strain_min if side < 0.0 else bond.strain_max
+    inner, outer = 0.0, 1e-3 * scale
+    for _ in range(_GRID):
+        if outer >= end:
+            outer = end
+            break
+        with np.errstate(all="ignore"):
+            if not float(bond.energy(side * outer)) <= energy:
+                break
+        inner, outer = outer, 2.0 * outer
+    for _ in range(2):
+        strains = np.linspace(inner, outer, _GRID)
+        with np.errstate(all="ignore"):
+            above = ~(bond.energy(side * strains) <= energy)
+        above[-1] = True
+        first = int(np.argmax(above))
+        inner, outer = float(strains[max(first - 1, 0)]), float(strains[first])
+    return outer

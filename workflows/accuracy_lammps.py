@@ -86,7 +86,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         bar = error_bar(fine, scene, step, noise)
         assert bar.total is not None
         tries.append({"timestep": numerics.timestep, "step_error": step})
-        hopeless = bar.rounding > goal or step < 0.3 * floor
+        hopeless = bar.rounding + bar.ending > goal or step < 0.3 * floor
         if bar.total <= goal or last or hopeless:
             break
         if step > _STEP_SHARE * reachable:

@@ -79,7 +79,12 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
     outcome, bar = found.outcome, found.bar
     if bar.total is None or bar.step is None or bar.total <= tolerance:
         return None
-    parts = {"step": bar.step, "table": bar.table, "rounding": bar.rounding}
+    parts = {
+        "step": bar.step,
+        "table": bar.table,
+        "rounding": bar.rounding,
+        "ending": bar.ending,
+    }
     largest = max(parts, key=lambda name: parts[name])
     coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
     remedy = {
@@ -88,6 +93,7 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
         "rounding": coarse
         if outcome.engine == "lammps"
         else "the collision amplifies the last digit of any number; ask for less",
+        "ending": "a piece of the broken chain may still hit the wall, however long it is followed",
     }[largest]
     if outcome.scheme == hard_sphere.SCHEME:
         remedy = "so far hard spheres may be off; ask for less: to step would take too long"

@@ -139,7 +139,7 @@ def _result(
         bond_range_source=source,
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
         momentum_residual=abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses)),
-        ending=outcome.ending,
+        ending=outcome.ending.kind,
         duration=outcome.duration,
         fragments=outcome.fragments,
         crossed=outcome.crossed,

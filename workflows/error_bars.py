@@ -173,6 +173,28 @@ def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
     return JITTER_SENSITIVITY * jitter * coarser
 
 
+def ending_error(outcome: Outcome, scene: Scene) -> float:
+    r"""
+    Return how much eta could change by contacts that may still come.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        A run.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where
+        the end is proved or argued.
+    """
+    gained = outcome.ending.missed_momentum / scene.particles
+    mean = abs(float(np.mean(outcome.velocities)))
+    return (2.0 * mean + gained) * gained / scene.impact_velocity**2
+
+
 def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float = 0.0) -> ErrorBar:
     """
     Gather the error bar of a run.
@@ -197,6 +219,7 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
         step=step,
         table=table_error(outcome, scene),
         rounding=max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene)),
+        ending=ending_error(outcome, scene),
     )
 
 

@@ -33,18 +33,21 @@ class ErrorBar:
         From the certified force error of the bond table.
     rounding : float
         From coordinates held as absolute numbers, or from the arithmetic.
+    ending : float
+        What contacts could change that may still come; 0 unless the end is open.
     """
 
     step: float | None
     table: float
     rounding: float
+    ending: float = 0.0
 
     @property
     def total(self) -> float | None:
         """Sum of the parts; None if the step error is unknown."""
         if self.step is None:
             return None
-        return self.step + self.table + self.rounding
+        return self.step + self.table + self.rounding + self.ending
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class Collision:
     v_star : float or None
         Speed scale of the nonlinearity; None for harmonic.
     bond_min, bond_max : float
-        Shortest and longest bond.
+        Shortest and longest bond from the first contact to the last.
     bond_range_source : str
         Where these come from.
     energy_drift : float
@@ -96,11 +99,12 @@ class Collision:
     momentum_residual : float
         ``|sum of wall impulses - change of momentum| / (n v0)``.
     ending : str
-        The argument by which no further contact can come: ``energy`` or ``quiet``.
+        Whether it is ``proved`` that no further contact comes, ``argued``, or ``open``; then the
+        error bar holds what one could change.
     duration : float
         Simulated time.
     fragments : int
-        Connected pieces at the end.
+        Connected pieces at the last contact.
     crossed : bool
         Whether particles passed through each other (harmonic chains, in-house engine only).
     tolerance : float or None

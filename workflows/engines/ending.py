@@ -1,64 +1,77 @@
 r"""
-The end of a collision, argued: why no further hit can come.
+The end of a collision: why no further contact can come, or how likely one is.
 
-Connected fragments are separated by bonds that are stretching with a relative energy above
-dissociation. Once the fragments recede from the wall in order of speed, only the first can hit
-again, and for it one of two arguments is needed.
+The restitution is that of long times: a contact that comes late counts like any other. At a look,
+the chain is cut into pieces that stay apart (see ``pieces``), and the first piece is judged. For
+particle 1 to be at the wall, its bonds must stretch as far as the mean of the piece has gone, and
+to hit the wall it must move against that mean:
 
-*energy*: with particle 1 at the wall, the m - 1 bonds of the fragment must stretch so that
-:math:`\sum_i w_i s_i = D`, where D is the mean displacement and :math:`w_i = (m - i)/m \le 1`
-sum to W = (m - 1)/2. Where U is convex, Jensen's inequality gives
-:math:`\sum U(s_i) \ge \sum w_i U(s_i) \ge W\,U(D/W)`. If that exceeds the fragment's internal
-energy, the wall is out of reach, and since D only grows, for ever. This is a proof.
+.. math:: U_\text{least}(D) + \tfrac12 V^2 \frac{m}{m - 1} \le I,
 
-*quiet*: particle 1 has stayed off the wall for longer than sound needs to cross the fragment and
-come back, so that every signal that the contacts sent has returned once. This is an argument.
+where D is the mean displacement of the m particles, V their mean velocity and I the internal
+energy. An end is
 
-Long chains break into dozens of fragments, some of which keep meeting each other, far from the
-wall, for as long as one cares to look. Silence for the whole chain is an argument then too, if the
-first fragment is slower than any that the others can become by elastic collisions: of m particles
-in a group of M that moves with V and has the energy T of its fragments about it, none is slower
-than :math:`V - \sqrt{2 T (M - m)/(m M)}`.
+*proved* where V > 0, that inequality fails, and every cut is proved. A cut only pulls the piece
+away from the wall, so D and V never fall, and I is taken with all that the pull can add.
+
+*argued* where energy alone cannot rule a return out, but would have to gather as it hardly ever
+does (``pieces.escape_risk``), and where this has been so, without a contact, for longer than
+sound needs to cross the chain and come back; or where the first piece recedes after the longest
+time that is followed, without a contact in all of it.
+
+*open* where the first piece still approaches the wall then. The momentum that a contact not waited
+for could bring is told, and belongs into the error bar.
 """
 
+import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.potential import Potential
+from workflows.engines.pieces import Pieces, cut, escape_risk, reach
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
 
-# A collision lasts about two sound crossings; ten times that means something else is going on.
-CAP_CROSSINGS = 20.0
+# A collision is followed for so many times its own length and a few times that of one sound
+# crossing, and for so many crossings however late contacts come.
+FOLLOWED_TIMES = 21.0
+LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 1000.0
 
 LOOKS_PER_CROSSING = 10.0
+# Looks get rarer with the time since the contact.
+LOOK_GROWTH = 1.4
+
+# An end is argued where a return is less likely than this, in so many vibrations a particle.
+RISK_ALLOWED = 1e-3
+VIBRATIONS = 100.0
+
+EndingKind = Literal["proved", "argued", "open"]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """
+    How a collision ended.
+
+    Attributes
+    ----------
+    kind : str
+        ``proved``, ``argued`` or ``open``.
+    missed_momentum : float
+        Largest momentum that contacts after an open end could give the chain; 0 for the others.
+    """
+
+    kind: EndingKind
+    missed_momentum: float = 0.0
 
 
 def quiet_time(particles: int, stiffness: float) -> float:
     """
-    Return how long particle 1 must stay off the wall.
-
-    Parameters
-    ----------
-    particles : int
-        Particles of the fragment.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    float
-        Time for sound to cross and come back, with the margin.
-    """
-    return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
-
-
-def longest_collision(particles: int, stiffness: float) -> float:
-    """
-    Return the cap on the simulated time.
+    Return how long an argument must hold, with particle 1 off the wall.
 
     Parameters
     ----------
@@ -70,14 +83,37 @@ def longest_collision(particles: int, stiffness: float) -> float:
     Returns
     -------
     float
-        Time after which an unfinished collision is a named failure.
+        Time for sound to cross and come back, with the margin.
     """
-    return CAP_CROSSINGS * (particles + 5.0) / stiffness**0.5
+    return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
+
+
+def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
+    """
+    Return how long a collision is followed.
+
+    Parameters
+    ----------
+    particles : int
+        Particles of the chain.
+    stiffness : float
+        U''(1).
+    last_contact : float
+        Time of the last contact so far.
+
+    Returns
+    -------
+    float
+        Time after the first contact at which an end is open, if it is not argued.
+    """
+    crossing = (particles + 5.0) / stiffness**0.5
+    followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
+    return min(followed, MOST_CROSSINGS * crossing)
 
 
 def look_interval(particles: int, stiffness: float) -> float:
     """
-    Return the time between two looks for the end.
+    Return the time between two looks for the end while contacts follow one another.
 
     Parameters
     ----------
@@ -94,96 +130,86 @@ def look_interval(particles: int, stiffness: float) -> float:
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
 
 
-@dataclass(frozen=True)
-class Fragments:
+def find_pieces(
+    first_displacement: float,
+    strains: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    bond: Potential,
+) -> Pieces:
     """
-    Connected pieces of the chain.
-
-    Attributes
-    ----------
-    starts : ndarray of shape (fragments,)
-        Index of the first particle of each.
-    sizes : ndarray of shape (fragments,)
-        Particles in each.
-    mean_velocities : ndarray of shape (fragments,)
-        Centre-of-mass velocity of each.
-    """
-
-    starts: NDArray[np.int64]
-    sizes: NDArray[np.int64]
-    mean_velocities: NDArray[np.float64]
-
-
-def find_fragments(
-    strains: NDArray[np.float64], velocities: NDArray[np.float64], bond: Potential
-) -> Fragments:
-    """
-    Cut the chain where bonds are broken.
-
-    A bond is broken when it stretches and the energy of the relative motion (reduced mass 1/2)
-    plus U exceeds dissociation; a long bond that will come back is not.
+    Cut a chain where its parts stay apart, or hardly ever meet again.
 
     Parameters
     ----------
+    first_displacement : float
+        Distance of particle 1 from the wall.
     strains : ndarray of shape (n - 1,)
         Bond lengths less one.
     velocities : ndarray of shape (n,)
-        Particle velocities.
+        Particle velocities, positive away from the wall.
     bond : Potential
         The bonds' potential.
 
     Returns
     -------
-    Fragments
+    Pieces
         At least one.
     """
-    opening = np.diff(velocities)
-    if np.isinf(bond.dissociation):
-        broken = np.zeros(len(strains), dtype=bool)
-    else:
-        relative = 0.25 * opening**2 + bond.energy(strains)
-        broken = (strains > 0.0) & (opening > 0.0) & (relative > bond.dissociation)
-    starts = np.concatenate(([0], np.flatnonzero(broken) + 1))
-    sizes = np.diff(np.append(starts, len(velocities)))
-    return Fragments(starts, sizes, np.add.reduceat(velocities, starts) / sizes)
+    patience = VIBRATIONS * len(velocities)
+    return cut(first_displacement, strains, velocities, bond, patience)
 
 
-def slowest_behind(fragments: Fragments) -> float:
+def return_risk(pieces: Pieces, bond: Potential) -> float:
     """
-    Return the velocity below which no fragment but the first can come by elastic collisions.
+    Estimate how likely particle 1 is to hit the wall again.
 
     Parameters
     ----------
-    fragments : Fragments
-        Two at least, not all in order of speed.
+    pieces : Pieces
+        From :func:`find_pieces`.
+    bond : Potential
+        The bonds' potential.
 
     Returns
     -------
     float
-        Smallest velocity that any of them can be left with; -inf if the first meets the second.
+        0 where it is proved that it does not; 1 while the first piece, or the chain, approaches.
     """
-    sizes, speeds = fragments.sizes, fragments.mean_velocities
-    if speeds[1] <= speeds[0]:
-        return -np.inf
-    # Neighbours that can meet, directly or after others have, are taken as one group.
-    groups: list[tuple[int, float, float]] = []
-    for last in range(1, len(sizes)):
-        first = last
-        slowest = fastest = float(speeds[last])
-        while groups and groups[-1][2] >= slowest:
-            first = groups.pop()[0]
-            slowest, fastest = _reach(sizes[first : last + 1], speeds[first : last + 1])
-        groups.append((first, slowest, fastest))
-    return groups[0][1]
+    momentum = float(pieces.sizes @ pieces.speeds)
+    size, speed = int(pieces.sizes[0]), float(pieces.speeds[0])
+    if momentum <= 0.0 or speed <= 0.0:
+        return 1.0
+    if size == 1:
+        return pieces.return_risk
+    energy, displacement = float(pieces.energies[0]), float(pieces.displacements[0])
+    free = energy - 0.5 * speed * speed * size / (size - 1)
+    if displacement > 0.0 and reach(bond, free, size) < displacement:
+        return pieces.return_risk
+    if not math.isfinite(bond.dissociation) or free < bond.dissociation:
+        return 1.0  # not yet far enough
+    alone = escape_risk(bond, energy, size, speed, VIBRATIONS * float(pieces.sizes.sum()))
+    return min(1.0, pieces.return_risk + alone)
 
 
-def _reach(sizes: NDArray[np.int64], speeds: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the smallest and largest velocity that elastic collisions of a group allow."""
-    mass, least = float(sizes.sum()), float(sizes.min())
-    mean = float(np.average(speeds, weights=sizes))
-    energy = 0.5 * float(sizes @ (speeds - mean) ** 2)
-    most = (2.0 * energy * (mass - least) / (least * mass)) ** 0.5
-    return mean - most, mean + most
+def approach(pieces: Pieces) -> float:
+    r"""
+    Return the largest momentum that a first piece which approaches the wall can be given there.
+
+    It turns round with all its energy at most: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        From :func:`find_pieces`.
+
+    Returns
+    -------
+    float
+        Momentum.
+    """
+    size, speed = float(pieces.sizes[0]), float(pieces.speeds[0])
+    internal = 0.0 if size == 1.0 else float(pieces.energies[0])
+    return size * abs(speed) + math.sqrt(2.0 * size * internal + (size * speed) ** 2)
 
 
 def argue_end(
@@ -194,7 +220,7 @@ def argue_end(
     bond: Potential,
 ) -> str | None:
     """
-    Return the argument by which no further contact can come, or None where there is none yet.
+    Return the argument by which no further contact can come, from one state alone.
 
     Parameters
     ----------
@@ -212,34 +238,96 @@ def argue_end(
     Returns
     -------
     str or None
-        ``energy``, ``quiet`` or None.
+        ``proved``, ``argued`` or None.
     """
     if float(np.sum(velocities)) <= 0.0:
         return None
-    fragments = find_fragments(strains, velocities, bond)
-    speeds = fragments.mean_velocities
-    if speeds[0] <= 0.0:
-        return None
-    if np.any(np.diff(speeds) <= 0.0):
-        silent = since_contact > quiet_time(len(velocities), bond.stiffness)
-        return "quiet" if silent and speeds[0] < slowest_behind(fragments) else None
-    size = int(fragments.sizes[0])
-    if size == 1 and first_displacement >= 0.0:
-        return "energy"
-    inner = strains[: size - 1]
-    with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
-        internal = 0.5 * float(np.sum((velocities[:size] - speeds[0]) ** 2))
-        internal += float(np.sum(bond.energy(inner)))
-    reach = 0.5 * (size - 1)
-    weights = np.arange(size - 1, 0, -1) / size
-    mean_displacement = first_displacement + float(weights @ inner)
-    convex = bond.convex_strain
-    if mean_displacement > 0.0 and (
-        np.isinf(convex) or internal <= float(bond.energy(np.array(convex)))
-    ):
-        mean_strain = min(mean_displacement / reach, convex)
-        if reach * float(bond.energy(np.array(mean_strain))) > internal:
-            return "energy"
-    if since_contact > quiet_time(size, bond.stiffness):
-        return "quiet"
-    return None
+    risk = return_risk(find_pieces(first_displacement, strains, velocities, bond), bond)
+    if risk == 0.0:
+        return "proved"
+    silent = since_contact > quiet_time(len(velocities), bond.stiffness)
+    return "argued" if silent and risk <= RISK_ALLOWED else None
+
+
+class EndWatch:
+    """
+    Looks for the end of a collision, and remembers for how long it has been argued.
+
+    Parameters
+    ----------
+    particles : int
+        Particles of the chain.
+    bond : Potential
+        The bonds' potential.
+    """
+
+    def __init__(self, particles: int, bond: Potential) -> None:
+        self._bond = bond
+        self._particles = particles
+        self._quiet = quiet_time(particles, bond.stiffness)
+        self._last_contact = -math.inf
+        self._calm_since = 0.0
+        self._first_size = 0
+
+    def look(
+        self,
+        now: float,
+        last_contact: float,
+        first_displacement: float,
+        strains: NDArray[np.float64],
+        velocities: NDArray[np.float64],
+    ) -> Ending | None:
+        """
+        Look at a state.
+
+        Parameters
+        ----------
+        now, last_contact : float
+            Time, and time of the last contact so far.
+        first_displacement, strains, velocities
+            As in :func:`argue_end`.
+
+        Returns
+        -------
+        Ending or None
+            None where the chain must be followed on.
+        """
+        if last_contact != self._last_contact:
+            self._last_contact = self._calm_since = last_contact
+            self._first_size = self._particles
+        bond = self._bond
+        late = now > longest_collision(self._particles, bond.stiffness, last_contact)
+        if float(np.sum(velocities)) <= 0.0:
+            return None
+        pieces = find_pieces(first_displacement, strains, velocities, bond)
+        risk = return_risk(pieces, bond)
+        if risk == 0.0:
+            return Ending("proved")
+        size = int(pieces.sizes[0])
+        if risk > RISK_ALLOWED or size != self._first_size:
+            self._calm_since = now
+        self._first_size = size
+        if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
+            return Ending("argued")
+        if not late:
+            return None
+        return Ending("argued") if pieces.speeds[0] > 0.0 else Ending("open", approach(pieces))
+
+    def next_look(self, now: float, last_contact: float) -> float:
+        """
+        Return when to look again.
+
+        Parameters
+        ----------
+        now, last_contact : float
+            As in :meth:`look`.
+
+        Returns
+        -------
+        float
+            A time so much later that looks cost little, but not past the moment of an argument.
+        """
+        later = last_contact + LOOK_GROWTH * (now - last_contact)
+        argued = self._calm_since + self._quiet * (1.0 + 1e-12)
+        calm = self._calm_since < now
+        return argued if calm and now < argued < later else later

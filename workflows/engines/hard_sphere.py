@@ -22,6 +22,7 @@ import numpy as np
 
 from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
+from workflows.engines.ending import Ending
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_outcome import LastContact, finish, run_single_particle
 from workflows.errors import CrossingError, TimestepError
@@ -70,11 +71,9 @@ def run(scene: Scene) -> Outcome:
         LastContact(strains, velocities, times, np.full(particles, speed)),
         scheme=SCHEME,
         timestep=None,
-        ending="energy",
+        ending=Ending("proved"),
         duration=float(times[-1]),
         bond_range=(diameter, 1.0),
-        end_strains=strains,
-        end_velocities=velocities,
         seconds=0.0,
         force_evaluations=0,
     )

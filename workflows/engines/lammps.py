@@ -181,17 +181,17 @@ def _run_in_folder(
 ) -> tuple[Outcome, ...]:
     bond = scene.bond
 
-    def collide_all(table: BondTable | None) -> tuple[Outcome, ...]:
+    def collide_all(table: BondTable | None) -> tuple[list[Outcome], list[float]]:
         return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
 
     if isinstance(bond, Harmonic) or scene.particles == 1:
-        return collide_all(None)
+        return tuple(collide_all(None)[0])
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     excused = False
     for _ in range(_MOST_WIDENINGS):
         table = _tabulate(bond, bond_range, numerics)
         try:
-            outcomes = collide_all(table)
+            outcomes, seen = collide_all(table)
         except (BondRangeError, LostAtomsError) as error:
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(scene, length):
@@ -205,9 +205,9 @@ def _run_in_folder(
                     ) from None
                 excused, length = True, table.longest
         else:
-            length = max(outcome.bond_max for outcome in outcomes)
+            length = max(seen)
             if length < table.longest - _unsure_end(table, numerics):
-                return outcomes
+                return tuple(outcomes)
             length = max(length, table.longest)
         bond_range = _widened(bond, table, length)
     raise BondRangeError(
@@ -249,7 +249,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     n, v0 = scene.particles, scene.impact_velocity
     # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
     speed = (2.0 * n) ** 0.5 * v0
-    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness)
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, 0.0)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
@@ -293,9 +293,13 @@ def _collide(
     frame_interval: float | None,
     ask_every_step: bool,
     folder: Path,
-) -> tuple[Outcome, ...]:
-    """Run once for each step; only the first run has frames and a dump."""
-    outcomes = []
+) -> tuple[list[Outcome], list[float]]:
+    """
+    Run once for each step; only the first run has frames and a dump.
+
+    Also returns the longest bond that each run saw, the flight after the last contact included.
+    """
+    outcomes, longest_seen = [], []
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
@@ -305,14 +309,15 @@ def _collide(
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
             flight = _choose_flight(used, chain, None if ask_every_step else blind)
-            collision = ChainCollision(scene, flight, frame_interval, blind)
+            collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
             collision.carry_out()
             seconds = time.perf_counter() - started
             outcomes.append(replace(collision.outcome(used, seconds), details=details))
+            longest_seen.append(collision.longest_seen)
             scene = scene.replace(dump=None)
             frame_interval = None
-    return tuple(outcomes)
+    return outcomes, longest_seen
 
 
 def _choose_flight(numerics: Numerics, chain: LammpsChain, blind: BlindBound | None) -> Flight:

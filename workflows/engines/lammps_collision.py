@@ -5,22 +5,21 @@ from numpy.typing import NDArray
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import argue_end, find_fragments, longest_collision, look_interval
-from workflows.engines.lammps_blind import BlindBound
-from workflows.engines.lammps_flight import Flight, VerletFlight
-from workflows.engines.lammps_lookahead import LookAhead
+from workflows.engines.ending import Ending, look_interval, quiet_time
+from workflows.engines.follow import follow
+from workflows.engines.lammps_flight import Flight
 from workflows.engines.outcome import Frames, Outcome
+from workflows.engines.pieces import count_fragments
 from workflows.errors import (
     BarrierError,
     BondRangeError,
     CrossingError,
     LostAtomsError,
     RunError,
-    UnfinishedCollisionError,
 )
 
-# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: a look ahead
-# that meets one is cheap, but for nothing.
+# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
+# what comes next is cheap, but for nothing.
 _PATIENCE = 3.5
 
 
@@ -37,8 +36,11 @@ class ChainCollision:
     frame_interval : float or None
         Least time between frames; None for those of the scene's dump, if it has one: at
         contacts, or so many per sound crossing.
-    blind : BlindBound or None
-        For looking ahead; None for a single particle.
+
+    Attributes
+    ----------
+    longest_seen : float
+        Longest bond, the flight after the last contact included.
     """
 
     def __init__(
@@ -46,7 +48,6 @@ class ChainCollision:
         scene: Scene,
         flight: Flight,
         frame_interval: float | None,
-        blind: BlindBound | None,
     ) -> None:
         self.scene = scene
         self.bond = scene.bond
@@ -55,8 +56,10 @@ class ChainCollision:
         self.contacts: list[tuple[float, float]] = []
         self.rest = np.arange(scene.particles, dtype=float)
         self.after_contact = self._state()
-        self.shortest, self.longest = np.inf, -np.inf
-        self.ending: str | None = None
+        # Of all bonds so far, and of those up to the last contact.
+        self.shortest_seen, self.longest_seen = np.inf, -np.inf
+        self.shortest = self.longest = 1.0
+        self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
         self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
         if dumped and not isinstance(scene.dump_frames, str):
@@ -67,25 +70,24 @@ class ChainCollision:
         # How long after a contact, and when, a next one would be late.
         self.patience = _PATIENCE / self.bond.stiffness**0.5
         self.overdue = np.inf
-        # Frames have to be exact to the end.
-        self.look_ahead = None
-        wants_frames = self.frames_at_contacts or frame_interval is not None
-        if blind is not None and not wants_frames:
-            reflect = isinstance(flight, VerletFlight) and flight.reflect
-            self.look_ahead = LookAhead(scene, self.chain, blind, reflect)
+        # When the end was seen, and until when frames are wanted nevertheless.
+        self.ended_at = 0.0
+        self.flown_on = np.inf
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.chain.x - self.rest, self.chain.v.copy()
 
     def carry_out(self) -> None:
         """Go from contact to contact until no further one can come."""
-        n, stiffness = self.scene.particles, self.bond.stiffness
-        cap = longest_collision(n, stiffness)
-        interval = look_interval(n, stiffness)
-        next_look = interval
-        while self.ending is None:
+        if self.scene.particles == 1:
+            self._bounce_once()
+            return
+        interval = look_interval(self.scene.particles, self.bond.stiffness)
+        next_watch = interval
+        while self.ending is None or self.flight.time < self.flown_on:
             try:
-                contact = self.flight.advance(min(next_look, self.next_frame, self.overdue))
+                limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
+                contact = self.flight.advance(limit)
             except BondRangeError as error:
                 raise self._named(error) from None
             except OverflowError:
@@ -93,31 +95,34 @@ class ChainCollision:
                     f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
                     "stable integration: use a smaller timestep"
                 ) from None
-            if contact is not None:
-                self.contacts.append((contact.time, contact.speed))
-                self.after_contact = self._state()
-                if self.frames_at_contacts:
-                    self._take_frame()
-                if self.look_ahead is not None:
-                    self.overdue = contact.time + self.patience
             self._watch_bonds()
+            if contact is not None:
+                self._take_contact(contact.time, contact.speed)
             now = self.flight.time
-            if now >= self.overdue:
-                self.overdue = np.inf
-                self._settle()
-                continue
+            if now >= next_watch:
+                next_watch = now + interval
             if now >= self.next_frame:
                 self._take_frame()
-            if now >= next_look:
-                next_look = now + interval
-                self._look_for_end()
-                if self.ending is not None and self.frames and self.frames[-1][0] < now:
-                    self._take_frame()
-                if now > cap and self.ending is None:
-                    raise UnfinishedCollisionError(
-                        f"after a time of {now:g} particle 1 may still hit the wall; expected an "
-                        f"end within {cap:g}: check the potential, or use a smaller timestep"
-                    )
+            if now >= self.overdue:
+                self._ask_what_comes()
+
+    def _bounce_once(self) -> None:
+        contact = None
+        while contact is None:
+            contact = self.flight.advance(self.flight.time + self.patience)
+        self._take_contact(contact.time, contact.speed)
+        if self.frame_interval is not None:
+            self._take_frame()
+        self.ending = Ending("proved")
+
+    def _take_contact(self, time: float, speed: float) -> None:
+        self.contacts.append((time, speed))
+        self.after_contact = self._state()
+        self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        self.ending, self.flown_on = None, np.inf
+        self.overdue = time + self.patience
+        if self.frames_at_contacts:
+            self._take_frame()
 
     def _named(self, error: BondRangeError) -> BondRangeError:
         """Say which bond it was, and when: LAMMPS tells only its length."""
@@ -132,8 +137,6 @@ class ChainCollision:
         return named
 
     def _watch_bonds(self) -> None:
-        if self.scene.particles == 1:
-            return
         x = self.chain.x
         lengths = x[1:] - x[:-1]  # half the time of np.diff
         shortest, longest = float(lengths.min()), float(lengths.max())
@@ -144,8 +147,8 @@ class ChainCollision:
                 "its absolute length, so particles that pass through each other come out wrong: "
                 "lower the speed or the timestep, or use engine 'reference'"
             )
-        self.shortest = min(self.shortest, shortest)
-        self.longest = max(self.longest, longest)
+        self.shortest_seen = min(self.shortest_seen, shortest)
+        self.longest_seen = max(self.longest_seen, longest)
         barrier = getattr(self.bond, "barrier_strain", np.inf)
         if longest - 1.0 > barrier:
             bond = int(np.argmax(lengths)) + 1
@@ -155,28 +158,30 @@ class ChainCollision:
                 "that hold: lower the speed"
             )
 
-    def _look_for_end(self) -> None:
-        since = self.flight.time - self.contacts[-1][0]
+    def _ask_what_comes(self) -> None:
+        """Ask the in-house integrator whether to wait for a contact."""
+        now, last = self.flight.time, self.contacts[-1][0]
         chain = self.chain
-        # While contacts follow one another there is no end to argue.
-        if since < self.patience or float(chain.v.sum()) <= 0.0:
+        if float(chain.v.sum()) <= 0.0:
+            self.overdue = now + self.patience
             return
-        self.ending = argue_end(
-            float(chain.x[0]),
-            np.diff(chain.x - self.rest),
-            chain.v.copy(),
-            since,
-            self.bond,
+        displacements, velocities = self._state()
+        next_event = follow(
+            self.scene,
+            displacements,
+            velocities,
+            now=now,
+            last_contact=last,
+            shortest=self.shortest_seen,
         )
-        if self.ending is None and self.look_ahead is not None:
-            self._settle()
-
-    def _settle(self) -> None:
-        assert self.look_ahead is not None
-        settled = self.look_ahead.settle(self.flight.time, self.contacts[-1][0], self.shortest)
-        if settled is not None:
-            self.flight.time, self.ending = settled
-            self._watch_bonds()
+        self.overdue = next_event.time + self.patience
+        if next_event.ending is None:
+            return
+        self.ending, self.ended_at, self.overdue = next_event.ending, next_event.time, np.inf
+        self.flown_on = now
+        if self.frame_interval is not None:
+            quiet = quiet_time(self.scene.particles, self.bond.stiffness)
+            self.flown_on = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:
         now = self.flight.time
@@ -200,9 +205,6 @@ class ChainCollision:
             frames = Frames(
                 np.array(frame_times), np.array(frame_displacements), np.array(frame_velocities)
             )
-        last = self.chain.x - self.rest
-        fragments = find_fragments(np.diff(last), self.chain.v.copy(), self.bond)
-        single = self.scene.particles == 1
         if not np.all(np.isfinite(velocities)):
             raise RunError("the final velocities are not finite; use a smaller timestep")
         return Outcome(
@@ -216,12 +218,12 @@ class ChainCollision:
             contact_speeds=speeds,
             impulses=2.0 * speeds,
             ending=self.ending,
-            duration=self.flight.time,
-            bond_min=1.0 if single else self.shortest,
-            bond_max=1.0 if single else self.longest,
+            duration=max(self.flight.time, self.ended_at),
+            bond_min=self.shortest,
+            bond_max=self.longest,
             energy_start=0.5 * self.scene.particles * self.scene.impact_velocity**2,
             energy_end=energy_end,
-            fragments=len(fragments.sizes),
+            fragments=count_fragments(strains, velocities, self.bond),
             seconds=seconds,
             force_evaluations=self.chain.stages_done,
             frames=frames,

@@ -1,10 +1,12 @@
 """
-Looking ahead: cheap motion that shows that no further contact comes, for any engine.
+Looking ahead: cheap motion that shows that no further contact comes.
 
 The result of a collision is the state right after its last contact. What follows only has to show
 that it was the last, and particle 1 keeps so clear of the wall then that coarse Verlet steps show
-it as well as exact ones. Where the coarse motion does come near the wall, nothing has been said:
-the engine goes on exactly from where it was, and does not look again before that moment.
+it as well as exact ones, as long as no bond comes near to breaking. Where one does, or where the
+coarse motion comes near the wall, nothing has been said: the engine goes on exactly from where it
+was, and does not look ahead again before that moment. Chains that broke are followed exactly until
+sound has had the time to cross them and come back, and coarsely from then on.
 """
 
 import math
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import argue_end, longest_collision, look_interval, quiet_time
+from workflows.engines.ending import Ending, EndWatch, look_interval
 
 # Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
 # they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.
@@ -24,8 +26,6 @@ COARSE_STEP = 0.1
 CLEARANCE = 0.5
 # That must be worth this much of v0/sqrt(U''), by which bonds swing.
 LEAST_CLEARANCE = 0.1
-# The argument costs as much as some flight: looks get rarer with the time since the contact.
-LOOK_GROWTH = 1.0
 
 
 class Coast(Protocol):
@@ -35,7 +35,7 @@ class Coast(Protocol):
     """Time since the first contact."""
 
     def fly(self, duration: float) -> bool:
-        """Fly on for at least `duration`; return False, at once, where a wall comes near."""
+        """Fly on for at least `duration`; return False where the coarse motion stops counting."""
 
     def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
         """Return distance of particle 1 from the true wall, strains and velocities."""
@@ -82,9 +82,9 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
     return clearance if clearance >= least else None
 
 
-def find_end(scene: Scene, coast: Coast, last_contact: float) -> str | None:
+def find_end(scene: Scene, coast: Coast, last_contact: float) -> Ending | None:
     """
-    Fly ahead until the end is argued or the wall comes near.
+    Fly ahead until the end is proved or argued.
 
     Parameters
     ----------
@@ -97,20 +97,16 @@ def find_end(scene: Scene, coast: Coast, last_contact: float) -> str | None:
 
     Returns
     -------
-    str or None
-        The argument, see :func:`workflows.engines.ending.argue_end`; None where the motion came
-        near the wall or did not end.
+    Ending or None
+        None where the motion came near the wall, or to a bond's breaking.
     """
-    bond = scene.bond
-    interval = look_interval(scene.particles, bond.stiffness)
-    silence = last_contact + quiet_time(scene.particles, bond.stiffness) * (1.0 + 1e-12)
-    longest = longest_collision(scene.particles, bond.stiffness)
-    while coast.time <= longest:
-        duration = max(interval, LOOK_GROWTH * (coast.time - last_contact))
-        until_silence = silence - coast.time
-        if not coast.fly(until_silence if 0.0 < until_silence < duration else duration):
+    particles, stiffness = scene.particles, scene.bond.stiffness
+    watch = EndWatch(particles, scene.bond)
+    interval = look_interval(particles, stiffness)
+    while True:
+        ending = watch.look(coast.time, last_contact, *coast.state())
+        if ending is not None:
+            return ending
+        later = watch.next_look(coast.time, last_contact) - coast.time
+        if not coast.fly(max(later, interval)):
             return None
-        argument = argue_end(*coast.state(), coast.time - last_contact, bond)
-        if argument is not None:
-            return argument
-    return None

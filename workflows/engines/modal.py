@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lammps_inputs.errors import SceneError
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import argue_end, longest_collision, quiet_time
+from workflows.engines.ending import Ending, EndWatch, longest_collision
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_modes import fly, rotate
 from workflows.engines.reference_outcome import (
@@ -28,13 +28,12 @@ from workflows.engines.reference_outcome import (
     LastContact,
     displacements_from,
     finish,
-    next_argument,
     run_single_particle,
     unfinished_error,
 )
 
-# Bonds are shortest in the first flight and longest after the last contact, by far: there the
-# extremes are sampled so often that a bond (omega <= 2) is within 3 % of its extreme strain.
+# Bonds are shortest in the first flight, by far: there the extremes are sampled so often that a
+# bond (omega <= 2) is within 3 % of its extreme strain.
 SAMPLE_INTERVAL = 0.25
 
 Array = NDArray[np.float64]
@@ -55,14 +54,14 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     -------
     Outcome
         Scheme ``modal``, no timestep; bond lengths are sampled at contacts, and densely in the
-        first flight and after the last contact. Chains that cross themselves are flagged.
+        first flight. Chains that cross themselves are flagged.
 
     Raises
     ------
     SceneError
         If the bonds are not harmonic.
     UnfinishedCollisionError
-        If contacts may still come after the longest collision that makes sense.
+        If the chain still approaches the wall after the longest time that is followed.
     """
     if not isinstance(scene.bond, Harmonic):
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects 'harmonic'")
@@ -88,8 +87,6 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
         ending=ending,
         duration=collision.time,
         bond_range=(1.0 + collision.strain_min, 1.0 + collision.strain_max),
-        end_strains=chain.strains(),
-        end_velocities=chain.velocities(),
         seconds=seconds,
         force_evaluations=0,
         frames=collision.frames(),
@@ -264,31 +261,28 @@ class _Collision:
         self.time = 0.0
         self.strain_min = self.strain_max = 0.0
 
-    def run(self) -> str:
-        """Fly until the end is argued; return the argument."""
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
         scene, chain = self._scene, self._chain
-        longest = longest_collision(scene.particles, scene.bond.stiffness)
-        quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        watch = EndWatch(scene.particles, scene.bond)
         patience = PATIENCE * math.pi / math.sqrt(2.0)
-        while self.time < longest:
-            away = self.time - self.contact_times[-1]
-            flown, incoming = chain.fly(max(patience - away, 0.1))
+        while True:
+            last = self.contact_times[-1]
+            flown, incoming = chain.fly(max(patience - (self.time - last), 0.1))
             self.time += flown
             if incoming is not None:
                 self._reflect(incoming)
                 patience = PATIENCE * self.time / (len(self.contact_times) - 1)
                 continue
-            away = self.time - self.contact_times[-1]
-            patience = next_argument(away, quiet)
-            if chain.momentum > 0.0:
-                argument = argue_end(
-                    chain.wall_distance, chain.strains(), chain.velocities(), away, scene.bond
-                )
-                if argument is not None:
-                    self._sample_flight()
-                    self._take_snapshots()
-                    return argument
-        raise unfinished_error(scene, longest)
+            ending = watch.look(
+                self.time, last, chain.wall_distance, chain.strains(), chain.velocities()
+            )
+            if ending is not None:
+                self._take_snapshots()
+                return ending
+            if self.time > longest_collision(scene.particles, scene.bond.stiffness, last):
+                raise unfinished_error(scene, self.time)
+            patience = watch.next_look(self.time, last) - last
 
     def _reflect(self, incoming: float) -> None:
         self._take_snapshots()
@@ -301,7 +295,7 @@ class _Collision:
         self._sample(self.departure)
 
     def _sample_flight(self) -> None:
-        """Sample the bonds between the last contact and now."""
+        """Sample the bonds between the first contact and now."""
         away = self.time - self.contact_times[-1]
         for moment in np.arange(SAMPLE_INTERVAL, away, SAMPLE_INTERVAL):
             self._sample(self.departure.drifted(moment))

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workflows.engines.ending import Ending
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -49,16 +51,16 @@ class Outcome:
     impulses : ndarray of shape (contacts,)
         Momentum given by the wall at each contact, taken from the incoming state alone, so that
         their sum checks the change of momentum.
-    ending : str
-        Which argument ended the run: ``energy`` or ``quiet`` (see ``ending.py``).
+    ending : Ending
+        Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     duration : float
         Simulated time from the first contact to the end.
     bond_min, bond_max : float
-        Shortest and longest bond met, to the resolution of the steps.
+        Shortest and longest bond up to the last contact, to the resolution of the steps.
     energy_start, energy_end : float
         Total energy at the first contact and after the last.
     fragments : int
-        Connected pieces at the end of the run.
+        Connected pieces at the last contact.
     seconds : float
         Wall-clock time of the integration alone.
     force_evaluations : int
@@ -80,7 +82,7 @@ class Outcome:
     contact_times: NDArray[np.float64]
     contact_speeds: NDArray[np.float64]
     impulses: NDArray[np.float64]
-    ending: str
+    ending: Ending
     duration: float
     bond_min: float
     bond_max: float

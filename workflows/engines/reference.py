@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.ending import argue_end, longest_collision, quiet_time
+from workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
 from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_chain import Chain
@@ -18,7 +18,6 @@ from workflows.engines.reference_outcome import (
     LastContact,
     displacements_from,
     finish,
-    next_argument,
     run_single_particle,
     strain_error,
     unfinished_error,
@@ -44,13 +43,13 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     -------
     Outcome
         With the state right after the last contact. That it was the last is mostly seen by
-        looking ahead with coarse steps (see ``look_ahead``): the duration, the number of
-        fragments and the longest bond are then good to that, some parts in 1e3.
+        looking ahead with coarse steps (see ``look_ahead``); chains that break are followed with
+        the steps of the run.
 
     Raises
     ------
     UnfinishedCollisionError
-        If contacts may still come after the longest collision that makes sense.
+        If the chain still approaches the wall after the longest time that is followed.
     BarrierError
         If a bond of odd order is stretched over its barrier.
     CrossingError
@@ -69,11 +68,12 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     look_ahead.warm_up()
     frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
     started = time.perf_counter()
-    ending, end, duration = _collide(
+    ending, duration, evaluations = _collide(
         scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames
     )
     seconds = time.perf_counter() - started
-    ledger = end.ledger
+    ledger = chain.ledger
+    frames_until = float(ledger.last_contact) + quiet_time(scene.particles, scene.bond.stiffness)
     return finish(
         scene,
         LastContact(
@@ -86,23 +86,25 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
         timestep=numerics.timestep,
         ending=ending,
         duration=duration,
-        bond_range=(1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)),
-        end_strains=end.strain,
-        end_velocities=end.velocity,
+        bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
         seconds=seconds,
-        force_evaluations=int(ledger.evaluations),
-        frames=frames.collected(),
+        force_evaluations=evaluations,
+        frames=frames.collected(frames_until),
     )
 
 
-def _collide(scene, chain, kernels, scheme, step, look_ahead, frames):
-    """Step until the end is argued; return the argument, the chain at the end and when that is."""
+def _collide(
+    scene: Scene, chain, kernels, scheme, step, look_ahead, frames
+) -> tuple[Ending, float, int]:
+    """Step until the end; return it, when that is, and the force evaluations it took."""
     bond, ledger = scene.bond, chain.ledger
-    longest = longest_collision(scene.particles, bond.stiffness)
-    quiet = quiet_time(scene.particles, bond.stiffness)
-    last_step = math.ceil(longest / step)
+    particles, stiffness = scene.particles, bond.stiffness
+    watch = EndWatch(particles, bond)
     while True:
-        status = chain.advance(kernels, int(min(last_step, frames.next_step())), step, scheme)
+        last_step = math.ceil(
+            longest_collision(particles, stiffness, float(ledger.last_contact)) / step
+        )
+        status = chain.advance(kernels, int(min(last_step + 1, frames.next_step())), step, scheme)
         if status in (motion.OUTSIDE, motion.CROWDED):
             raise strain_error(
                 scene,
@@ -113,22 +115,24 @@ def _collide(scene, chain, kernels, scheme, step, look_ahead, frames):
             )
         if status == motion.FULL:
             chain.contacts = np.concatenate((chain.contacts, np.zeros_like(chain.contacts)), axis=1)
-        if status == motion.ARGUE:
-            away = ledger.steps * step - ledger.last_contact
-            argument = argue_end(
-                float(ledger.wall_distance), chain.strain, chain.velocity, away, bond
+            continue
+        now, last = float(ledger.steps * step), float(ledger.last_contact)
+        late = ledger.steps > last_step
+        if status == motion.ARGUE or late:
+            ending = watch.look(
+                now, last, float(ledger.wall_distance), chain.strain, chain.velocity
             )
-            if argument is not None:
-                return argument, chain, float(ledger.steps * step)
+            if ending is not None:
+                return ending, now, int(ledger.evaluations)
             settled = look_ahead.settle()
             if settled is not None:
-                coast, argument = settled
+                coast, ending = settled
                 frames.record_until(coast.time)
-                return argument, coast.chain, coast.time
-            ledger.argue_after = next_argument(away, quiet)
+                return ending, coast.time, int(coast.chain.ledger.evaluations)
+            ledger.argue_after = watch.next_look(now, last) - last
         if status == motion.DONE:
-            if ledger.steps >= last_step:
-                raise unfinished_error(scene, longest)
+            if late and longest_collision(particles, stiffness, float(ledger.last_contact)) < now:
+                raise unfinished_error(scene, now)
             frames.record()
 
 
@@ -171,10 +175,13 @@ class _Recorder:
             self._chain.advance(self._kernels, int(self.next_step()), self._step, self._scheme)
             self.record()
 
-    def collected(self) -> Frames | None:
-        """Return the snapshots, if any were asked for."""
+    def collected(self, until: float) -> Frames | None:
+        """Return the snapshots up to a time, if any were asked for."""
         if self._interval is None:
             return None
+        count = sum(moment <= until for moment in self._times)
         return Frames(
-            np.array(self._times), np.array(self._displacements), np.array(self._velocities)
+            np.array(self._times[:count]),
+            np.array(self._displacements[:count]),
+            np.array(self._velocities[:count]),
         )

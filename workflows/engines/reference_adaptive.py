@@ -38,6 +38,8 @@ LEDGER = np.dtype(
         ("frame_interval", "f8"),
         ("lowest", "f8"),  # smallest and largest bond coordinate met
         ("highest", "f8"),
+        ("contact_lowest", "f8"),  # the same up to the last contact
+        ("contact_highest", "f8"),
         ("floor", "f8"),  # coordinates outside these stop the run
         ("ceiling", "f8"),
         ("contacts", "i8"),
@@ -269,6 +271,8 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
             bonds = state[1:particles]
             ledger.lowest = min(ledger.lowest, np.min(bonds))
             ledger.highest = max(ledger.highest, np.max(bonds))
+            if contact >= 0.0:
+                ledger.contact_lowest, ledger.contact_highest = ledger.lowest, ledger.highest
             if not (ledger.lowest > ledger.floor and ledger.highest < ledger.ceiling):
                 return OUTSIDE
             if ledger.momentum > 0.0 and ledger.time - ledger.last_contact >= ledger.argue_after:

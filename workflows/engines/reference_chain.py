@@ -85,6 +85,41 @@ class Chain:
             trial=(strain.copy(), velocity.copy()),
         )
 
+    @classmethod
+    def in_flight(
+        cls,
+        scene: Scene,
+        scheme: StepScheme,
+        displacements: NDArray[np.float64],
+        velocities: NDArray[np.float64],
+    ) -> "Chain":
+        """
+        Return a chain in any state, at t = 0.
+
+        Parameters
+        ----------
+        scene : Scene
+            At least two particles.
+        scheme : StepScheme
+            Which decides how far a step reaches.
+        displacements, velocities : ndarray of shape (n,)
+            The state; particle 1 is not behind the wall.
+
+        Returns
+        -------
+        Chain
+            Which has counted one contact before, and does not look for its end.
+        """
+        chain = cls.at_first_contact(scene, scheme)
+        ledger = chain.ledger
+        chain.strain[:] = np.diff(displacements)
+        chain.velocity[:] = velocities
+        ledger.wall_distance = max(float(displacements[0]), 0.0)
+        ledger.momentum = float(np.sum(velocities))
+        ledger.active = scene.particles - 1
+        ledger.argue_after = ledger.patience = math.inf
+        return chain
+
     def copy(self) -> "Chain":
         """
         Return a copy that can be moved without moving this one.

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
+from workflows.engines.ending import Ending, quiet_time
 from workflows.engines.kernels import Kernels, kernels_for
 from workflows.engines.look_ahead import coarse_step, find_end, required_clearance
 from workflows.engines.outcome import Outcome
@@ -29,6 +30,8 @@ class ChainCoast:
         The Verlet step.
     clearance : float
         How near to the wall particle 1 may come.
+    ceiling : float
+        How far bonds may stretch.
 
     Attributes
     ----------
@@ -39,9 +42,18 @@ class ChainCoast:
     """
 
     def __init__(
-        self, chain: Chain, kernels: Kernels, now: float, step: float, clearance: float
+        self,
+        chain: Chain,
+        kernels: Kernels,
+        now: float,
+        step: float,
+        clearance: float,
+        ceiling: float,
     ) -> None:
         self.chain, self.time = chain.copy(), now
+        self.chain.ledger.strain_ceiling = ceiling
+        # What has stretched before is looked at again.
+        self.chain.ledger.strain_max = float(np.max(chain.strain))
         self._kernels, self._step, self._clearance = kernels, step, clearance
 
     def fly(self, duration: float) -> bool:
@@ -56,8 +68,8 @@ class ChainCoast:
         Returns
         -------
         bool
-            False where particle 1 comes nearer to the wall than allowed, or a bond is as no bond
-            may be: the chain is there then.
+            False where particle 1 comes nearer to the wall than allowed, or a bond gets longer
+            than allowed: the chain is there then.
         """
         steps = max(1, math.ceil(duration / self._step))
         done = self._kernels.coast(
@@ -100,44 +112,63 @@ class LookAhead:
         Its steps: where coarse ones are no cheaper, they are not taken.
     step : float
         Their size.
+    start : float
+        Time of the chain's step zero, since the first contact.
     """
 
     def __init__(
-        self, scene: Scene, chain: Chain, kernels: Kernels, scheme: StepScheme, step: float
+        self,
+        scene: Scene,
+        chain: Chain,
+        kernels: Kernels,
+        scheme: StepScheme,
+        step: float,
+        start: float = 0.0,
     ) -> None:
         self._scene, self._chain, self._kernels = scene, chain, kernels
-        self._scheme, self._step = scheme, step
+        self._scheme, self._step, self._start = scheme, step, start
+        self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
         self.not_before = 0.0
 
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
-        ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf).fly(0.0)
+        ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf, math.inf).fly(0.0)
 
-    def settle(self) -> tuple[ChainCoast, str] | None:
+    def settle(self) -> tuple[ChainCoast, Ending] | None:
         """
         Look ahead from where the chain is.
 
         Returns
         -------
-        tuple of ChainCoast and str, or None
-            The coarse motion at the end of the collision, and the argument; None where another
-            contact may come.
+        tuple of ChainCoast and Ending, or None
+            The coarse motion at the end of the collision, and that end; None where another
+            contact may come, or a bond may break.
         """
         ledger, scene = self._chain.ledger, self._scene
-        now = float(ledger.steps * self._step)
+        now = self._start + float(ledger.steps * self._step)
+        last = self._start + float(ledger.last_contact)
         clearance = required_clearance(scene, float(ledger.wall_distance))
         coarse = coarse_step(scene.bond, float(ledger.strain_min))
-        if now < self.not_before or clearance is None:
+        # What has fallen apart and flown for so long hardly depends on how it is followed.
+        ceiling = _coarse_ceiling(scene) if now - last <= self._quiet else math.inf
+        if now < self.not_before or clearance is None or np.max(self._chain.strain) >= ceiling:
             return None
         if 1.0 / coarse >= self._scheme.evaluations / self._step:
             return None
-        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance)
-        argument = find_end(scene, coast, float(ledger.last_contact))
-        if argument is not None:
-            return coast, argument
+        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
+        ending = find_end(scene, coast, last)
+        if ending is not None:
+            return coast, ending
         ledger.evaluations = coast.chain.ledger.evaluations
         self.not_before = coast.time
         return None
+
+
+def _coarse_ceiling(scene: Scene) -> float:
+    """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
+    bond = scene.bond
+    barrier = getattr(bond, "barrier_strain", math.inf)
+    return bond.convex_strain if math.isfinite(bond.dissociation) else barrier
 
 
 def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
@@ -160,11 +191,10 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
         where a bond is as no bond may be.
     """
     scheme = STEP_SCHEMES["verlet"]
-    chain = Chain.at_first_contact(scene, scheme)
-    chain.strain[:] = np.diff(outcome.displacements)
-    chain.velocity[:] = outcome.velocities
+    chain = Chain.in_flight(scene, scheme, outcome.displacements, outcome.velocities)
     step = coarse_step(scene.bond, outcome.bond_min - 1.0)
-    coast = ChainCoast(chain, kernels_for(scene.bond, scheme), 0.0, step, -math.inf)
+    ceiling = float(chain.ledger.strain_ceiling)
+    coast = ChainCoast(chain, kernels_for(scene.bond, scheme), 0.0, step, -math.inf, ceiling)
     coast.fly(duration)
     ledger = coast.chain.ledger
     return 1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)

@@ -33,6 +33,8 @@ LEDGER = np.dtype(
         ("patience", "f8"),  # and that is so many mean intervals between contacts
         ("strain_min", "f8"),  # smallest and largest strain met
         ("strain_max", "f8"),
+        ("contact_min", "f8"),  # the same up to the last contact
+        ("contact_max", "f8"),
         ("strain_floor", "f8"),  # strains outside these stop the run
         ("strain_ceiling", "f8"),
         ("steps", "i8"),  # full steps done
@@ -128,6 +130,8 @@ def build_motion(
             ledger.last_contact = begin + (step - left)
             ledger.argue_after = ledger.patience * ledger.last_contact / ledger.contacts
             copy(strain, velocity, last[0], last[1], bonds)
+            ledger.contact_min = min(ledger.strain_min, np.min(strain[:bonds]))
+            ledger.contact_max = max(ledger.strain_max, np.max(strain[:bonds]))
             contacts[0, ledger.contacts] = ledger.last_contact
             contacts[1, ledger.contacts] = speed
             ledger.contacts += 1

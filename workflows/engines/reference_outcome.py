@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import find_fragments
+from workflows.engines.ending import Ending
 from workflows.engines.outcome import Frames, Outcome
+from workflows.engines.pieces import count_fragments
 from workflows.errors import (
     BarrierError,
     CrossingError,
@@ -17,10 +18,8 @@ from workflows.errors import (
     UnfinishedCollisionError,
 )
 
-# The end is argued when particle 1 has been away for so many mean intervals between contacts, and
-# after each vain argument again when that time has grown by the factor.
+# The end is looked for when particle 1 has been away for so many mean intervals between contacts.
 PATIENCE = 2.0
-PATIENCE_GROWTH = 1.4
 
 # Far more than any step that resolves its bonds can be off.
 _MOST_ENERGY_GROWTH = 2.0
@@ -66,38 +65,15 @@ def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> ND
     return np.cumsum(np.concatenate(([wall_distance], strains)))
 
 
-def next_argument(away: float, quiet: float) -> float:
-    """
-    Return how long particle 1 must stay off the wall until the end is argued again.
-
-    Parameters
-    ----------
-    away : float
-        How long it has, when there was no argument yet.
-    quiet : float
-        When silence becomes an argument for the whole chain.
-
-    Returns
-    -------
-    float
-        A time that grows geometrically and does not miss the moment of silence.
-    """
-    later = PATIENCE_GROWTH * away
-    silence = quiet * (1.0 + 1e-12)
-    return silence if away < silence < later else later
-
-
 def finish(
     scene: Scene,
     last: LastContact,
     *,
     scheme: str,
     timestep: float | None,
-    ending: str,
+    ending: Ending,
     duration: float,
     bond_range: tuple[float, float],
-    end_strains: NDArray[np.float64],
-    end_velocities: NDArray[np.float64],
     seconds: float,
     force_evaluations: int,
     frames: Frames | None = None,
@@ -115,9 +91,7 @@ def finish(
     scheme, timestep, ending, duration, seconds, force_evaluations, frames
         As in `Outcome`.
     bond_range : tuple of float
-        Shortest and longest bond met.
-    end_strains, end_velocities : ndarray of shape (n - 1,) and (n,)
-        The state at the end of the run, whose fragments are counted.
+        Shortest and longest bond up to the last contact.
     energy_end : float, optional
         Energy after the last contact, where strains do not hold it to all digits.
 
@@ -159,7 +133,7 @@ def finish(
         bond_max=high,
         energy_start=energy_start,
         energy_end=energy_end,
-        fragments=len(find_fragments(end_strains, end_velocities, scene.bond).starts),
+        fragments=count_fragments(last.strains, last.velocities, scene.bond),
         seconds=seconds,
         force_evaluations=force_evaluations,
         crossed=low < 0.0,
@@ -196,11 +170,9 @@ def run_single_particle(
         LastContact(np.empty(0), velocities, np.zeros(1), velocities.copy()),
         scheme=scheme,
         timestep=timestep,
-        ending="energy",
+        ending=Ending("proved"),
         duration=0.0,
         bond_range=(1.0, 1.0),
-        end_strains=np.empty(0),
-        end_velocities=velocities,
         seconds=0.0,
         force_evaluations=0,
         frames=frames,
@@ -256,7 +228,7 @@ def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
     scene : Scene
         What collides.
     longest : float
-        The cap that was reached.
+        The time that was reached.
 
     Returns
     -------
@@ -264,7 +236,7 @@ def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
         To be raised.
     """
     return UnfinishedCollisionError(
-        f"the wall may still be hit {longest:.6g} after the first contact, ten times longer than "
-        f"sound needs to cross {scene.particles} particles and come back; such a chain may be "
-        "bound to the wall: lower or raise the speed"
+        f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
+        "approach the wall; expected a wall that turns them round in the time that sound needs to "
+        "cross them and come back: take a smaller timestep, or another speed"
     )

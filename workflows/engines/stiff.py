@@ -13,7 +13,8 @@ from lammps_inputs.potential import Potential
 from lammps_inputs.potentials import Logarithmic
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_adaptive as adaptive
-from workflows.engines.ending import argue_end, longest_collision, quiet_time
+from workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
+from workflows.engines.follow import follow
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
 from workflows.engines.reference_contact import build_contact_search
@@ -22,7 +23,6 @@ from workflows.engines.reference_outcome import (
     LastContact,
     displacements_from,
     finish,
-    next_argument,
     run_single_particle,
     strain_error,
     unfinished_error,
@@ -77,9 +77,8 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     ending = flight.run()
     seconds = time.perf_counter() - started
     ledger, contacts = flight.ledger, int(flight.ledger.contacts)
-    lowest, highest = (bond.length_of(y) for y in (ledger.lowest, ledger.highest))
+    lowest, highest = (bond.length_of(y) for y in (ledger.contact_lowest, ledger.contact_highest))
     last_bonds, last_velocities = flight.split(flight.last)
-    end_bonds, end_velocities = flight.split(flight.state)
     potential_energy = float(np.sum(bond.energy(last_bonds)))
     return finish(
         scene,
@@ -94,8 +93,6 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
         ending=ending,
         duration=float(ledger.time),
         bond_range=(float(lowest), float(highest)),
-        end_strains=bond.strains(end_bonds),
-        end_velocities=end_velocities,
         seconds=seconds,
         force_evaluations=int(ledger.evaluations),
         frames=flight.collected(),
@@ -188,6 +185,7 @@ class _Flight:
         slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
         self._work = (self.state.copy(), slopes, self.state.copy(), slopes.copy())
         self.ledger = self._open_ledger(scene)
+        self._not_before = 0.0
 
     def _open_ledger(self, scene: Scene) -> np.record:
         speed, stiffness = scene.impact_velocity, scene.bond.stiffness
@@ -195,7 +193,7 @@ class _Flight:
         ledger.momentum = (2 - scene.particles) * speed
         ledger.patience = PATIENCE
         ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
-        ledger.longest = longest_collision(scene.particles, stiffness)
+        ledger.longest = longest_collision(scene.particles, stiffness, 0.0)
         ledger.frame_interval = math.inf if self._interval is None else self._interval
         ledger.next_frame = 0.0 if self._interval is not None else math.inf
         harmonic = scene.bond.anharmonic_order is None
@@ -225,20 +223,25 @@ class _Flight:
         self._advance()
         self.ledger.longest = longest
 
-    def run(self) -> str:
-        """Fly until the end is argued; return the argument."""
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
         ledger, scene = self.ledger, self._scene
-        quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        particles, stiffness = scene.particles, scene.bond.stiffness
+        watch = EndWatch(particles, scene.bond)
         while True:
             status = self._advance()
+            now, last = float(ledger.time), float(ledger.last_contact)
             if status == adaptive.FULL:
                 self._make_room()
-            elif status == adaptive.ARGUE:
-                argument = self._argue()
-                if argument is not None:
-                    return argument
-                away = float(ledger.time - ledger.last_contact)
-                ledger.argue_after = next_argument(away, quiet)
+            elif status in (adaptive.ARGUE, adaptive.LATE):
+                ending = self._look(watch)
+                if ending is not None:
+                    return ending
+                ledger.argue_after = watch.next_look(now, last) - last
+                if status == adaptive.LATE:
+                    if now > longest_collision(particles, stiffness, last):
+                        raise unfinished_error(scene, now)
+                    ledger.longest = 1.01 * longest_collision(particles, stiffness, last)
             else:
                 raise self._failure(status)
 
@@ -248,19 +251,29 @@ class _Flight:
         else:
             self.frames = np.concatenate((self.frames, np.zeros_like(self.frames)))
 
-    def _argue(self) -> str | None:
+    def _look(self, watch: EndWatch) -> Ending | None:
         bonds, velocities = self.split(self.state)
         if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
             return None
-        away = float(self.ledger.time - self.ledger.last_contact)
-        strains = self._bond.strains(bonds)
-        return argue_end(float(self.state[0]), strains, velocities, away, self._scene.bond)
+        ledger, scene = self.ledger, self._scene
+        now, last = float(ledger.time), float(ledger.last_contact)
+        first, strains = float(self.state[0]), self._bond.strains(bonds)
+        ending = watch.look(now, last, first, strains, velocities)
+        quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        if ending is not None or now - last < quiet or now < self._not_before:
+            return ending
+        # What has fallen apart and flown for so long is followed with fixed steps.
+        shortest = float(self._bond.length_of(bonds.min()))
+        displacements = displacements_from(first, strains)
+        ahead = follow(
+            scene, displacements, velocities, now=now, last_contact=last, shortest=shortest
+        )
+        self._not_before = ahead.time
+        return ahead.ending
 
     def _failure(self, status: int) -> RunError:
         ledger, scene = self.ledger, self._scene
         now = float(ledger.time)
-        if status == adaptive.LATE:
-            return unfinished_error(scene, float(ledger.longest))
         if status == adaptive.OUTSIDE:
             low, high = (float(self._bond.length_of(y)) for y in (ledger.lowest, ledger.highest))
             return strain_error(scene, low - 1.0, high - 1.0, now, "lower the speed")

@@ -1,0 +1,103 @@
+"""What a chain in flight does next, by the in-house integrator: hit the wall again, or never."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lammps_inputs.scene import Scene
+from workflows.engines import reference_motion as motion
+from workflows.engines.ending import Ending, EndWatch, longest_collision
+from workflows.engines.kernels import kernels_for
+from workflows.engines.reference_chain import Chain
+from workflows.engines.reference_look_ahead import LookAhead
+from workflows.engines.reference_outcome import strain_error, unfinished_error
+from workflows.engines.reference_steps import STEP_SCHEMES
+
+# Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
+_STEP = 0.3
+
+
+@dataclass(frozen=True)
+class Flight:
+    """
+    What comes next.
+
+    Attributes
+    ----------
+    time : float
+        Of the next contact, or at which the end is seen; since the first contact.
+    ending : Ending or None
+        None where a contact comes.
+    """
+
+    time: float
+    ending: Ending | None
+
+
+def follow(
+    scene: Scene,
+    displacements: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    *,
+    now: float,
+    last_contact: float,
+    shortest: float,
+) -> Flight:
+    """
+    Follow a chain in flight to its next contact, or to the end of its collision.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; at least two particles.
+    displacements, velocities : ndarray of shape (n,)
+        The state.
+    now, last_contact : float
+        Its time, and that of the last contact, since the first.
+    shortest : float
+        Shortest bond so far: with it the steps shrink.
+
+    Returns
+    -------
+    Flight
+        The next contact or the end.
+
+    Raises
+    ------
+    RunError
+        As the stepping engine.
+    """
+    bond = scene.bond
+    scheme = STEP_SCHEMES["order8"]
+    kernels = kernels_for(bond, scheme)
+    stiffest = max(float(bond.curvature(shortest - 1.0)), bond.stiffness)
+    step = _STEP / math.sqrt(stiffest)
+    chain = Chain.in_flight(scene, scheme, displacements, velocities)
+    chain.ledger.last_contact = last_contact - now
+    chain.ledger.strain_min = shortest - 1.0
+    look_ahead = LookAhead(scene, chain, kernels, scheme, step, start=now)
+    watch = EndWatch(scene.particles, bond)
+    longest = longest_collision(scene.particles, bond.stiffness, last_contact)
+    time = now
+    while True:
+        ending = watch.look(
+            time, last_contact, float(chain.ledger.wall_distance), chain.strain, chain.velocity
+        )
+        if ending is not None:
+            return Flight(time, ending)
+        settled = look_ahead.settle()
+        if settled is not None:
+            coast, ending = settled
+            return Flight(coast.time, ending)
+        if time > longest:
+            raise unfinished_error(scene, time)
+        until = watch.next_look(time, last_contact) - now
+        status = chain.advance(kernels, math.ceil(until / step), step, scheme)
+        if chain.ledger.contacts > 1:
+            return Flight(now + float(chain.contacts[0, 1]), None)
+        if status != motion.DONE:
+            low, high = float(chain.ledger.strain_min), float(chain.ledger.strain_max)
+            raise strain_error(scene, low, high, time, f"take a smaller timestep than {step:g}")
+        time = now + float(chain.ledger.steps * step)
