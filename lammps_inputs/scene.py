@@ -104,7 +104,9 @@ class Scene(BaseModel):
     table_points: Annotated[int, Field(ge=3, le=10_000_000)] | None = Field(
         default=None, description="rows of the tabulated bond [default: as the scene needs]"
     )
-    error: bool = Field(default=True, description="run once more at H/2 for the error bar")
+    error: bool = Field(
+        default=True, description="run again at H/2 and two other steps for the error bar"
+    )
     dump: Path | None = Field(default=None, description="write the motion to this LAMMPS dump")
     dump_frames: PositiveFloat | Literal["contacts"] = Field(
         default=20.0,

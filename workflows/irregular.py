@@ -21,7 +21,6 @@ from workflows.step_guess import guess_step, sharpness
 # by less than 1/1.5 of its error in 2 cases of 1000.
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
-FINER = (0.5, 0.46, 0.42)
 # Where no kink was found, half as much as order 2 would need is taken at any order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
@@ -63,23 +62,6 @@ class Refined:
     stalled: bool
     seconds: float
     tries: list[dict[str, float]]
-
-
-def finer_parts(scene: Scene) -> tuple[float, ...]:
-    """
-    Return the parts of a given step that runs for its error are taken at.
-
-    Parameters
-    ----------
-    scene : Scene
-        A collision with explicit numerics.
-
-    Returns
-    -------
-    tuple of float
-        A half; where no order is trusted, parts near it too, of which one alone may agree by luck.
-    """
-    return (0.5,) if scene.bond.smooth else FINER
 
 
 def meets_kinks(scene: Scene) -> bool:

@@ -45,7 +45,7 @@ def job_script(
         numerics,
         table,
         quiet_factor=quiet_time(1, stiffness),
-        cap=longest_collision(scene.particles, stiffness),
+        cap=longest_collision(scene.particles, stiffness, 2.0 * scene.particles),
         look_steps=math.ceil(look / numerics.timestep),
         dump_steps=dump_steps,
     )

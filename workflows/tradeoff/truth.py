@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from analysis.modes import mode_energies
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
-from workflows.convergence import Converged, converge, eta_of, run_in_house
+from workflows.convergence import MODAL_ERROR, Converged, converge, eta_of, run_in_house
 from workflows.engines import modal
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
@@ -18,8 +18,6 @@ from workflows.scouting import Scouting, scouting_from
 
 # Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
 _GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
-# The exact propagator of harmonic chains, against itself in higher precision.
-_MODAL_ERROR = 1e-13
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ def find_truth(scene: Scene) -> Truth:
     """
     if isinstance(scene.bond, Harmonic):
         exact = modal.run(scene)
-        found = Converged(exact, eta_of(scene, exact), _MODAL_ERROR, exact.seconds)
+        found = Converged(exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
         return _truth_from(scene, found, exact, "exact modes")
     found = _converge_far(scene)
     step = found.outcome.timestep
