@@ -106,7 +106,7 @@ def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
         try:
             fine = run_in_house(scene, scheme, step)
             eta = eta_of(scene, fine)
-            coarse = [run_in_house(scene, scheme, k * step) for k in (2.0, 1.86)]
+            coarse = [run_in_house(scene, scheme, k * step, fine) for k in (2.0, 1.86)]
             found.append([eta, *(eta_of(scene, run) for run in coarse)])
             error = share * max(abs(other - eta) for other in found[-1][1:])
         except RunError as failure:

@@ -81,7 +81,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
             numerics = replace(numerics, timestep=0.5 * h)
             continue
         difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
-        expected = error_near(scene, numerics.scheme, numerics.timestep, truth.restitution)
+        expected = error_near(scene, numerics.scheme, numerics.timestep, truth)
         if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
             expected = difference
         # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
@@ -162,13 +162,13 @@ def choose_numerics(
     if not isinstance(scene.bond, Harmonic):
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
-        return _verlet_numerics(scene, tolerance, truth.restitution, scouting, style, force_error)
+        return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
     for scheme in schemes or _usual_schemes(tolerance):
         goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
-        start = estimate_step(scene, scheme, goal, truth.restitution)
+        start = estimate_step(scene, scheme, goal, truth)
         coarse = None
         if start is not None:
-            coarse = find_step(scene, scheme, goal, truth.restitution, start)
+            coarse = find_step(scene, scheme, goal, truth, start)
         if coarse is not None:
             return Numerics(
                 scheme=scheme,
@@ -185,7 +185,7 @@ def choose_numerics(
 def _verlet_numerics(
     scene: Scene,
     tolerance: float,
-    truth: float,
+    truth: Converged,
     scouting: Scouting,
     style: TableStyle,
     force_error: float | None,

@@ -154,7 +154,8 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     seconds, stalled, lost, least = 0.0, 0, 0, 0.0
     for _ in range(_MOST_REFINEMENTS):
         try:
-            runs = [run_in_house(scene, scheme, k * step) for k in (1.0, *COARSER)]
+            fine = run_in_house(scene, scheme, step)
+            runs = [fine, *(run_in_house(scene, scheme, k * step, fine) for k in COARSER)]
         except RunError as failure:
             refusals.append(failure)
             if is_believed(refusals):

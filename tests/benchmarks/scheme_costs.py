@@ -11,7 +11,7 @@ import numpy as np
 
 from tests.benchmarks.bar_studies import Random, draw_scene
 from workflows.accuracy_lammps import choose_numerics
-from workflows.convergence import converge, eta_of, exact_modes, run_in_house
+from workflows.convergence import converge, exact_modes, run_in_house
 from workflows.cost_model import shipped_cost_model
 from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
@@ -57,7 +57,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
 def in_house_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in-house, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
-    truth = eta_of(scene, converge(scene, max(0.03 * goal, 3e-14 * scene.particles)).outcome)
+    truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
     costs = {}
     for scheme in IN_HOUSE_SCHEMES:
         wanted = 0.5 * goal / COARSER_SHARE[scheme]
