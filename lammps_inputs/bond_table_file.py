@@ -98,7 +98,7 @@ def _last_digit(word: str) -> float:
     """Return one unit of the last digit a number was written with."""
     mantissa, _, exponent = word.lower().partition("e")
     decimals = len(mantissa.partition(".")[2])
-    return 10.0 ** (int(exponent or 0) - decimals)
+    return float(f"1e{int(exponent or 0) - decimals}")
 
 
 def _natural_strain(force: "CubicSpline", digits: NDArray[np.float64], path: str) -> float:

@@ -105,6 +105,8 @@ class ChainCollision:
                 self._take_frame()
             if now >= self.overdue:
                 self._ask_what_comes()
+        if self.frames and self.frames[-1][0] < self.flight.time:
+            self._take_frame()
 
     def _bounce_once(self) -> None:
         contact = None
