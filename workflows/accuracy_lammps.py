@@ -65,7 +65,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     # Below the rounding floor a finer step buys nothing.
     reachable = max(goal - floor, floor)
     truth = _yardstick(scene, reachable)
-    scouting = scouting_from(truth)
+    scouting = scouting_from(truth, scene)
     numerics = choose_numerics(scene, reachable, truth, scouting)
     chosen = time.perf_counter() - started
     tries: list[dict[str, Any]] = []

@@ -147,6 +147,9 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     share = _share(scheme, kinked)
     reachable = max(goal - floor, floor, 1e-15)
     step = 0.5 * guess_step(scene, scheme, 0.5 * reachable / share)
+    # Sound crosses the chain and comes back: about as long as most collisions take.
+    crossings = 2.0 * scene.particles / scene.bond.stiffness**0.5
+    step = max(step, least_step(scene, scheme, crossings))
     best: tuple[float, Outcome, Outcome] | None = None
     tries: list[dict[str, float]] = []
     found: list[list[float]] = []

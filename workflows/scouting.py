@@ -1,12 +1,13 @@
 """Scouting: what a short in-house run says about a collision before LAMMPS runs it."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.convergence import Converged, converge, exact_modes
-from workflows.engines.ending import look_interval
+from workflows.engines.ending import look_interval, quiet_time
+from workflows.engines.lammps_collision import PATIENCE
 from workflows.engines.reference_look_ahead import bonds_in_flight
 from workflows.errors import RunError
 from workflows.step_guess import sharpness
@@ -16,6 +17,8 @@ _SCOUTING_GOAL = 1e-4
 # Steps that follow bonds as sharp as this take a second to cross a hundred particles; LAMMPS, with
 # the far longer step that a scene asks for, says by itself what it cannot follow.
 _SHARPEST = 1e4
+# LAMMPS asks what comes when a contact is late, and for some steps more that may be no contact.
+_ASKED_WITHIN = 1.3
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,9 @@ class Scouting:
     Attributes
     ----------
     bond_min, bond_max : float
-        Shortest and longest bond.
+        Shortest and longest bond up to the last contact.
+    flight_min, flight_max : float
+        The same until LAMMPS stops, some time after.
     last_contact_time, duration : float
         Length of the collision, and of the run to the end that was argued.
     contacts : int
@@ -39,6 +44,8 @@ class Scouting:
 
     bond_min: float
     bond_max: float
+    flight_min: float
+    flight_max: float
     last_contact_time: float
     duration: float
     contacts: int
@@ -60,15 +67,15 @@ class Scouting:
             Shortest and longest bond; where bonds may have broken, with room for the pieces to
             fly on until LAMMPS looks for the end.
         """
-        longest = self.bond_max
+        longest = self.flight_max
         nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
         if self.fragments > 1 or nearly_broken:
             flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
             longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
-        return self.bond_min, longest
+        return self.flight_min, longest
 
 
-def scouting_from(found: Converged) -> Scouting:
+def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -> Scouting:
     """
     Take the scouting from a converged run.
 
@@ -76,6 +83,11 @@ def scouting_from(found: Converged) -> Scouting:
     ----------
     found : Converged
         An in-house run.
+    scene : Scene
+        Its collision.
+    fly_on : float, optional
+        For how long after the last contact bonds are watched too; by default until LAMMPS has
+        asked what comes, and for frames as long as they are taken.
 
     Returns
     -------
@@ -83,9 +95,19 @@ def scouting_from(found: Converged) -> Scouting:
         Its bonds and its length.
     """
     outcome = found.outcome
+    shortest, longest = outcome.bond_min, outcome.bond_max
+    if scene.particles > 1 and not isinstance(scene.bond, Harmonic):
+        if fly_on is None:
+            fly_on = _ASKED_WITHIN * PATIENCE / scene.bond.stiffness**0.5
+            if scene.dump is not None and scene.dump_frames != "contacts":
+                fly_on = max(fly_on, quiet_time(scene.particles, scene.bond.stiffness))
+        low, high = bonds_in_flight(scene, outcome, fly_on)
+        shortest, longest = min(shortest, low), max(longest, high)
     return Scouting(
         bond_min=outcome.bond_min,
         bond_max=outcome.bond_max,
+        flight_min=shortest,
+        flight_max=longest,
         last_contact_time=float(outcome.contact_times[-1]),
         duration=outcome.duration,
         contacts=len(outcome.contact_times),
@@ -94,7 +116,7 @@ def scouting_from(found: Converged) -> Scouting:
     )
 
 
-def scout(scene: Scene, fly_on: float = 0.0) -> Scouting | None:
+def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     """
     Find the bond lengths of a collision that LAMMPS will run.
 
@@ -102,8 +124,8 @@ def scout(scene: Scene, fly_on: float = 0.0) -> Scouting | None:
     ----------
     scene : Scene
         The collision.
-    fly_on : float
-        For how long after the last contact bonds are watched too.
+    fly_on : float, optional
+        See :func:`scouting_from`.
 
     Returns
     -------
@@ -113,22 +135,14 @@ def scout(scene: Scene, fly_on: float = 0.0) -> Scouting | None:
     if scene.engine != "lammps":
         return None
     if isinstance(scene.bond, Harmonic):
-        return scouting_from(exact_modes(scene))
+        return scouting_from(exact_modes(scene), scene)
     if sharpness(scene) > _SHARPEST:
         return None
     try:
         found = converge(scene, _SCOUTING_GOAL)
     except RunError:
         return None
-    scouting = scouting_from(found)
-    if fly_on > 0.0 and scene.particles > 1:
-        shortest, longest = bonds_in_flight(scene, found.outcome, fly_on)
-        scouting = replace(
-            scouting,
-            bond_min=min(scouting.bond_min, shortest),
-            bond_max=max(scouting.bond_max, longest),
-        )
-    return scouting
+    return scouting_from(found, scene, fly_on)
 
 
 def scouting_details(found: Scouting | None) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
     scene = draw_scene(random, most=300)
     truth = exact_modes(scene) if scene.label == "harmonic" else converge(scene, 0.03 * goal)
-    scouting = scouting_from(truth)
+    scouting = scouting_from(truth, scene)
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:

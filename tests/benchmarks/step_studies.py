@@ -24,7 +24,7 @@ def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
 def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
     """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
     truth = find_truth(scene)
-    bonds = scouting_from(truth).table_range(scene)
+    bonds = scouting_from(truth, scene).table_range(scene)
     worst = {}
     for scheme in COMPOSITIONS.values():
         steps = [share * USUAL_STEPS[scheme.name] / sharpness(scene) for share in shares]

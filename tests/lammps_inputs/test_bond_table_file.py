@@ -42,3 +42,14 @@ def test_scenes_of_one_table_share_its_bond(tmp_path):
     assert scene.replace(velocity=0.02).bond is scene.bond
     write_table(path, 7)
     assert scene.replace(velocity=0.02).bond is not scene.bond
+
+
+@pytest.mark.parametrize("word", ["1e400", "-1e400"])
+def test_numbers_beyond_all_are_refused(tmp_path, word):
+    path = write_table(tmp_path / "huge.table", 8)
+    lines = path.read_text().splitlines()
+    index, length, energy, _ = lines[20].split()
+    lines[20] = f"{index} {length} {energy} {word}"
+    path.write_text("\n".join(lines))
+    with pytest.raises(TableError, match=r"expected at least 4 rows .* of finite numbers"):
+        read_bond_table(path)

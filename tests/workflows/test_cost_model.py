@@ -1,6 +1,7 @@
 """The cost model: what it charges for, and where it comes from."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest

@@ -1,10 +1,15 @@
 """Scouting: where it helps, and where LAMMPS is left to say what it cannot follow."""
 
+from dataclasses import replace
+
 import pytest
 
+from lammps_inputs.bond_table import tabulate
 from lammps_inputs.errors import TableError
+from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.collision import collide
+from workflows.engines import lammps
 from workflows.scouting import scout
 
 
@@ -15,6 +20,19 @@ def test_scouted_bonds_are_those_of_the_collision():
     # Seen at the ends of steps: a share of the strain is missed, at most a tenth.
     assert found.bond_min - 1.0 == pytest.approx(exact.bond_min - 1.0, rel=0.1)
     assert found.bond_max - 1.0 == pytest.approx(exact.bond_max - 1.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("particles", "speed"), [(6, 0.4), (10, 0.4), (20, 0.1), (10, 0.8)])
+@pytest.mark.parametrize("dumped", [False, True])
+def test_a_table_of_scouted_bonds_is_not_outgrown(particles, speed, dumped, tmp_path):
+    dump = {"dump": tmp_path / "dump.lammpstrj"} if dumped else {}
+    scene = Scene(particles=particles, speed=speed, table_points=1001, **dump)
+    scouting = scout(scene)
+    bonds = scouting.table_range(scene)
+    numerics = replace(Numerics.from_scene(scene), bond_range=bonds)
+    used = lammps.run(scene, numerics).details["table"]
+    made = tabulate(scene.bond, bonds, numerics.table, 1001)
+    assert (used["shortest"], used["longest"]) == (made.lengths[0], made.longest)
 
 
 @pytest.mark.parametrize("velocity", [4.0, 10.0, 1e10])

@@ -20,7 +20,7 @@ from workflows.errors import (
 
 # Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
 # what comes next is cheap, but for nothing.
-_PATIENCE = 3.5
+PATIENCE = 3.5
 
 
 class ChainCollision:
@@ -68,7 +68,7 @@ class ChainCollision:
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         # How long after a contact, and when, a next one would be late.
-        self.patience = _PATIENCE / self.bond.stiffness**0.5
+        self.patience = PATIENCE / self.bond.stiffness**0.5
         self.overdue = np.inf
         # When the end was seen, and until when frames are wanted nevertheless.
         self.ended_at = 0.0

@@ -128,7 +128,7 @@ def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) ->
         mode_energies=_modes(scene, outcome),
         mode_energies_error=rounding,
         contacts=len(outcome.contact_times),
-        scouting=scouting_from(found),
+        scouting=scouting_from(found, scene),
         source=source,
     )
     spread = deviation_from(bare, scene, coarse)
