@@ -254,7 +254,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     n, v0 = scene.particles, scene.impact_velocity
     # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
     speed = (2.0 * n) ** 0.5 * v0
-    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, 0.0)
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
