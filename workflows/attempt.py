@@ -1,5 +1,6 @@
 """One try at one collision: done wherever a worker is, and sent back whole."""
 
+import math
 import platform
 import threading
 from dataclasses import dataclass
@@ -12,6 +13,9 @@ from workflows.result import Collision
 
 # A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
 _one_at_a_time = threading.Lock()
+
+# A full disk or no memory costs the collision that met it, not the sweep.
+MACHINE_FAILURES = (OSError, MemoryError)
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,9 @@ def carry_out(scene: Scene) -> Attempt:
     """
     Carry out one collision and catch what goes wrong with it.
 
+    Named failures are caught, and those of the machine: no memory, no room for files. Any other
+    error is one of the program or of the user's own bond, and stops whatever asked.
+
     Parameters
     ----------
     scene : Scene
@@ -113,9 +120,10 @@ def carry_out(scene: Scene) -> Attempt:
 
     try:
         with _one_at_a_time:
-            collision = collide(scene)
+            # What a sweep takes is for its forecast to say, not for each collision to refuse.
+            collision = collide(scene, most_seconds=math.inf)
     except MissingLibraryError:
         raise
-    except (ChaincorError, OSError, MemoryError, ArithmeticError, ValueError) as error:
+    except (ChaincorError, *MACHINE_FAILURES) as error:
         return Attempt(scene, None, Failure.from_error(error), host_name())
     return Attempt(scene, collision, None, host_name())

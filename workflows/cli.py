@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import os
 import signal
 import sys
 import threading
@@ -115,8 +116,30 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(_run(arguments))
 
 
+# Where MPI launchers say how many copies they have started, and which one this is.
+_LAUNCHERS = (("PMI_SIZE", "PMI_RANK"), ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"))
+
+
+def _refuse_copies() -> bool:
+    """Say once, not from each copy, that copies started by MPI do not share a chain."""
+    for size, rank in _LAUNCHERS:
+        copies = os.environ.get(size, "1")
+        if copies.isdecimal() and int(copies) > 1:
+            if os.environ.get(rank, "0") == "0":
+                _complain(
+                    f"started {copies} times by MPI; expected one process, since a chain is not "
+                    "divided: leave mpiexec out, and give many collisions to `chaincor sweep "
+                    "--workers N`",
+                    " (docs/errors.md: InputError)",
+                )
+            return True
+    return False
+
+
 def _run(arguments: list[str] | None) -> int:
     """Return 0 done, 1 failed run or validation, 2 bad input, 130 interrupted, 143 terminated."""
+    if _refuse_copies():
+        return 2
     try:
         with _terminable():
             status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)

@@ -20,10 +20,16 @@ from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
 from workflows.outputs import refuse_unusable_outputs
 from workflows.result import Collision, ErrorBar
 from workflows.scouting import scout, scouting_details
+from workflows.sweep_cost import refuse_endless
 from workflows.versions import versions
 
+# A collision of a day is seldom meant.
+MOST_SECONDS = 86400.0
 
-def collide(scene: Scene, tolerance: float | None = None) -> Collision:
+
+def collide(
+    scene: Scene, tolerance: float | None = None, *, most_seconds: float = MOST_SECONDS
+) -> Collision:
     """
     Carry out one collision.
 
@@ -37,6 +43,8 @@ def collide(scene: Scene, tolerance: float | None = None) -> Collision:
         What collides, with which engine.
     tolerance : float, optional
         Absolute error asked of eta; overrides the scene's.
+    most_seconds : float
+        How long it may be expected to take.
 
     Returns
     -------
@@ -48,6 +56,8 @@ def collide(scene: Scene, tolerance: float | None = None) -> Collision:
     ------
     InputError
         If a tolerance is given together with explicit numerics, or outputs have no place.
+    CostError
+        If it is expected to take longer than `most_seconds`; nothing was begun.
     RunError
         If no number that can be trusted came out; each cause has a name.
     """
@@ -55,6 +65,7 @@ def collide(scene: Scene, tolerance: float | None = None) -> Collision:
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
     refuse_unusable_outputs(scene)
+    refuse_endless(scene, most_seconds)
     if scene.explicit:
         outcome, bar, found = _run_as_given(scene)
         asked, reason = None, None

@@ -49,7 +49,7 @@ class UnfinishedCollisionError(RunError):
 
 
 class ToleranceError(RunError):
-    """The error asked for cannot be met; the result that was reached is attached."""
+    """The error asked for cannot be met, by so much that no number is worth the run."""
 
 
 class StoreError(InputError):
@@ -62,6 +62,10 @@ class StoreWriteError(RunError):
 
 class SweepError(InputError):
     """A sweep file asks for axes or settings that make no sense."""
+
+
+class CostError(InputError):
+    """A collision is expected to take longer than it may, and was not begun."""
 
 
 class WorkerDiedError(RunError):
@@ -80,6 +84,7 @@ __all__ = [
     "BarrierError",
     "BondRangeError",
     "ChaincorError",
+    "CostError",
     "CrossingError",
     "InputError",
     "LammpsError",

@@ -1,6 +1,5 @@
 """Writing a self-contained LAMMPS job for a scene."""
 
-import math
 import shutil
 import tempfile
 from pathlib import Path
@@ -13,9 +12,10 @@ from lammps_inputs.explain import explain_data, explain_script, explain_table
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
-from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, render_job
-from workflows.engines.ending import longest_collision, look_interval, quiet_time
+from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from workflows.engines.ending import look_interval, quiet_time
 from workflows.engines.lammps import guess_bond_range
+from workflows.engines.lammps_job import job_script
 from workflows.scouting import Scouting, scout
 
 
@@ -72,17 +72,8 @@ def write_job(
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     dump_steps = _dump_steps(scene, numerics.timestep) if dump or scene.dump is not None else None
-    look = look_interval(scene.particles, scene.bond.stiffness)
     texts = {
-        SCRIPT_FILE: render_job(
-            scene,
-            numerics,
-            table,
-            quiet_factor=quiet_time(1, scene.bond.stiffness),
-            cap=longest_collision(scene.particles, scene.bond.stiffness),
-            look_steps=math.ceil(look / numerics.timestep),
-            dump_steps=dump_steps,
-        ),
+        SCRIPT_FILE: job_script(scene, numerics, table, dump_steps),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }
     if table is not None:

@@ -3,16 +3,18 @@
 import contextlib
 import multiprocessing
 import os
+import pickle
 import shutil
 import signal
 import tempfile
 import threading
+import traceback
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
-from workflows.errors import WorkerDiedError, WorkerStartError
+from workflows.errors import SweepError, WorkerDiedError, WorkerStartError
 
 _spawn = multiprocessing.get_context("spawn")
 
@@ -129,7 +131,14 @@ class _Worker:
 
     def call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         try:
-            self._pipe.send((function, args, kwargs))
+            task = pickle.dumps((function, args, kwargs))
+        except (pickle.PicklingError, AttributeError, TypeError) as reason:
+            raise SweepError(
+                f"a task cannot be sent to a worker process ({' '.join(str(reason).split())}); "
+                "expected bonds whose functions are defined at the top level of a module"
+            ) from None
+        try:
+            self._pipe.send_bytes(task)
         except ConnectionError:
             raise WorkerDiedError(self._obituary()) from None
         value, error = self._receive()
@@ -177,13 +186,25 @@ def _serve(pipe: Connection, folder: str) -> None:
             # The main process closed the pipe, or was killed just now.
             _leave_with_parent(folder, patience=0.1)
             return
-        value, error = None, None
-        try:
-            value = function(*args, **kwargs)
-        except Exception as raised:
-            error = raised
         with contextlib.suppress(BrokenPipeError):
-            pipe.send((value, error))
+            pipe.send_bytes(_answer(function, args, kwargs))
+
+
+def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
+    """Return the pickled pair of value and error, of which one is None."""
+    try:
+        # Pickled here, so that a value that cannot be is an error like others.
+        return pickle.dumps((function(*args, **kwargs), None))
+    except Exception as error:
+        # A traceback is not pickled; a note is, and is printed below it.
+        story = "".join(traceback.format_exception(error))
+        error.add_note(f"In the worker process:\n{story}")
+        try:
+            answer = pickle.dumps((None, error))
+            pickle.loads(answer)  # some errors can be sent and not received
+        except Exception:
+            answer = pickle.dumps((None, RuntimeError(f"in the worker process:\n{story}")))
+        return answer
 
 
 def _leave_with_parent(folder: str, patience: float | None = None) -> None:

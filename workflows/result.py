@@ -207,7 +207,9 @@ class Collision:
             The file.
         """
         with written_aside(Path(path)) as aside, aside.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **self.arrays())
+            # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
+            contents: dict[str, Any] = self.arrays()
+            np.savez_compressed(file, **contents)
 
 
 def _finite(value: Any) -> Any:

@@ -53,12 +53,25 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             isolation_level=None,
         )
         try:
-            if _version(connection, path) < SCHEMA_VERSION:
+            with _snapshot(connection):
+                version = _version(connection, path)
+            if version < SCHEMA_VERSION:
                 _migrate(connection, path, read_only)
         except BaseException:
             connection.close()
             raise
     return connection
+
+
+@contextlib.contextmanager
+def _snapshot(connection: sqlite3.Connection) -> Iterator[None]:
+    """Read one state of the file: between two reads another process may make the store."""
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
 
 
 def _version(connection: sqlite3.Connection, path: Path) -> int:

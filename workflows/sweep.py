@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lammps_inputs.scene import Scene
-from workflows.attempt import Attempt, Failure, carry_out, host_name
-from workflows.errors import MissingLibraryError, SchedulerError, WorkerStartError
+from workflows.attempt import MACHINE_FAILURES, Attempt, Failure, carry_out, host_name
+from workflows.errors import SchedulerError, WorkerDiedError
 from workflows.pool import ProcessPool
 from workflows.store import Store
 from workflows.stored_collision import StoredCollision
@@ -170,6 +170,9 @@ def run_plan(
         If the cluster is lost.
     MissingLibraryError, WorkerStartError
         If no collision can be computed at all.
+    Exception
+        Whatever is no named failure: an error of the program, or of a user's own bond. What is
+        finished is in the store.
     """
     started = time.perf_counter()
     store.check_writable()
@@ -219,14 +222,12 @@ def _longest_first(scenes: Sequence[Scene], costs: dict[str, float]) -> list[Sce
 def _attempt_of(future: Future, scene: Scene) -> Attempt:
     try:
         return future.result()
-    except (MissingLibraryError, SchedulerError, WorkerStartError):
-        raise
     except CancelledError:
         raise SchedulerError(
             "the cluster dropped a collision that was handed to it; what is finished is in the "
             "store: run the same command again"
         ) from None
-    except Exception as error:
+    except (WorkerDiedError, *MACHINE_FAILURES) as error:
         return Attempt(scene, None, Failure.from_error(error), host_name())
 
 

@@ -1,30 +1,21 @@
 """A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
 
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lammps_inputs.errors import SceneError
-from lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS, Scene
+from lammps_inputs.scene import OUTPUT_KEYS, Scene
 from lammps_inputs.scene_file import read_scene_fields
 from workflows.errors import SweepError
+from workflows.sweep_points import SweepPoints, merged
 
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
 _WHOLE = ("particles", "power_order", "table_points")
-# An axis over the key drops these from the base scene, which they would contradict.
-_RIVALS = {
-    "speed": ("velocity",),
-    "velocity": ("speed",),
-    "tolerance": NUMERICS_KEYS,
-    **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
-}
 _MOST_POINTS = 10_000_000
 
 
@@ -35,7 +26,7 @@ class Sweep:
 
     Attributes
     ----------
-    scenes : tuple of Scene
+    scenes : SweepPoints
         The points.
     axes : dict
         Names of the axes and how many values each has.
@@ -45,7 +36,7 @@ class Sweep:
         Whether to keep contacts, mode energies and final states.
     """
 
-    scenes: tuple[Scene, ...]
+    scenes: SweepPoints
     axes: dict[str, int]
     store: Path
     arrays: bool
@@ -67,14 +58,15 @@ def read_sweep(path: Path | str) -> Sweep:
     Returns
     -------
     Sweep
-        With one scene a point.
+        With one scene a point, made when it is asked for; a point that is no scene raises
+        SceneError then.
 
     Raises
     ------
     SweepError
         If an axis makes no sense.
     SceneError
-        If the file cannot be read or a point is not a scene; the message says which.
+        If the file cannot be read.
     """
     path = Path(path)
     fields = read_scene_fields(path)
@@ -101,7 +93,7 @@ def read_sweep(path: Path | str) -> Sweep:
     if not isinstance(store, str):
         raise SweepError(f"store is {store!r}; expected the name of a file")
     return Sweep(
-        scenes=tuple(_points(base, _groups(values, fields.get("zip", [])), path.parent)),
+        scenes=SweepPoints(base, _groups(values, fields.get("zip", [])), path.parent),
         axes={name: len(axis) for name, axis in values.items()},
         store=path.parent / store,
         arrays=arrays,
@@ -196,66 +188,9 @@ def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list
         if len({len(axis) for axis in axes}) > 1:
             sizes = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, axes, strict=True))
             raise SweepError(f"axes that move together have different lengths ({sizes})")
-        groups.append([_merged(*parts) for parts in zip(*axes, strict=True)])
+        groups.append([merged(*parts) for parts in zip(*axes, strict=True)])
     groups += left.values()
     count = math.prod(len(group) for group in groups)
     if count > _MOST_POINTS:
         raise SweepError(f"the axes make {count} points; expected at most {_MOST_POINTS}")
     return groups
-
-
-def _merged(*parts: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for part in parts for key, value in part.items()}
-
-
-def _points(
-    base: dict[str, Any], groups: Sequence[list[dict[str, Any]]], folder: Path
-) -> list[Scene]:
-    scenes = []
-    for number, parts in enumerate(itertools.product(*groups), start=1):
-        point = _merged(*parts)
-        dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
-        fields = {key: value for key, value in base.items() if key not in dropped} | point
-        if isinstance(fields.get("bond_file"), str):
-            fields["bond_file"] = folder / fields["bond_file"]
-        try:
-            scenes.append(Scene(**fields))
-        except SceneError as error:
-            shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
-            raise SceneError(f"point {number} ({shown or 'the base scene'}): {error}") from None
-    return scenes
-
-
-def shard(scenes: Sequence[Scene], number: int, count: int) -> tuple[Scene, ...]:
-    """
-    Return one of several disjoint parts of a sweep, for the tasks of a job array.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        All points.
-    number : int
-        Which part, from 1.
-    count : int
-        How many parts.
-
-    Returns
-    -------
-    tuple of Scene
-        The same on every machine; parts have equally many points of every chain length, so that
-        they take about equally long.
-
-    Raises
-    ------
-    SweepError
-        If there is no such part.
-    """
-    if not 1 <= number <= count:
-        raise SweepError(
-            f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
-        )
-    # Points that differ only in their tolerance share a row, and so must share a part.
-    keys = {scene.collision_sha256: scene.particles for scene in scenes}
-    ordered = sorted(keys, key=lambda key: (keys[key], key))
-    mine = set(ordered[number - 1 :: count])
-    return tuple(scene for scene in scenes if scene.collision_sha256 in mine)

@@ -1,6 +1,7 @@
 """Processes of which any may die: each death costs the one task it had."""
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workflows.errors import WorkerDiedError
+from workflows.errors import SweepError, WorkerDiedError
 from workflows.pool import ProcessPool
 
 
@@ -23,6 +24,36 @@ def test_results_and_errors_come_back(pool):
     assert pool.submit(divmod, 7, 3).result() == (2, 1)
     with pytest.raises(ZeroDivisionError):
         pool.submit(divmod, 7, 0).result()
+
+
+def unsendable():
+    return lambda: None
+
+
+class Odd(Exception):
+    """Can be sent, and not received."""
+
+    def __init__(self, one, two):
+        super().__init__(one)
+
+
+def raise_odd():
+    raise Odd(1, 2)
+
+
+def test_what_cannot_be_sent_is_an_error_and_not_a_death(pool):
+    with pytest.raises((AttributeError, TypeError, pickle.PicklingError), match="lambda"):
+        pool.submit(unsendable).result()
+    with pytest.raises(RuntimeError, match="in raise_odd"):
+        pool.submit(raise_odd).result()
+    with pytest.raises(SweepError, match="top level"):
+        pool.submit(len, lambda: None).result()
+
+
+def test_errors_come_back_with_their_traceback(pool):
+    with pytest.raises(ZeroDivisionError) as caught:
+        pool.submit(divmod, 7, 0).result()
+    assert "Traceback" in caught.value.__notes__[0]
 
 
 def test_workers_are_other_processes(pool):

@@ -63,3 +63,11 @@ def test_arrays(result, tmp_path):
 def test_a_result_is_frozen(result):
     with pytest.raises(dataclasses.FrozenInstanceError):
         result.restitution = 1.0
+
+
+def test_the_file_holds_the_arrays_and_nothing_else(result, tmp_path, monkeypatch):
+    # As NumPy did before 2.1: whatever is given by name is an array.
+    asked = {}
+    monkeypatch.setattr(np, "savez_compressed", lambda _file, **arrays: asked.update(arrays))
+    result.save_arrays(tmp_path / "a.npz")
+    assert set(asked) == set(ARRAY_FIELDS)

@@ -1,6 +1,7 @@
 """Files that cannot be used as stores, full disks, and several writers at once."""
 
 import contextlib
+import multiprocessing
 import sqlite3
 import threading
 
@@ -10,7 +11,7 @@ from lammps_inputs.scene import Scene
 from workflows import store_connection
 from workflows.errors import StoreError, StoreWriteError
 from workflows.store import Store
-from workflows.store_schema import MIGRATIONS, SCHEMA_VERSION
+from workflows.store_schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
 
@@ -133,6 +134,71 @@ def test_two_writers_take_turns(tmp_path, make_attempt):
     assert errors == []
     with Store(path) as store:
         assert len(store) == 90
+
+
+def test_a_store_made_while_it_is_opened_is_a_store(tmp_path, monkeypatch):
+    path = tmp_path / "results.sqlite"
+    plain = sqlite3.Connection
+
+    class Overtaken(plain):
+        """Lets another process make the store after the first look at the file."""
+
+        looked = False
+
+        def execute(self, statement, *parameters):
+            if statement == "PRAGMA user_version" and not Overtaken.looked:
+                Overtaken.looked = True
+                # It has to wait, unless the looks are apart.
+                with (
+                    contextlib.closing(plain(path, timeout=0.0)) as other,
+                    contextlib.suppress(sqlite3.OperationalError),
+                ):
+                    make_store(other)
+            return super().execute(statement, *parameters)
+
+    def make_store(connection):
+        connection.isolation_level = None
+        with store_connection.transaction(connection):
+            for statement in MIGRATIONS[0]:
+                connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute("PRAGMA user_version = 1")
+
+    connect = sqlite3.connect
+    monkeypatch.setattr(sqlite3, "connect", lambda *a, **k: connect(*a, factory=Overtaken, **k))
+    Store(path).close()
+    assert Overtaken.looked
+    with Store(path, read_only=True) as store:
+        assert len(store) == 0
+
+
+@pytest.mark.slow
+def test_many_processes_may_make_one_store(tmp_path):
+    spawn = multiprocessing.get_context("spawn")
+    workers, rounds = 8, 60
+    barrier, errors = spawn.Barrier(workers), spawn.SimpleQueue()
+    processes = [
+        spawn.Process(target=_open_stores, args=(tmp_path, rounds, barrier, errors))
+        for _ in range(workers)
+    ]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
+    assert [errors.get() for _ in range(workers)] == [[]] * workers
+
+
+def _open_stores(folder, rounds, barrier, errors):
+    """Open store after store at the same moment as others do."""
+    seen = []
+    for k in range(rounds):
+        barrier.wait()
+        try:
+            with Store(folder / f"{k}.sqlite") as store:
+                len(store)
+        except Exception as error:  # shown by the main process
+            seen.append(str(error))
+    errors.put(seen)
 
 
 def test_a_lock_that_does_not_end_is_named(tmp_path, monkeypatch, make_attempt):

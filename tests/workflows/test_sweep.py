@@ -146,6 +146,25 @@ def test_what_concerns_every_collision_ends_the_sweep(store, counted, error):
     assert store.find(SCENES[2]) is None
 
 
+@pytest.mark.parametrize("error", [KeyError("speed"), TypeError("cannot pickle"), ValueError("?")])
+def test_an_error_of_the_program_ends_the_sweep_and_keeps_what_is_done(store, counted, error):
+    plan = plan_sweep(store, SCENES)
+    with pytest.raises(type(error)):
+        run_plan(plan, store, Doomed(SCENES[2], error), in_flight=1)
+    assert store.find(SCENES[2]) is None
+    assert all(store.get(scene) is not None for scene in counted)
+
+
+@pytest.mark.parametrize("error", [KeyError("speed"), ZeroDivisionError("0"), ValueError("?")])
+def test_only_named_failures_are_failures_of_a_collision(monkeypatch, error):
+    def wrong(_scene, **_):
+        raise error
+
+    monkeypatch.setattr("workflows.collision.collide", wrong)
+    with pytest.raises(type(error)):
+        carry_out(SCENES[0])
+
+
 @pytest.fixture
 def interruptible():
     """Heed SIGINT, which a shell's background jobs ignore."""
@@ -184,7 +203,7 @@ def test_errors_of_the_collision_stand_and_those_of_the_machine_do_not(monkeypat
     crossing = carry_out(harmonic).failure
     assert (crossing.name, crossing.stands) == ("CrossingError", True)
 
-    def no_space(_scene):
+    def no_space(_scene, **_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("workflows.collision.collide", no_space)

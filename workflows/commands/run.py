@@ -15,6 +15,12 @@ from workflows.result import Collision
     "--animate", metavar="FILE", help="draw the motion, followed in-house, as .gif or .mp4"
 )
 @click.option("--watch", "watched", is_flag=True, help="play the motion in the terminal")
+@click.option(
+    "--most-hours",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="H",
+    help="refuse what is expected to take longer [default: 24]",
+)
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def run(
@@ -22,6 +28,7 @@ def run(
     scene_file: str | None,
     animate: str | None,
     watched: bool,
+    most_hours: float | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -30,7 +37,9 @@ def run(
 
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
     """
-    from workflows.collision import collide
+    from workflows.collision import MOST_SECONDS, collide
+    from workflows.run_progress import show_elapsed
+    from workflows.sweep_cost import expected_seconds
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
@@ -40,7 +49,9 @@ def run(
         from workflows.watch import find_terminal
 
         terminal = find_terminal()
-    result = collide(scene)
+    most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
+    with show_elapsed(expected_seconds(scene)):
+        result = collide(scene, most_seconds=most_seconds)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
     if as_json:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from workflows.durations import format_duration
+
 if TYPE_CHECKING:
     from workflows.sweep import SweepSummary
     from workflows.sweep_cost import SweepCost
@@ -82,6 +84,7 @@ def sweep(
     docs/sweeps.md.
     """
     from workflows import sweep_file as files
+    from workflows import sweep_points as points
     from workflows.store import Store
     from workflows.sweep import run_plan
     from workflows.sweep_cost import sweep_cost
@@ -90,7 +93,8 @@ def sweep(
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
     asked = files.read_sweep(sweep_file)
-    scenes = asked.scenes if shard is None else files.shard(asked.scenes, *shard)
+    # Made once: each is looked at several times.
+    scenes = tuple(asked.scenes) if shard is None else points.shard(asked.scenes, *shard)
     path = asked.store if store_path is None else store_path
     arrays = arrays or asked.arrays
     wishes = {"arrays": arrays, "recompute": recompute, "retry_failed": retry_failed}
@@ -188,9 +192,9 @@ def _forecast(
             "",
             f"points       {len(scenes)} ({sizes})",
             f"to compute   {cost.points}, into {path}",
-            f"time         about {_duration(cost.wall_seconds(workers))} with {workers} workers on "
-            f"idle cores; the collisions {_duration(cost.seconds)} of one core, the longest "
-            f"{_duration(cost.longest)}",
+            f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
+            f"workers on idle cores; the collisions {format_duration(cost.seconds)} of one core, "
+            f"the longest {format_duration(cost.longest)}",
             f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
         ]
     )
@@ -208,7 +212,7 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
     else:
         text = (
             f"{summary.computed} computed and {summary.found} found, in {path}; "
-            f"{_duration(summary.seconds)}"
+            f"{format_duration(summary.seconds)}"
         )
         if summary.inexact:
             text += f"\n{summary.inexact} do not meet their tolerance (reason in the store)"
@@ -223,10 +227,3 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
             "(--retry-failed tries them)"
         )
     return text
-
-
-def _duration(seconds: float) -> str:
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.1f} {unit}"
-    return f"{seconds:.2g} s"

@@ -35,6 +35,8 @@ _LEAST_LOSS = 1e-22
 # In units of v*. Beyond it the loss is below that floor, and the slow vibration of a triple that
 # has flown apart is rounding, after which no step follows.
 _FASTEST_TRIPLE = 1e6
+# From there twenty reach v*, where a triple of any bond with a v* is soft.
+_MOST_HALVINGS = 40
 # The loss falls with at least this power of the speed, for all bonds that were measured.
 _LEAST_POWER = 3.0
 
@@ -101,6 +103,11 @@ def deviation(scene: Scene) -> float:
     -------
     float
         Bound of 1 - eta.
+
+    Raises
+    ------
+    TimestepError
+        If a triple of such bonds cannot be followed at any of the speeds tried.
     """
     particles = scene.particles
     if particles < 3:
@@ -109,8 +116,19 @@ def deviation(scene: Scene) -> float:
     if scene.bond.natural_speed is not None:
         velocity = min(velocity, _FASTEST_TRIPLE * scene.bond.natural_speed)
     triple = scene.replace(particles=3, speed=None, velocity=velocity)
-    while (loss := _vibration(triple)) is None:
+    loss = _vibration(triple)
+    for _ in range(_MOST_HALVINGS):
+        if loss is not None:
+            break
         triple = triple.replace(velocity=0.5 * triple.impact_velocity)
+        loss = _vibration(triple)
+    if loss is None:
+        raise TimestepError(
+            f"no step resolves three particles with {scene.label} bonds, at velocity "
+            f"{velocity:.6g} or down to {triple.impact_velocity:.2g}, so that it cannot be told "
+            "how near the chain is to hard spheres; expected bonds that get softer as they are "
+            "less compressed: check the potential, or lower the speed"
+        )
     loss *= (triple.impact_velocity / scene.impact_velocity) ** _LEAST_POWER
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 

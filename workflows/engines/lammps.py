@@ -22,6 +22,7 @@ from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
 from workflows.engines.lammps_collision import ChainCollision
 from workflows.engines.lammps_flight import ComposedFlight, Flight, VerletFlight
+from workflows.engines.lammps_job import kept_files
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import rounding_error
 from workflows.errors import (
@@ -41,6 +42,8 @@ _WIDENING = 1.5
 _MOST_WIDENINGS = 12
 # Bonds are looked at now and then; a tenth of the longest one's stretch may be missed.
 _UNSEEN = 0.25
+# Folder of what is kept, but not used by the engine.
+_KEPT = "kept"
 # A harmonic bond is the same at every length.
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
@@ -120,8 +123,10 @@ def run_at_steps(
 
 
 def _keep_job(target: Path, folder: Path) -> None:
+    files = [file for file in sorted(folder.iterdir()) if file.is_file()]
     with folder_aside(target) as aside:
-        for file in sorted(folder.iterdir()):
+        # The script's own come last: they take the place of what only the engine can use.
+        for file in [*files, *folder.glob(f"{_KEPT}/*")]:
             shutil.copy2(file, aside / file.name)
 
 
@@ -298,6 +303,11 @@ def _collide(
     Also returns the longest bond that each run saw, the flight after the last contact included.
     """
     outcomes, longest_seen = [], []
+    if scene.save is not None:
+        (folder / _KEPT).mkdir(exist_ok=True)
+        used = replace(numerics, timestep=timesteps[0])
+        for name, text in kept_files(scene, used, table).items():
+            (folder / _KEPT / name).write_text(text)
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}

@@ -14,10 +14,13 @@ from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE, LOG_FILE, TABLE_FILE, number, render_setup
+from workflows.engines.interrupts import steps_at_once
 from workflows.engines.lammps_library import load_lammps, name_lammps_error
 from workflows.engines.reference_steps import STEP_SCHEMES
 
 _RUN_ONE = b"run 1 pre no post no"
+# A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
+_PARTICLE_WORK = 10
 
 
 class LammpsChain:
@@ -67,6 +70,7 @@ class LammpsChain:
         self.timestep = numerics.timestep
         self.stages_done = 0
         self._dump_started = False
+        self._at_once = steps_at_once(_PARTICLE_WORK * scene.particles)
         module = load_lammps()
         log = str(folder / LOG_FILE) if scene.save is not None else "none"
         self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
@@ -154,11 +158,13 @@ class LammpsChain:
         self._set_timestep(self.timestep)
         while steps > 0:
             part = steps if self._far is None else min(steps, self._steps_within_tables())
-            self._send(self._handle, b"run %d pre no post no" % part)
-            self.stages_done += part
+            for begin in range(0, part, self._at_once):
+                taken = min(self._at_once, part - begin)
+                self._send(self._handle, b"run %d pre no post no" % taken)
+                self.stages_done += taken
+                if self._failed(self._handle):
+                    self._raise_failure()
             steps -= part
-            if self._failed(self._handle):
-                self._raise_failure()
             if self._far is not None:
                 self._change_tables()
 

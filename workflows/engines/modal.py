@@ -21,8 +21,9 @@ from lammps_inputs.errors import SceneError
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import Ending, EndWatch, longest_collision
+from workflows.engines.interrupts import steps_at_once
 from workflows.engines.outcome import Frames, Outcome
-from workflows.engines.reference_modes import fly, rotate
+from workflows.engines.reference_modes import WINDOW, fly, rotate
 from workflows.engines.reference_outcome import (
     PATIENCE,
     LastContact,
@@ -35,6 +36,9 @@ from workflows.engines.reference_outcome import (
 # Bonds are shortest in the first flight, by far: there the extremes are sampled so often that a
 # bond (omega <= 2) is within 3 % of its extreme strain.
 SAMPLE_INTERVAL = 0.25
+
+# The 26 terms of a series and the rotation of a mode, in bond forces.
+_WINDOW_WORK = 60
 
 Array = NDArray[np.float64]
 
@@ -202,15 +206,23 @@ class ModalChain:
         incoming : float or None
             Speed of particle 1 into the wall, not yet reflected; None where there is no contact.
         """
-        flown, self.wall_distance, velocity = fly(
-            self.strain_modes,
-            self.velocity_modes,
-            self.omega,
-            self.shape,
-            self.wall_distance,
-            longest,
-        )
-        return flown, None if velocity > 0.0 else -velocity
+        flown, velocity = 0.0, 1.0
+        # A window takes as long as so many bond forces for every mode.
+        at_once = WINDOW * steps_at_once(_WINDOW_WORK * len(self.omega))
+        while True:
+            flown, self.wall_distance, velocity = fly(
+                self.strain_modes,
+                self.velocity_modes,
+                self.omega,
+                self.shape,
+                self.wall_distance,
+                flown,
+                min(longest, flown + at_once),
+            )
+            if velocity <= 0.0:
+                return flown, -velocity
+            if flown >= longest:
+                return flown, None
 
     def reflect(self, incoming: float) -> None:
         """

@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 # Why `advance` came back.
-ARGUE, FULL, STUCK, OUTSIDE, LATE = range(5)
+ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
 
 # Step-size control: aim below the error allowed, change by no more than this in one step.
 SAFETY = 0.9
@@ -46,6 +46,8 @@ LEDGER = np.dtype(
         ("frames", "i8"),
         ("steps", "i8"),
         ("evaluations", "i8"),
+        ("pause", "i8"),  # steps after which it comes back
+        ("paused", "i8"),  # whether it did, and nothing has changed since
     ]
 )
 
@@ -216,8 +218,13 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
         particles = state.shape[0] // 2
         final = method[1].shape[0]
         refusals = 0
-        rates(state, slopes[0], parameters[0], parameters[1])
+        if ledger.paused == 0:
+            rates(state, slopes[0], parameters[0], parameters[1])
+        ledger.paused = 0
         while ledger.time < ledger.longest:
+            if refusals == 0 and ledger.steps >= ledger.pause:
+                ledger.paused = 1
+                return PAUSE
             step = ledger.step
             if (
                 ledger.contacts == contacts.shape[1]

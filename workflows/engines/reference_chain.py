@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
+from workflows.engines.interrupts import steps_at_once
 from workflows.engines.kernels import Kernels
 from workflows.engines.reference_outcome import PATIENCE
 from workflows.engines.reference_steps import StepScheme
@@ -162,19 +163,23 @@ class Chain:
         int
             Why it came back, see ``reference_motion``.
         """
-        return kernels.advance(
-            self.ledger,
-            (self.strain, self.velocity),
-            self.contacts,
-            self.last,
-            self.kept,
-            self.near,
-            self.trial,
-            goal,
-            step,
-            (scheme.outer, scheme.inner),
-            kernels.parameters,
-        )
+        most = steps_at_once(scheme.evaluations * len(self.strain))
+        while True:
+            status = kernels.advance(
+                self.ledger,
+                (self.strain, self.velocity),
+                self.contacts,
+                self.last,
+                self.kept,
+                self.near,
+                self.trial,
+                min(goal, int(self.ledger.steps) + most),
+                step,
+                (scheme.outer, scheme.inner),
+                kernels.parameters,
+            )
+            if status != motion.DONE or self.ledger.steps >= goal:
+                return status
 
 
 def _allowed_strains(scene: Scene) -> tuple[float, float]:

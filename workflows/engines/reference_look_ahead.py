@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import Ending, quiet_time
+from workflows.engines.interrupts import steps_at_once
 from workflows.engines.kernels import Kernels, kernels_for
 from workflows.engines.look_ahead import coarse_step, find_end, required_clearance
 from workflows.engines.outcome import Outcome
@@ -72,15 +73,23 @@ class ChainCoast:
             than allowed: the chain is there then.
         """
         steps = max(1, math.ceil(duration / self._step))
-        done = self._kernels.coast(
-            self.chain.ledger,
-            self.chain.strain,
-            self.chain.velocity,
-            steps,
-            self._step,
-            self._clearance,
-            self._kernels.parameters,
-        )
+        done, most = 0, steps_at_once(len(self.chain.strain))
+        for begin in range(0, steps, most):
+            part = min(most, steps - begin)
+            taken = self._kernels.coast(
+                self.chain.ledger,
+                self.chain.strain,
+                self.chain.velocity,
+                part,
+                self._step,
+                self._clearance,
+                begin == 0,
+                begin + part == steps,
+                self._kernels.parameters,
+            )
+            done += taken
+            if taken < part:
+                break
         self.time += done * self._step
         return bool(done == steps)
 

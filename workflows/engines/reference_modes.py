@@ -85,7 +85,7 @@ def rotate(strain_modes, velocity_modes, omega, time):
 
 
 @njit(cache=True, error_model="numpy")
-def fly(strain_modes, velocity_modes, omega, shape, wall_distance, longest):
+def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longest):
     """
     Move the chain to its next contact, or for a given time.
 
@@ -97,20 +97,21 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, longest):
         Frequencies and shapes at particle 1.
     wall_distance : float
         x of particle 1; zero for a departure.
+    flown : float
+        Time flown before, by earlier calls.
     longest : float
         When to stop looking; whole windows are flown.
 
     Returns
     -------
     flown : float
-        Time flown.
+        Time flown in all.
     wall_distance : float
         x of particle 1; zero at a contact.
     incoming : float
         Velocity of particle 1 at the contact; positive where there is none.
     """
     moving = np.empty((2, omega.shape[0]))
-    flown = 0.0
     while flown < longest:
         path = expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving)
         root = _first_root(path, WINDOW)

@@ -15,6 +15,7 @@ from lammps_inputs.scene import Scene
 from workflows.engines import reference_adaptive as adaptive
 from workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
 from workflows.engines.follow import follow
+from workflows.engines.interrupts import steps_at_once
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_compile import LoopCompiler, ScalarForce, scalar_force
 from workflows.engines.reference_contact import build_contact_search
@@ -205,17 +206,22 @@ class _Flight:
         return ledger
 
     def _advance(self) -> int:
-        return self._bond.advance(
-            self.ledger,
-            self.state,
-            self.last,
-            self.contacts,
-            self.frames,
-            self._scale,
-            self._method,
-            self._work,
-            self._bond.parameters,
-        )
+        stages = len(self._method[1])
+        while True:
+            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
+            status = self._bond.advance(
+                self.ledger,
+                self.state,
+                self.last,
+                self.contacts,
+                self.frames,
+                self._scale,
+                self._method,
+                self._work,
+                self._bond.parameters,
+            )
+            if status != adaptive.PAUSE:
+                return status
 
     def warm_up(self) -> None:
         """Load or compile the loops, which is not integration."""

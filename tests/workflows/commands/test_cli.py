@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -89,3 +90,40 @@ def test_the_process_exits_with_the_status():
         )
         assert done.returncode == status
         assert "Traceback" not in done.stderr
+
+
+MPIEXEC = Path(sys.executable).with_name("mpiexec")
+
+
+@pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
+    program = Path(sys.executable).with_name("chaincor")
+    done = subprocess.run(
+        [MPIEXEC, "-n", "2", program, "run", "--particles", "5", "--engine", engine],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 2
+    lines = [line for line in done.stderr.splitlines() if line.startswith("chaincor:")]
+    assert len(lines) == 1
+    assert "started 2 times by MPI; expected one process" in lines[0]
+    assert "Traceback" not in done.stderr + done.stdout
+
+
+@pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
+def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
+    script = "from workflows import Scene, collide; collide(Scene(particles=5))"
+    done = subprocess.run(
+        [MPIEXEC, "-n", "2", sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode != 0
+    assert "InputError: this program was started 2 times by MPI" in done.stderr

@@ -180,3 +180,17 @@ def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(capsys):
     assert err.count("\n") == 1
     assert "rounding" in err
     assert "engine 'reference'" in err
+
+
+def test_what_would_take_days_is_refused_with_the_estimate(capsys):
+    status, out, err = chaincor(capsys, "run", "--particles", "1000000")
+    assert (status, out) == (2, "")
+    assert "1000000 particles would take about" in err
+    assert "days on one core; expected at most 24.0 h" in err
+    assert err.rstrip().endswith("(docs/errors.md: CostError)")
+
+
+def test_how_long_a_run_may_take_can_be_said(capsys):
+    status, _, err = chaincor(capsys, *QUICK, "--most-hours", "1e-9")
+    assert (status, "CostError" in err) == (2, True)
+    assert chaincor(capsys, *QUICK, "--most-hours", "1")[0] == 0

@@ -5,7 +5,7 @@ import pytest
 
 from lammps_inputs.scene import Scene
 from workflows.engines import hard_sphere, stiff
-from workflows.errors import CrossingError
+from workflows.errors import CrossingError, TimestepError
 
 
 def simulate_spheres(particles, diameter, speed):
@@ -103,3 +103,16 @@ def test_deviation_far_beyond_where_bonds_are_followed(speed):
     # Steps through a triple as fast as that would not end within an hour.
     deviation = hard_sphere.deviation(Scene(particles=4, speed=speed, engine="reference"))
     assert 0.0 < deviation < 1e-20
+
+
+def test_a_triple_that_no_step_resolves_is_a_named_failure(monkeypatch):
+    tried = []
+
+    def unresolved(scene, _accuracy):
+        tried.append(scene.impact_velocity)
+        raise TimestepError("no step resolves it")
+
+    monkeypatch.setattr(stiff, "run", unresolved)
+    with pytest.raises(TimestepError, match="three particles with lj bonds"):
+        hard_sphere.deviation(Scene(potential="lj", particles=20, speed=100.0))
+    assert len(tried) < 100

@@ -1,0 +1,97 @@
+"""Compiled loops come back to Python, where signals are heard, and go on as if they had not."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines import interrupts, lammps, modal, reference, stiff
+from workflows.engines.kernels import kernels_for
+from workflows.engines.lammps_chain import LammpsChain
+from workflows.engines.reference_chain import Chain
+from workflows.engines.reference_steps import STEP_SCHEMES
+
+LJ = Scene(potential="lj", particles=24, speed=0.9)
+# Each ends with a look ahead in coarse steps, where the engine has such looks.
+RUNS = {
+    "composed": lambda: reference.run(LJ, Numerics(scheme="order8", timestep=0.2)),
+    "extrapolated": lambda: reference.run(LJ, Numerics(scheme="extrapolated14", timestep=0.5)),
+    "modal": lambda: modal.run(Scene(potential="harmonic", particles=40, velocity=0.1), 0.7),
+    "adaptive": lambda: stiff.run(Scene(potential="log", particles=8, speed=2.0), 1e-8, 0.5),
+    "lammps": lambda: lammps.run(LJ, Numerics(scheme="verlet", timestep=0.01)),
+}
+
+
+@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS.keys())
+def test_pauses_change_no_bit(run, monkeypatch):
+    whole = run()
+    monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 300)  # a few steps, or windows
+    parts = run()
+    for name in ("contact_times", "contact_speeds", "velocities", "displacements"):
+        assert np.array_equal(getattr(whole, name), getattr(parts, name)), name
+    for name in ("duration", "ending", "bond_min", "bond_max", "force_evaluations"):
+        assert getattr(whole, name) == getattr(parts, name), name
+    if whole.frames is not None:
+        assert np.array_equal(whole.frames.displacements, parts.frames.displacements)
+
+
+class Counted:
+    """Loops whose calls are noted."""
+
+    def __init__(self, kernels):
+        self.parameters, self.steps = kernels.parameters, []
+        self._advance = kernels.advance
+
+    def advance(self, ledger, *others):
+        before = int(ledger.steps)
+        status = self._advance(ledger, *others)
+        self.steps.append(int(ledger.steps) - before)
+        return status
+
+
+def test_no_call_does_more_work_than_it_may():
+    scene = Scene(potential="lj", particles=200_001, speed=0.4)
+    scheme = STEP_SCHEMES["order4"]
+    kernels = Counted(kernels_for(scene.bond, scheme))
+    chain = Chain.at_first_contact(scene, scheme)
+    goal = 4 * interrupts.WORK_AT_ONCE // (scheme.evaluations * 200_000)
+    chain.advance(kernels, goal, 1e-3, scheme)
+    assert sum(kernels.steps) == goal
+    assert max(kernels.steps) * scheme.evaluations * 200_000 <= interrupts.WORK_AT_ONCE
+    assert len(kernels.steps) == 4
+
+
+def test_lammps_comes_back_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 10 * 24 * 5)
+    sent = []
+    with LammpsChain(
+        LJ.replace(potential="harmonic", speed=None, velocity=0.1),
+        Numerics(scheme="verlet", timestep=0.01),
+        None,
+        tmp_path,
+    ) as chain:
+        send = chain._send
+        chain._send = lambda handle, command: (sent.append(command), send(handle, command))
+        chain.run(13)
+    assert [int(command.split()[1]) for command in sent] == [5, 5, 3]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["reference", "lammps"])
+def test_a_million_particles_can_be_stopped(engine):
+    command = [str(Path(sys.executable).with_name("chaincor")), "run", "--particles", "1000000"]
+    with subprocess.Popen(
+        [*command, "--engine", engine, "--most-hours", "1e9"], stderr=subprocess.PIPE, text=True
+    ) as process:
+        time.sleep(10.0)  # by then it computes, on any machine for days
+        process.send_signal(signal.SIGTERM)
+        # A second or two; far less than the minutes that one flight takes.
+        _, err = process.communicate(timeout=120.0)
+    assert process.returncode == 143, err
+    assert err.strip().endswith("chaincor: terminated")

@@ -1,0 +1,71 @@
+"""How long one collision has taken of what it is expected to take, on a terminal."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Iterator
+
+from workflows.durations import format_duration
+
+# What is over sooner needs no word.
+_QUIET_SECONDS = 2.0
+_REFRESH_SECONDS = 0.25
+
+
+@contextlib.contextmanager
+def show_elapsed(expected: float) -> Iterator[None]:
+    """
+    Show the time that has passed, and the time expected, while something runs.
+
+    Nothing is shown for the first two seconds, or where standard error is no terminal.
+
+    Parameters
+    ----------
+    expected : float
+        Seconds, by the cost model.
+
+    Yields
+    ------
+    None
+        While it is shown.
+    """
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield
+        return
+    done = threading.Event()
+    thread = threading.Thread(target=_show, args=(console, expected, done), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _show(console, expected, done):
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+    started = time.monotonic()
+    if done.wait(_QUIET_SECONDS):
+        return
+    columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
+        task = bar.add_task("", total=expected)
+        while True:
+            elapsed = time.monotonic() - started
+            bar.update(task, completed=min(elapsed, expected), description=_told(elapsed, expected))
+            bar.refresh()
+            if done.wait(_REFRESH_SECONDS):
+                return
+
+
+def _told(elapsed: float, expected: float) -> str:
+    if elapsed <= expected:
+        return f"{format_duration(elapsed)} of about {format_duration(expected)}; Ctrl-C stops it"
+    return (
+        f"{format_duration(elapsed)}, longer than the {format_duration(expected)} expected; "
+        "Ctrl-C stops it"
+    )
