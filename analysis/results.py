@@ -93,7 +93,8 @@ class CollisionAnalysis:
     time_start, time_end : float
         First and last frame, from the first contact.
     ending : str or None
-        Argument that no contact can follow the last frame, if there is one.
+        ``proved`` where energy and momentum rule out a contact after the last frame, ``argued``
+        where one is unlikely; None where neither can be said.
     history : History
         The collision in time.
     caveats : tuple of str

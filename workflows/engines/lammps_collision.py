@@ -119,7 +119,9 @@ class ChainCollision:
     def _take_contact(self, time: float, speed: float) -> None:
         self.contacts.append((time, speed))
         self.after_contact = self._state()
-        self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        # At the start all are 1 long; a single particle has none.
+        self.shortest = min(1.0, self.shortest_seen)
+        self.longest = max(1.0, self.longest_seen)
         self.ending, self.flown_on = None, np.inf
         self.overdue = time + self.patience
         if self.frames_at_contacts:
