@@ -92,7 +92,8 @@ def follow(
             return Flight(coast.time, ending)
         if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
-        until = watch.next_look(time, last_contact) - now
+        # At least one step: right after a contact, looks would be no time apart.
+        until = max(watch.next_look(time, last_contact), time + step) - now
         status = chain.advance(kernels, math.ceil(until / step), step, scheme)
         if chain.ledger.contacts > 1:
             return Flight(now + float(chain.contacts[0, 1]), None)

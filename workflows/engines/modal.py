@@ -33,9 +33,12 @@ from workflows.engines.reference_outcome import (
     unfinished_error,
 )
 
-# Bonds are shortest in the first flight, by far: there the extremes are sampled so often that a
+# Bonds are shortest in the first flight, by far: extremes are sampled so often there that a
 # bond (omega <= 2) is within 3 % of its extreme strain.
 SAMPLE_INTERVAL = 0.25
+
+# Flights are sampled so where bonds are stretched this much of the most so far, halfway.
+_NEARLY = 0.8
 
 # The 26 terms of a series and the rotation of a mode, in bond forces.
 _WINDOW_WORK = 60
@@ -58,7 +61,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     -------
     Outcome
         Scheme ``modal``, no timestep; bond lengths are sampled at contacts, and densely in the
-        first flight. Chains that cross themselves are flagged.
+        first flight and where bonds get longest. Chains that cross themselves are flagged.
 
     Raises
     ------
@@ -298,7 +301,9 @@ class _Collision:
 
     def _reflect(self, incoming: float) -> None:
         self._take_snapshots()
-        if len(self.contact_times) == 1:
+        away = self.time - self.contact_times[-1]
+        halfway = float(self.departure.drifted(0.5 * away).strains().max())
+        if len(self.contact_times) == 1 or halfway > _NEARLY * self.strain_max:
             self._sample_flight()
         self._chain.reflect(incoming)
         self.departure = self._chain.copy()
@@ -307,7 +312,7 @@ class _Collision:
         self._sample(self.departure)
 
     def _sample_flight(self) -> None:
-        """Sample the bonds between the first contact and now."""
+        """Sample the bonds between the last contact and now."""
         away = self.time - self.contact_times[-1]
         for moment in np.arange(SAMPLE_INTERVAL, away, SAMPLE_INTERVAL):
             self._sample(self.departure.drifted(moment))
