@@ -56,7 +56,7 @@ def collect_caveats(
     since_contact : float
         Time from the last contact to the last frame.
     ending : str or None
-        Argument that no contact can follow.
+        ``proved`` or ``argued`` that no contact follows; None where neither is.
     drift : float or None
         Relative drift of the energy.
     truncated : bool
@@ -203,16 +203,26 @@ def ending_caveats(
             "the chain still moves towards the wall in the last frame: the collision is not over "
             "and restitution is not the final one"
         ]
+    if ending == "proved" or state.velocities.size == 1:
+        return []
     stiffness = 1.0 if bond is None else bond.stiffness
     # Long waves see the mean mass and are the fastest.
     crossing = state.velocities.size * float(np.mean(masses)) ** 0.5 / stiffness**0.5
-    if ending is None and since_contact <= 2.0 * crossing and state.velocities.size > 1:
+    if ending == "argued":
+        return [
+            "energy alone does not rule out a contact after the last frame; it would take an "
+            "unlikely gathering of energy in one bond"
+        ]
+    if since_contact <= 2.0 * crossing:
         return [
             f"the dump ends {since_contact:.3g} after the last contact; sound needs "
             f"{2.0 * crossing:.3g} to cross the chain and come back, so a later contact cannot "
             "be ruled out"
         ]
-    return []
+    return [
+        f"the dump ends {since_contact:.3g} after the last contact; nothing but this silence shows "
+        "that no later one comes"
+    ]
 
 
 def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> list[str]:

@@ -97,7 +97,8 @@ class CollisionAnalysis:
     time_start, time_end : float
         First and last frame, from the first contact.
     ending : str or None
-        Argument that no contact can follow the last frame, if there is one.
+        ``proved`` where energy and momentum rule out a contact after the last frame, ``argued``
+        where one is unlikely; None where neither can be said.
     finished : bool
         Whether, as far as can be told, no contact follows the last frame.
     history : History

@@ -1,5 +1,6 @@
 """Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
 
+from dataclasses import dataclass
 from functools import cache
 from pathlib import PurePosixPath
 from typing import Any, Literal
@@ -16,6 +17,26 @@ SCENE_FILE = "scene.toml"
 DUMP_FILE = "dump.lammpstrj"
 LOG_FILE = "log.lammps"
 CONTACTS_FILE = "contacts.txt"
+
+
+@dataclass(frozen=True)
+class ScoutedEnd:
+    """
+    How a collision ended that a script runs again.
+
+    Attributes
+    ----------
+    last_contact_time : float
+        From the first contact.
+    contacts : int
+        Hits on the wall.
+    ending : str
+        ``proved``, ``argued`` or ``open``.
+    """
+
+    last_contact_time: float
+    contacts: int
+    ending: str
 
 
 def number(value: float) -> str:
@@ -111,9 +132,10 @@ def render_job(
     numerics: Numerics,
     table: BondTable | None,
     *,
-    quiet_factor: float,
+    quiet: float,
     cap: float,
     look_steps: int,
+    scouted: ScoutedEnd | None,
     dump_steps: int | Literal["contacts"] | None = None,
 ) -> str:
     """
@@ -127,12 +149,15 @@ def render_job(
         Wall and timestep; the scheme must be ``verlet``.
     table : BondTable or None
         The bond table; None for LAMMPS's own harmonic bond.
-    quiet_factor : float
-        Quiet time, per particle of a fragment, after which the collision is over.
+    quiet : float
+        Time without a contact after which the collision is over.
     cap : float
         Simulated time at which an unfinished collision is given up.
     look_steps : int
         Steps between two looks for the end.
+    scouted : ScoutedEnd or None
+        How the same collision ended elsewhere: the script does not end before; None where that is
+        not known.
     dump_steps : int or None
         Steps between frames of a dump, or one after each contact; None for no dump.
 
@@ -151,26 +176,20 @@ def render_job(
             f"scheme is '{numerics.scheme}'; an input script can do 'verlet' only: give scheme "
             "'verlet', or use `chaincor run`, which drives LAMMPS step by step"
         )
-    bond = scene.bond
-    formula = bond.lammps_energy("v_strain")
-    convex = bond.convex_strain
-    finite_convex = convex < float("inf")
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
     values |= {
         "scripted": True,
         "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets a wall",
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
-        "quiet_factor": number(quiet_factor),
+        "quiet": number(quiet),
         "cap": number(cap),
         "look_steps": look_steps,
         "dump_steps": dump_steps,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
-        "energy_formula": formula,
-        "dissociation": number(bond.dissociation) if bond.dissociation < float("inf") else None,
-        "convex_strain": number(convex) if finite_convex else None,
-        "convex_energy": number(float(bond.energy(convex))) if finite_convex else None,
+        "scouted": scouted,
+        "scouted_time": number(0.0 if scouted is None else scouted.last_contact_time),
     }
     return _environment().get_template("job.in.j2").render(values)

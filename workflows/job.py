@@ -13,9 +13,8 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
-from workflows.engines.ending import look_interval, quiet_time
 from workflows.engines.lammps import guess_bond_range
-from workflows.engines.lammps_job import job_script
+from workflows.engines.lammps_job import flown_on, job_script
 from workflows.scouting import Scouting, scout
 
 
@@ -71,9 +70,10 @@ def write_job(
             else scouting.table_range(scene)
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
+    scouted = None if scouting is None else scouting.end
     dump_steps = _dump_steps(scene, numerics.timestep) if dump or scene.dump is not None else None
     texts = {
-        SCRIPT_FILE: job_script(scene, numerics, table, dump_steps),
+        SCRIPT_FILE: job_script(scene, numerics, table, scouted, dump_steps),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }
     if table is not None:
@@ -111,9 +111,7 @@ def scout_job(scene: Scene) -> Scouting | None:
         With the bonds of the free flight by which the script sees that no contact follows; None
         where it cannot tell.
     """
-    stiffness = scene.bond.stiffness
-    silence = quiet_time(scene.particles, stiffness)
-    return scout(scene, silence + 2.0 * look_interval(scene.particles, stiffness))
+    return scout(scene, flown_on(scene))
 
 
 def _write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:

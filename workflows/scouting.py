@@ -5,6 +5,7 @@ from typing import Any
 
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
+from lammps_inputs.script import ScoutedEnd
 from workflows.convergence import Converged, converge, exact_modes
 from workflows.engines.ending import look_interval, quiet_time
 from workflows.engines.lammps_collision import PATIENCE
@@ -36,6 +37,8 @@ class Scouting:
         Length of the collision, and of the run to the end that was argued.
     contacts : int
         Hits on the wall.
+    ending : str
+        ``proved``, ``argued`` or ``open``.
     fragments : int
         Connected pieces at the end.
     seconds : float
@@ -49,8 +52,14 @@ class Scouting:
     last_contact_time: float
     duration: float
     contacts: int
+    ending: str
     fragments: int
     seconds: float
+
+    @property
+    def end(self) -> ScoutedEnd:
+        """What a script must know of the end."""
+        return ScoutedEnd(self.last_contact_time, self.contacts, self.ending)
 
     def table_range(self, scene: Scene) -> tuple[float, float]:
         """
@@ -111,6 +120,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
         last_contact_time=float(outcome.contact_times[-1]),
         duration=outcome.duration,
         contacts=len(outcome.contact_times),
+        ending=outcome.ending.kind,
         fragments=outcome.fragments,
         seconds=found.seconds,
     )

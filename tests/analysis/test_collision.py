@@ -90,10 +90,17 @@ def test_an_early_end_is_said(harmonic20, dump_writer):
     short = analyze(dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic())
     assert has_caveat(short, "a later contact cannot be ruled out")
     argued = analyze(
-        dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "energy"
+        dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "proved"
     )
-    assert argued.ending == "energy"
+    assert argued.ending == "proved"
     assert not has_caveat(argued, "ruled out")
+    unlikely = analyze(
+        dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "argued"
+    )
+    assert has_caveat(unlikely, "does not rule out a contact after the last frame")
+    # 20 particles: sound is back after 40; the frames end at 120, the last contact is before 50.
+    long = analyze(dump_writer.write(harmonic20, TIMES), bond=Harmonic())
+    assert has_caveat(long, "nothing but this silence shows that no later one comes")
 
 
 def test_a_cut_frame_is_said(harmonic20, dump_writer):

@@ -11,11 +11,16 @@ from lammps_inputs.bond_table import tabulate
 from lammps_inputs.errors import SceneError
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from lammps_inputs.script import number, render_job, render_setup
+from lammps_inputs.script import ScoutedEnd, number, render_job, render_setup
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 # Values that do not come from elsewhere in the program: the text alone is under test here.
-ENDING = {"quiet_factor": 2.2, "cap": 300.0, "look_steps": 160}
+ENDING = {
+    "quiet": 22.0,
+    "cap": 300.0,
+    "look_steps": 160,
+    "scouted": ScoutedEnd(last_contact_time=18.25, contacts=9, ending="proved"),
+}
 BONDS = {
     "harmonic": ({"potential": "harmonic", "velocity": 0.1}, None),
     "lj-spline": ({"potential": "lj", "velocity": 0.05}, "spline"),
@@ -31,7 +36,7 @@ def render(wall, kind, **options):
     fields, style = BONDS[kind]
     scene = Scene(particles=10, wall=wall, scheme="verlet", timestep=0.0125, **fields)
     table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, 1001)
-    return render_job(scene, Numerics.from_scene(scene), table, **ENDING, **options)
+    return render_job(scene, Numerics.from_scene(scene), table, **(ENDING | options))
 
 
 def compare(name, text, update):
@@ -54,6 +59,12 @@ def test_golden_job_with_a_dump(update_golden):
 def test_golden_job_with_a_dump_at_contacts(update_golden):
     text = render("event", "harmonic", dump_steps="contacts")
     compare("event-harmonic-dump-contacts.in", text, update_golden)
+
+
+def test_a_job_without_scouting_says_so():
+    text = render("event", "lj-spline", scouted=None)
+    assert "# No in-house run could tell when the last contact comes" in text
+    assert "scouted    string 0.0" in text
 
 
 @pytest.mark.parametrize("kind", ["harmonic", "lj-spline"])

@@ -17,6 +17,7 @@ from analysis.restitution import restitution
 from lammps_inputs.errors import InputError, SceneError
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
+from workflows import job
 from workflows.collision import collide
 from workflows.engines import lammps
 from workflows.engines.ending import argue_end
@@ -100,6 +101,44 @@ def test_lmp_alone_gives_what_python_gives(fields, wall, tmp_path):
     assert abs(given - got) <= 1e-12 * scale
 
 
+def test_a_late_contact_is_waited_for(tmp_path):
+    # The 27th contact comes at 38.809, after silence while a piece of nine vibrates.
+    scene = Scene(particles=28, speed=1.47, scheme="verlet", timestep=0.002)
+    write_job(scene, tmp_path)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert number(done.stdout, "contacts") == 27
+    # Verlet errors grow in the collision, from 1e-6 here to 1e-4 at the end.
+    assert number(done.stdout, "restitution") == pytest.approx(0.80498439256, abs=1e-3)
+    assert number(done.stdout, "last_contact_time") == pytest.approx(38.808724, abs=1e-2)
+    assert re.search(
+        r"^ending = silence, also after the in-house run: 27 contacts, the last at 38\.80\d*, "
+        r"end (proved|argued)$",
+        done.stdout,
+        re.MULTILINE,
+    )
+
+
+def test_no_end_is_seen_before_the_scouted_one(tmp_path):
+    scene = Scene(potential="harmonic", particles=5, velocity=0.1, scheme="verlet")
+    write_job(scene, tmp_path, dump=True)
+    script = tmp_path / "in.chain"
+    early, late = re.search(r"scouted +string (\S+)", script.read_text())[1], "123.0"
+    script.write_text(script.read_text().replace(f"string {early}", f"string {late}"))
+    assert run_lmp(tmp_path).returncode == 0
+    *_, last = Dump(tmp_path / "dump.lammpstrj")
+    assert last.step * Numerics.from_scene(scene).timestep > 123.0
+
+
+def test_a_job_that_was_not_scouted_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(job, "scout", lambda *_: None)
+    write_job(Scene(particles=10, speed=0.4, scheme="verlet"), tmp_path)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0
+    assert re.search("^ending = silence alone: no in-house run could tell", done.stdout, re.M)
+    assert "# No in-house run could tell" in (tmp_path / "in.chain").read_text()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 def test_lmp_alone_with_a_hundred_particles(wall, tmp_path):
@@ -176,6 +215,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     slower = scene.replace(speed=None, velocity=0.6 * scene.impact_velocity)
     done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
     assert done.returncode == 0, done.stdout[-2000:]
+    assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
     scouting = scout_job(scene)  # the table is that of the job
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
     outcome = lammps.run(slower, numerics)

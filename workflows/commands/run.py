@@ -72,6 +72,13 @@ def run(
         ctx.exit(1)
 
 
+_ENDINGS = {
+    "proved": "energy and momentum rule out another contact",
+    "argued": "another contact is unlikely, not ruled out",
+    "open": "a piece still approaches the wall; contacts to come are in the error bar",
+}
+
+
 def _with_error(value: float, error: float | None) -> str:
     if error is None:
         return f"{value:.12g} (no error bar asked for)"
@@ -106,6 +113,7 @@ def describe(result: Collision) -> str:
         f"restitution (energy)   eta = {_with_error(result.restitution, result.restitution_error)}",
         f"restitution (speed)    e   = {result.kinematic_restitution:.6g}",
         f"contacts               {result.contacts}, the last at t = {result.last_contact_time:.6g}",
+        f"end                    {result.ending}: {_ENDINGS[result.ending]}",
         f"bond lengths           {result.bond_min:.4g} to {result.bond_max:.4g}",
         f"energy drift           {result.energy_drift:.1e}",
         f"momentum residual      {result.momentum_residual:.1e} n v0",

@@ -132,6 +132,18 @@ def _keep_job(target: Path, folder: Path) -> None:
             shutil.copy2(file, aside / file.name)
 
 
+def _write_kept(
+    scene: Scene,
+    numerics: Numerics,
+    table: BondTable | None,
+    outcome: Outcome | None,
+    folder: Path,
+) -> None:
+    (folder / _KEPT).mkdir(exist_ok=True)
+    for name, text in kept_files(scene, numerics, table, outcome).items():
+        (folder / _KEPT / name).write_text(text)
+
+
 def _refuse_drowning(scene: Scene) -> None:
     """Refuse a motion that absolute coordinates cannot represent."""
     floor = rounding_error("lammps", scene)
@@ -254,7 +266,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     n, v0 = scene.particles, scene.impact_velocity
     # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
     speed = (2.0 * n) ** 0.5 * v0
-    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, 0.0)
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
@@ -305,11 +317,9 @@ def _collide(
     Also returns the longest bond that each run saw, the flight after the last contact included.
     """
     outcomes, longest_seen = [], []
+    numerics_first = replace(numerics, timestep=timesteps[0])
     if scene.save is not None:
-        (folder / _KEPT).mkdir(exist_ok=True)
-        used = replace(numerics, timestep=timesteps[0])
-        for name, text in kept_files(scene, used, table).items():
-            (folder / _KEPT / name).write_text(text)
+        _write_kept(scene, numerics_first, table, None, folder)
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
@@ -327,6 +337,8 @@ def _collide(
             longest_seen.append(collision.longest_seen)
             scene = scene.replace(dump=None)
             frame_interval = None
+    if scene.save is not None:
+        _write_kept(scene, numerics_first, table, outcomes[0], folder)
     return outcomes, longest_seen
 
 

@@ -5,11 +5,12 @@ from numpy.typing import NDArray
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
-from workflows.engines.ending import Ending, look_interval, quiet_time
+from workflows.engines.ending import Ending, longest_collision, look_interval, quiet_time
 from workflows.engines.follow import follow
 from workflows.engines.lammps_flight import Flight
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.pieces import count_fragments
+from workflows.engines.reference_outcome import unfinished_error
 from workflows.errors import (
     BarrierError,
     BondRangeError,
@@ -120,7 +121,9 @@ class ChainCollision:
     def _take_contact(self, time: float, speed: float) -> None:
         self.contacts.append((time, speed))
         self.after_contact = self._state()
-        self.shortest, self.longest = self.shortest_seen, self.longest_seen
+        # At the start all are 1 long; a single particle has none.
+        self.shortest = min(1.0, self.shortest_seen)
+        self.longest = max(1.0, self.longest_seen)
         self.ending, self.flown_on = None, np.inf
         self.overdue = time + self.patience
         if self.frames_at_contacts:
@@ -165,6 +168,8 @@ class ChainCollision:
         now, last = self.flight.time, self.contacts[-1][0]
         chain = self.chain
         if float(chain.v.sum()) <= 0.0:
+            if now > longest_collision(self.scene.particles, self.bond.stiffness, last):
+                raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience
             return
         displacements, velocities = self._state()

@@ -94,9 +94,8 @@ def reach(bond: Potential, energy: float, particles: int) -> float:
     lowest, longest = bond_strains(bond, energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
-    with np.errstate(divide="ignore"):  # where particles would meet
-        held = bond.energy(strains)
-    softest = min(bond.stiffness, 2.0 * float(np.min(held / strains**2)))
+    with np.errstate(divide="ignore"):  # a bond compressed to nothing
+        softest = min(bond.stiffness, 2.0 * float(np.min(bond.energy(strains) / strains**2)))
     squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
     total = 0.5 * (particles - 1)
     far = total * longest

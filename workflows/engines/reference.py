@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
+from workflows.engines.ending import Ending, EndWatch, quiet_time
 from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_chain import Chain
@@ -116,7 +116,7 @@ def _collide(
         ledger.argue_after = ledger.patience = math.inf
         until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
     while True:
-        longest = until if known else longest_collision(particles, stiffness, ledger.last_contact)
+        longest = until if known else watch.followed_until(float(ledger.last_contact))
         last_step = math.ceil(longest / step)
         status = chain.advance(kernels, int(min(last_step + 1, frames.next_step())), step, scheme)
         if status in (motion.OUTSIDE, motion.CROWDED):
@@ -147,7 +147,7 @@ def _collide(
                 return ending, coast.time, int(coast.chain.ledger.evaluations)
             ledger.argue_after = watch.next_look(now, last) - last
         if status == motion.DONE:
-            if late and longest_collision(particles, stiffness, float(ledger.last_contact)) < now:
+            if late and watch.followed_until(last) < now:
                 raise unfinished_error(scene, now)
             frames.record()
 

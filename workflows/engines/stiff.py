@@ -233,8 +233,7 @@ class _Flight:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         ledger, scene = self.ledger, self._scene
-        particles, stiffness = scene.particles, scene.bond.stiffness
-        watch = EndWatch(particles, scene.bond)
+        watch = EndWatch(scene.particles, scene.bond)
         while True:
             status = self._advance()
             now, last = float(ledger.time), float(ledger.last_contact)
@@ -246,9 +245,9 @@ class _Flight:
                     return ending
                 ledger.argue_after = watch.next_look(now, last) - last
                 if status == adaptive.LATE:
-                    if now > longest_collision(particles, stiffness, last):
+                    if now > watch.followed_until(last):
                         raise unfinished_error(scene, now)
-                    ledger.longest = 1.01 * longest_collision(particles, stiffness, last)
+                    ledger.longest = 1.01 * watch.followed_until(last)
             else:
                 raise self._failure(status)
 

@@ -55,7 +55,7 @@ def test_json_holds_what_is_promised(job, capsys):
     assert result["last_contact_time"] == pytest.approx(np.pi / np.sqrt(2.0), abs=1e-8)
     assert result["mode_energies"] == pytest.approx([0.01, 0.0], abs=1e-12)
     assert isinstance(result["caveats"], list)
-    assert result["ending"] == "energy"
+    assert result["ending"] == "proved"
 
 
 def test_text_labels_both_coefficients_and_notes_caveats(job, capsys):

@@ -1,4 +1,6 @@
-"""The argued end of a collision, against states that are known and runs that went on."""
+"""The end of a collision, against states that are known and runs that went on."""
+
+import math
 
 import numpy as np
 import pytest
@@ -7,112 +9,162 @@ from scipy.optimize import minimize
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, LennardJones, Toda
 from lammps_inputs.scene import Scene
-from workflows.engines import lammps, lammps_collision
+from workflows.engines import reference
 from workflows.engines.ending import (
-    Fragments,
+    RISK_ALLOWED,
+    EndWatch,
+    approach,
     argue_end,
-    find_fragments,
+    find_pieces,
+    longest_collision,
     quiet_time,
-    slowest_behind,
+    return_risk,
 )
+from workflows.engines.follow import follow
+from workflows.engines.reference_look_ahead import LookAhead
 
 LJ = LennardJones()
+LONG = 1e9
 
 
 def test_an_approaching_chain_is_not_over():
-    assert argue_end(1.0, np.zeros(4), np.full(5, -0.1), 1e9, Harmonic()) is None
+    assert argue_end(1.0, np.zeros(4), np.full(5, -0.1), LONG, Harmonic()) is None
+    assert EndWatch(5, Harmonic()).look(LONG, 0.0, 1.0, np.zeros(4), np.full(5, -0.1)) is None
 
 
 def test_a_resting_chain_that_recedes_is_over_at_once():
-    assert argue_end(1e-9, np.zeros(4), np.full(5, 0.1), 0.0, Harmonic()) == "energy"
-
-
-def test_vibration_that_may_reach_back_is_not_over_until_quiet():
-    velocities = np.array([0.5, -0.3, 0.1, -0.3, 0.5])
-    state = (0.01, np.zeros(4), velocities)
-    assert argue_end(*state, 1.0, Harmonic()) is None
-    quiet = quiet_time(5, 1.0)
-    assert argue_end(*state, 0.99 * quiet, Harmonic()) is None
-    assert argue_end(*state, 1.01 * quiet, Harmonic()) == "quiet"
+    assert argue_end(1e-9, np.zeros(4), np.full(5, 0.1), 0.0, Harmonic()) == "proved"
 
 
 def test_one_particle():
-    assert argue_end(0.0, np.zeros(0), np.array([0.1]), 0.0, LJ) == "energy"
+    assert argue_end(0.0, np.zeros(0), np.array([0.1]), 0.0, LJ) == "proved"
     assert argue_end(0.0, np.zeros(0), np.array([-0.1]), 0.0, LJ) is None
 
 
-class TestFragments:
-    def test_a_bond_breaks_by_energy_not_by_length(self):
-        long_but_slow = find_fragments(np.array([1.7]), np.array([0.0, 0.01]), LJ)
-        assert len(long_but_slow.sizes) == 1, "2.7 long and coming back"
-        # U(1.2) = (1.2^-6 - 1)^2/72 = 0.00614; 0.00775 more, w^2/4, break it: w = 0.176.
-        for opening, pieces in ((0.175, 1), (0.177, 2)):
-            assert len(find_fragments(np.array([0.2]), np.array([0, opening]), LJ).sizes) == pieces
-
-    def test_closing_and_compressed_bonds_hold(self):
-        assert len(find_fragments(np.array([0.2]), np.array([0.0, -1.0]), LJ).sizes) == 1
-        assert len(find_fragments(np.array([-0.2]), np.array([0.0, 1.0]), LJ).sizes) == 1
-
-    def test_sizes_and_velocities(self):
-        found = find_fragments(np.array([0.0, 0.5, 0.0]), np.array([0.1, 0.3, 1.0, 2.0]), LJ)
-        assert found.starts.tolist() == [0, 2]
-        assert found.sizes.tolist() == [2, 2]
-        assert found.mean_velocities == pytest.approx([0.2, 1.5])
-
-    def test_pieces_that_will_meet_are_not_over(self):
-        strains, velocities = np.array([0.0, 3.0, 0.0]), np.array([0.2, 0.2, 0.5, 0.5])
-        assert argue_end(1.0, strains, velocities, 0.0, LJ) == "energy"
-        catching_up = np.array([0.2, 0.2, 0.9, -0.7])  # bond 2 opens, piece 2 is slower
-        assert argue_end(1.0, strains, catching_up, 1e9, LJ) is None
+def test_vibration_that_may_reach_back_is_followed_as_long_as_may_be():
+    # Springs never break: what one moment does not prove, only a long time without contact argues.
+    state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 0.5]))
+    assert argue_end(*state, LONG, Harmonic()) is None
+    watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
+    assert watch.look(0.999 * cap, 3.0, *state) is None
+    assert watch.look(1.001 * cap, 3.0, *state).kind == "argued"
 
 
-def collide_until_sorted(sizes, speeds):
-    """Let fragments meet as elastic bodies; return all speeds on the way."""
-    speeds, met = speeds.copy(), [speeds.copy()]
-    while np.any(np.diff(speeds) < -1e-12):
-        k = int(np.argmin(np.diff(speeds)))
-        pair = slice(k, k + 2)
-        speeds[pair] = 2.0 * np.average(speeds[pair], weights=sizes[pair]) - speeds[pair]
-        met.append(speeds.copy())
-    return np.array(met)
+def test_how_long_a_collision_is_followed():
+    for last in (0.0, 10.0, 100.0):
+        assert longest_collision(20, 1.0, last) > 20.0 * last + quiet_time(20, 1.0)
+        # The same motion, four times as stiff, is twice as fast.
+        assert longest_collision(20, 4.0, last / 2.0) == pytest.approx(
+            longest_collision(20, 1.0, last) / 2.0
+        )
+    # However late contacts come, an end comes too.
+    assert longest_collision(20, 1.0, 1e9) == longest_collision(20, 1.0, 1e8)
 
 
-def test_no_fragment_gets_slower_than_the_bound():
-    random = np.random.default_rng(8)
-    tightest = np.inf
-    for _ in range(300):
-        sizes = random.integers(1, 40, random.integers(3, 9))
-        speeds = 1.0 + 0.1 * np.sort(random.normal(size=len(sizes)))
-        speeds[1:] += random.normal(size=len(sizes) - 1) * 0.05
-        bound = slowest_behind(Fragments(np.cumsum(sizes) - sizes, sizes, speeds))
-        if speeds[1] <= speeds[0]:
-            assert bound == -np.inf
-            continue
-        slowest = collide_until_sorted(sizes[1:], speeds[1:]).min()
-        assert slowest >= bound - 1e-12
-        tightest = min(tightest, slowest - bound)
-    assert tightest < 0.01  # a bound that says something
+def hot_piece(drift, energy, size=6):
+    """Some of seven particles that vibrate, at a mean speed, and the others far and fast away."""
+    pattern = np.append([1.0, -1.0, 1.0, -1.0], {5: [0.0], 6: [1.0, -1.0]}[size])
+    velocities = np.full(7, drift + 2.0)
+    velocities[:size] = drift + math.sqrt(2.0 * energy / (pattern @ pattern)) * pattern
+    strains = np.zeros(6)
+    strains[size - 1] = 50.0
+    return 50.0, strains, velocities
 
 
-def test_fragments_that_meet_far_away_do_not_keep_a_collision_open():
-    # Three pairs; the second, with 0.95, will meet the third, with 0.85, and take its speed. Their
-    # ends part for the moment, so that the bond between them is broken.
-    strains = np.array([0.0, 3.0, 0.0, 3.0, 0.0])
-    velocities = np.array([0.0, 0.0, 1.2, 0.7, 0.8, 0.9])
-    silence = quiet_time(6, LJ.stiffness)
-    for first, seconds, verdict in ((0.5, 1.01, "quiet"), (0.5, 0.99, None), (0.86, 1.01, None)):
-        velocities[:2] = first
-        assert argue_end(1.0, strains, velocities, seconds * silence, LJ) == verdict
+def test_silence_counts_from_when_the_piece_exists():
+    # Contacts stopped long ago; the piece, whose return is unlikely but not ruled out, is new.
+    broken = hot_piece(0.1, energy=0.0202)
+    risk = return_risk(find_pieces(*broken, LJ), LJ)
+    assert 0.0 < risk <= RISK_ALLOWED
+    whole = (0.01, np.zeros(6), np.array([0.1, 0.3, -0.2, 0.3, -0.2, 0.3, -0.2]))
+    assert return_risk(find_pieces(*whole, LJ), LJ) > RISK_ALLOWED
+    quiet, watch, last = quiet_time(7, 1.0), EndWatch(7, LJ), 100.0
+    born = last + 5.0 * quiet
+    assert watch.look(born - 1.0, last, *whole) is None
+    assert watch.look(born, last, *broken) is None
+    assert watch.look(born + 0.9 * quiet, last, *broken) is None
+    assert watch.next_look(born + 0.9 * quiet, last) == pytest.approx(born + quiet)
+    assert watch.look(born + 0.99 * quiet, last, *broken) is None
+    assert watch.look(born + 1.01 * quiet, last, *broken).kind == "argued"
+
+
+@pytest.mark.parametrize("reason", ["a contact", "another piece", "a risk"])
+def test_silence_counts_anew_after(reason):
+    broken = hot_piece(0.1, energy=0.0202)
+    smaller = hot_piece(0.1, energy=0.0202, size=5)
+    assert find_pieces(*smaller, LJ).sizes[0] == 5
+    assert 0.0 < return_risk(find_pieces(*smaller, LJ), LJ) <= RISK_ALLOWED
+    hotter = hot_piece(0.1, energy=0.08)
+    assert return_risk(find_pieces(*hotter, LJ), LJ) > RISK_ALLOWED
+    quiet, watch = quiet_time(7, 1.0), EndWatch(7, LJ)
+    assert watch.look(1.0, 0.0, *broken) is None
+    between = {"a contact": broken, "another piece": smaller, "a risk": hotter}[reason]
+    last = 0.9 * quiet if reason == "a contact" else 0.0
+    assert watch.look(0.9 * quiet, last, *between) is None
+    # What was seen in between has ended the silence, whichever state follows.
+    assert watch.look(1.5 * quiet, last, *broken) is None
+    assert watch.look(2.6 * quiet, last, *broken).kind == "argued"
+
+
+def test_nothing_is_argued_while_the_first_piece_approaches():
+    # The momentum is that of a particle far away; no silence makes up for the direction.
+    state = hot_piece(-0.05, energy=1e-4)
+    assert state[2].sum() > 0.0
+    assert argue_end(*state, LONG, LJ) is None
+    watch, cap = EndWatch(7, LJ), longest_collision(7, 1.0, 0.0)
+    for now in np.linspace(1.0, 0.99 * cap, 20):
+        assert watch.look(now, 0.0, *state) is None
+    ending = watch.look(1.01 * cap, 0.0, *state)
+    assert ending.kind == "open"
+    # Six particles that turn round at most: 2 m V and what their vibration adds,
+    # sqrt((m V)^2 + 2 m I) - m V = m I/(m V) at first order.
+    assert ending.missed_momentum == pytest.approx(2.0 * 6 * 0.05 + 1e-4 / 0.05, rel=0.01)
+
+
+def test_no_contact_gives_more_than_is_reckoned_with():
+    # Follow a piece that approaches to its contacts, and compare with what was foretold.
+    scene = Scene(particles=6, velocity=0.05)
+    for frequency in (0.0, 0.02, 0.05):
+        pattern = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+        start = -0.05 + frequency * pattern
+        pieces = find_pieces(1.0, np.zeros(5), start, LJ)
+        outcome = reference.run(scene, Numerics(scheme="order8", timestep=0.1))
+        gained = float(outcome.velocities.sum()) + 6 * 0.05
+        assert gained <= approach(pieces) * (1.0 + 1e-9)
+
+
+def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
+    """Two-body energy said of this one that bond 1 is broken for good; it hits the wall again."""
+    strains, velocities = np.array([0.5, 0.0]), np.array([0.001, 0.30, -0.25])
+    for silence in (0.0, LONG):
+        assert argue_end(0.05, strains, velocities, silence, LJ) is None
+    displacements = np.cumsum(np.append(0.05, strains))
+    scene = Scene(potential="lj", particles=3, velocity=0.1)
+    for now in (100.0, 200.0):
+        found = follow(scene, displacements, velocities, now=now, last_contact=100.0, shortest=0.9)
+        assert found.ending is None
+        # The judge (tests/benchmarks/judge.py) says 3.819; steps of order 8 are good to 1e-6.
+        assert found.time == pytest.approx(now + 3.819, abs=1e-3)
+
+
+def test_particle_1_alone_may_approach_while_its_piece_recedes():
+    assert argue_end(0.02, np.zeros(1), np.array([-0.1, 0.15]), LONG, LJ) is None
+
+
+def test_pieces_that_will_meet_are_not_over():
+    strains = np.array([0.0, 6.0, 0.0])
+    assert argue_end(1.0, strains, np.array([0.2, 0.2, 0.5, 0.5]), 0.0, LJ) == "proved"
+    catching_up = np.array([0.2, 0.2, 0.9, -0.7])  # bond 2 opens, piece 2 is slower
+    assert argue_end(1.0, strains, catching_up, LONG, LJ) is None
 
 
 @pytest.mark.parametrize("bond", [Harmonic(), Toda(), LJ], ids=lambda bond: bond.name)
 @pytest.mark.parametrize("size", [2, 3, 6])
-def test_the_energy_needed_to_reach_the_wall_is_not_overestimated(bond, size):
-    # The proof says that stretching the m - 1 bonds until particle 1 is at the wall costs at
-    # least W U(D/W). Minimise the cost numerically instead, and let the argument decide just
-    # below the true minimum: it must never say "energy" above it.
+def test_the_energy_of_a_return_is_not_overestimated(bond, size):
+    # Particle 1 at the wall, and not receding: the m - 1 bonds are stretched by what the mean has
+    # gone, and it moves against the mean. Minimise the energy of that numerically.
     weights = np.arange(size - 1, 0, -1) / size
-    displacement = 0.02 * size
+    displacement, drift = 0.02 * size, 0.01
 
     def cost(strains):
         return float(np.sum(bond.energy(strains)))
@@ -127,30 +179,32 @@ def test_the_energy_needed_to_reach_the_wall_is_not_overestimated(bond, size):
         options={"ftol": 1e-10},
     )
     assert found.success
-    bound = weights.sum() * float(bond.energy(displacement / weights.sum()))
-    # What is found lies above the minimum by ftol at most, give or take the curvature at its
-    # foot: a hundred times ftol is set aside.
-    assert bound <= found.fun - 1e-8
-    # Give the fragment, unstrained and with its mean displaced by D, this much internal energy.
+    least = found.fun + 0.5 * drift**2 * size / (size - 1)
     pattern = np.where(np.arange(size) % 2, 1.0, -1.0)
     pattern -= pattern.mean()
-    for share, verdict in ((0.999, "energy"), (1.001, None)):
-        internal = share * bound
+
+    def verdict(internal):
+        """Of a piece, unstrained and with its mean displaced, of this internal energy."""
         speed = np.sqrt(2.0 * internal / np.sum(pattern**2))
-        state = (displacement, np.zeros(size - 1), 1.0 + speed * pattern)
-        assert argue_end(*state, 0.0, bond) == verdict
+        return argue_end(displacement, np.zeros(size - 1), drift + speed * pattern, 0.0, bond)
+
+    assert verdict(1.001 * least) is None
+    # Margins for coarse steps, 1.01, and bounds that are not the minimum itself, take the rest.
+    assert verdict(0.5 * least) == "proved"
 
 
-def test_a_strained_fragment_is_weighed_by_its_mean_displacement():
-    # D is the mean of u, whichever bond is strained; the last one moves it least.
+def test_a_strained_piece_is_weighed_by_its_mean_displacement():
+    # D is the mean of u, whichever bond is strained; the last one moves it least. The cheapest way
+    # to stretch springs so far, s_i proportional to their weights, costs D^2/(2 sum w_i^2).
     displacements = np.array([0.3, 0.3, 0.3, 0.32])
-    mean, half_sum = displacements.mean(), 1.5
-    bound = half_sum * 0.5 * (mean / half_sum) ** 2
+    mean, squares = displacements.mean(), (1.0 + 4.0 + 9.0) / 16.0
+    drift = 1e-3
+    least = 0.5 * mean**2 / squares + 0.5 * drift**2 * 4.0 / 3.0
     strains = np.diff(displacements)
     pattern = np.array([1.0, -1.0, 1.0, -1.0])
-    for share, verdict in ((0.999, "energy"), (1.001, None)):
-        kinetic = share * bound - 0.5 * float(strains @ strains)
-        velocities = 1.0 + np.sqrt(kinetic / 2.0) * pattern
+    for share, verdict in ((0.985, "proved"), (1.001, None)):  # 1/1.01 is the margin
+        kinetic = share * least - 0.5 * float(strains @ strains)
+        velocities = drift + np.sqrt(kinetic / 2.0) * pattern
         assert argue_end(0.3, strains, velocities, 0.0, Harmonic()) == verdict
 
 
@@ -170,22 +224,24 @@ SCENES = [
 
 
 @pytest.mark.parametrize("fields", SCENES, ids=lambda f: f"{f['potential']}-{f['particles']}")
-def test_no_hit_follows_once_the_end_was_argued(fields, monkeypatch):
-    # Let the engine go on for eight sound crossings after the first verdict, and watch.
-    verdicts, patience = [], 80
-
-    def patient(first, strains, velocities, since, bond):
-        verdicts.append((argue_end(first, strains, velocities, since, bond), since, first))
-        return verdicts[-1][0] if patience < len([1 for v, *_ in verdicts if v]) else None
-
-    monkeypatch.setattr(lammps_collision, "argue_end", patient)
+def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
+    # Let the engine go on exactly for eight sound crossings after the first verdict, and watch.
     scene = Scene(**fields)
-    wide = (0.3, 400.0) if fields["potential"] == "lj" else (0.3, 5.0)
-    numerics = Numerics(scheme="order6", timestep=0.05, bond_range=wide)
-    # Frames have to be exact to the end: with them nothing is settled by looking ahead.
-    lammps.run(scene, numerics, frame_interval=100.0)
-    first = next(k for k, (verdict, *_) in enumerate(verdicts) if verdict)
-    _, since, distances = zip(*verdicts[first:], strict=True)
-    assert len(since) > patience
-    assert np.all(np.diff(since) > 0.0), "a contact came after the end was argued"
-    assert min(distances) > 0.0
+    look, seen = EndWatch.look, []
+
+    def patient(self, now, last_contact, *state):
+        ending = look(self, now, last_contact, *state)
+        if ending is not None and not seen:
+            seen.append((now, last_contact))
+        long = seen and now > seen[0][0] + 8.0 * scene.particles
+        # Where the end was seen at the cap, the engine has followed the chain for long already.
+        return (
+            ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
+        )
+
+    monkeypatch.setattr(EndWatch, "look", patient)
+    monkeypatch.setattr(LookAhead, "settle", lambda self: None)
+    step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
+    outcome = reference.run(scene, Numerics(scheme="order6", timestep=step))
+    assert outcome.duration > outcome.contact_times[-1] + 5.0 * scene.particles
+    assert outcome.contact_times[-1] == seen[0][1], "a contact came after the end was seen"

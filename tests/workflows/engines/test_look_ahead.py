@@ -8,7 +8,7 @@ import pytest
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import look_ahead, reference
-from workflows.engines.ending import quiet_time
+from workflows.engines.ending import longest_collision, quiet_time
 from workflows.engines.reference_look_ahead import LookAhead
 from workflows.errors import RunError
 from workflows.step_guess import guess_step
@@ -65,12 +65,10 @@ def test_it_is_cheaper(monkeypatch):
     numerics = Numerics(scheme="order8", timestep=0.1)
     exact = run_without_look_ahead(monkeypatch, LJ, numerics)
     outcome = reference.run(LJ, numerics)
-    # The last contact is at 154, silence an argument at 374: 59 % of the steps are replaced by
-    # ones four times cheaper.
-    assert outcome.ending == exact.ending == "quiet"
+    # The last contact is at 154; what follows until the end is proved takes steps four times
+    # cheaper.
+    assert outcome.ending == exact.ending
     assert outcome.force_evaluations < 0.6 * exact.force_evaluations
-    silence = outcome.contact_times[-1] + quiet_time(100, 1.0)
-    assert silence < outcome.duration < silence + 0.1
     assert outcome.bond_max == pytest.approx(exact.bond_max, rel=1e-2)
     assert outcome.fragments == exact.fragments
 
@@ -85,7 +83,9 @@ def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch):
     for field in ("duration", "bond_max", "fragments", "ending"):
         assert getattr(framed, field) == getattr(plain, field)
     times = framed.frames.times
-    assert np.array_equal(times, 0.7 * np.arange(math.floor(plain.duration / 0.7) + 1))
+    # As long as sound takes to cross and come back; the end may be seen much later.
+    shown = min(plain.duration, plain.contact_times[-1] + quiet_time(20, 1.0))
+    assert np.array_equal(times, 0.7 * np.arange(math.floor(shown / 0.7) + 1))
     assert times[-1] > plain.contact_times[-1] + 1.0
     common = min(len(times), len(exact.frames.times))
     assert np.array_equal(framed.frames.velocities[:common], exact.frames.velocities[:common])
@@ -116,12 +116,13 @@ def test_the_wall_comes_near():
     assert coast.time == pytest.approx(3.0, abs=1.5)
 
 
-def test_silence_is_not_missed():
+def test_what_is_not_proved_is_followed_to_the_cap():
     scene = Scene(potential="lj", particles=2, speed=0.4)
-    # Too near for the energy argument; only silence is left.
+    # Too near for a proof, too cold to break: only the longest time that is followed is left.
     coast = Drifting(0.05)
-    assert look_ahead.find_end(scene, coast, 0.0) == "quiet"
-    assert coast.time == pytest.approx(quiet_time(2, 1.0), rel=1e-9)
+    assert look_ahead.find_end(scene, coast, 0.0).kind == "argued"
+    cap = longest_collision(2, 1.0, 0.0)
+    assert cap < coast.time < 1.5 * cap
 
 
 def test_a_chain_that_does_not_leave_is_given_up():

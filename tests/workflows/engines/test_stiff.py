@@ -111,7 +111,7 @@ def test_named_failures(fields, error):
 
 
 def test_cap_on_the_length(monkeypatch):
-    monkeypatch.setattr(stiff, "longest_collision", lambda _n, _k: 3.0)
+    monkeypatch.setattr(stiff, "longest_collision", lambda _n, _k, _last: 3.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
         stiff.run(Scene(particles=20), 1e-8)
 

@@ -1,0 +1,59 @@
+"""Collisions whose last contact comes after long silence, and ends that stay open."""
+
+import pytest
+
+from lammps_inputs.scene import Scene
+from workflows.collision import collide
+from workflows.commands.run import describe
+from workflows.engines import ending
+
+# By three integrators that share no code with the engines; all digits shown are theirs.
+LATE = {
+    28: (1.47, 27, 38.808724, 0.80498439256),
+    25: (1.45, 24, 34.812703, 0.80185364884),
+    117: (1.36, 111, 213.994813, 0.76958001963),
+}
+
+
+def check(engine, particles, tolerance):
+    speed, contacts, last, restitution = LATE[particles]
+    result = collide(
+        Scene(potential="lj", particles=particles, speed=speed, engine=engine), tolerance=tolerance
+    )
+    assert result.contacts == contacts
+    assert result.ending in ("proved", "argued")
+    assert result.tolerance_met
+    # Half a unit of the last digit shown is known no better.
+    assert abs(result.restitution - restitution) <= result.restitution_error + 5e-12
+    assert f"end                    {result.ending}: " in describe(result)
+    # Times are off by what eta is off by and a thousand times more in so sensitive a collision.
+    assert result.last_contact_time == pytest.approx(last, abs=1e3 * tolerance)
+
+
+@pytest.mark.parametrize("engine", ["reference", "lammps"])
+@pytest.mark.parametrize("particles", [25, 28])
+def test_late_contacts_are_found(engine, particles):
+    check(engine, particles, 1e-7)
+
+
+@pytest.mark.slow
+def test_late_contacts_of_a_long_chain_are_found():
+    check("reference", 117, 1e-6)
+
+
+def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
+    # The first piece approaches until 34.6, and hits the wall after 38.8. Give up at 34.37: 2.87
+    # after the 26th contact, a little more than the 2.77 between that and the one before.
+    scene = Scene(potential="lj", particles=28, speed=1.47, engine="reference")
+    monkeypatch.setattr(ending, "FOLLOWED_TIMES", 1.0)
+    monkeypatch.setattr(ending, "LEAST_CROSSINGS", 2.87 / (28 + 5))
+    result = collide(scene, tolerance=1e-7)
+    assert result.contacts == 26
+    assert result.ending == "open"
+    assert result.error_parts.ending > 1e-3
+    assert result.tolerance_met is False
+    assert "a piece of the broken chain may still hit the wall" in result.reason
+    # What the contact that was not waited for changes is in the bar.
+    assert 1e-2 < abs(result.restitution - LATE[28][3]) <= result.restitution_error
+    said = describe(result)
+    assert "end                    open: a piece still approaches the wall" in said
