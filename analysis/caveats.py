@@ -86,7 +86,7 @@ def collect_caveats(
             "the first frame lies inside the collision: contacts before it are not seen, and "
             "times are counted from the first one that is"
         )
-    caveats += ending_caveats(state, masses, bond, since_contact, ending)
+    caveats += _ending_caveats(state, masses, bond, since_contact, ending)
     caveats += _contact_caveats(detection, bond)
     if bond is None:
         caveats.append(
@@ -178,15 +178,15 @@ def _precision_caveats(
     return caveats
 
 
-def ending_caveats(
+def is_over(
     state: ChainState,
     masses: NDArray[np.float64],
     bond: Potential | None,
     since_contact: float,
     ending: str | None,
-) -> list[str]:
+) -> bool:
     """
-    Say why the collision may not be over in the last frame.
+    Return whether a collision is over in the last frame as far as can be told.
 
     Parameters
     ----------
@@ -195,9 +195,30 @@ def ending_caveats(
 
     Returns
     -------
-    list of str
-        A sentence, or nothing where it is over as far as can be told.
+    bool
+        Whether the chain recedes, and that no contact follows is proved, argued, or has been
+        shown by silence for longer than sound needs to cross the chain and come back.
     """
+    if float(np.sum(masses * state.velocities)) <= 0.0:
+        return False
+    alone = state.velocities.size == 1
+    return alone or ending is not None or since_contact > _sound_returns(masses, bond)
+
+
+def _sound_returns(masses: NDArray[np.float64], bond: Potential | None) -> float:
+    """Return the time sound needs to cross the chain and come back."""
+    stiffness = 1.0 if bond is None else bond.stiffness
+    # Long waves see the mean mass and are the fastest.
+    return 2.0 * masses.size * float(np.mean(masses)) ** 0.5 / stiffness**0.5
+
+
+def _ending_caveats(
+    state: ChainState,
+    masses: NDArray[np.float64],
+    bond: Potential | None,
+    since_contact: float,
+    ending: str | None,
+) -> list[str]:
     if float(np.sum(masses * state.velocities)) <= 0.0:
         return [
             "the chain still moves towards the wall in the last frame: the collision is not over "
@@ -205,18 +226,16 @@ def ending_caveats(
         ]
     if ending == "proved" or state.velocities.size == 1:
         return []
-    stiffness = 1.0 if bond is None else bond.stiffness
-    # Long waves see the mean mass and are the fastest.
-    crossing = state.velocities.size * float(np.mean(masses)) ** 0.5 / stiffness**0.5
     if ending == "argued":
         return [
             "energy alone does not rule out a contact after the last frame; it would take an "
             "unlikely gathering of energy in one bond"
         ]
-    if since_contact <= 2.0 * crossing:
+    returns = _sound_returns(masses, bond)
+    if since_contact <= returns:
         return [
             f"the dump ends {since_contact:.3g} after the last contact; sound needs "
-            f"{2.0 * crossing:.3g} to cross the chain and come back, so a later contact cannot "
+            f"{returns:.3g} to cross the chain and come back, so a later contact cannot "
             "be ruled out"
         ]
     return [

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.caveats import collect_caveats, ending_caveats, find_contradictions
+from analysis.caveats import collect_caveats, find_contradictions, is_over
 from analysis.chain_frames import ChainLayout, ChainState
 from analysis.contact_detection import ContactDetector
 from analysis.contacts import contact_statistics
@@ -189,7 +189,7 @@ def analyze_frames(
         time_start=float(opening.time - origin),
         time_end=float(state.time - origin),
         ending=ending,
-        finished=not ending_caveats(state, m, bond, since, ending),
+        finished=is_over(state, m, bond, since, ending),
         history=tally.history(origin),
         contradictions=contradictions,
         caveats=(*contradictions, *notes, *caveats),
