@@ -141,9 +141,7 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     displacements = np.cumsum(np.append(0.05, strains))
     scene = Scene(potential="lj", particles=3, velocity=0.1)
     for now in (100.0, 200.0):
-        found = follow(
-            scene, displacements, velocities, now=now, last_contact=100.0, shortest=0.9
-        )
+        found = follow(scene, displacements, velocities, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
         # The judge (tests/benchmarks/judge.py) says 3.819; steps of order 8 are good to 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
@@ -235,7 +233,9 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
             seen.append((now, last_contact))
         long = seen and now > seen[0][0] + 8.0 * scene.particles
         # Where the end was seen at the cap, the engine has followed the chain for long already.
-        return ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
+        return (
+            ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
+        )
 
     monkeypatch.setattr(EndWatch, "look", patient)
     monkeypatch.setattr(LookAhead, "settle", lambda self: None)
