@@ -194,7 +194,8 @@ def test_a_memory_limit(tmp_path, good, megabytes, said):
         resource.setrlimit(resource.RLIMIT_AS, (megabytes * 2**20,) * 2)
 
     scene = ("--particles", "10000000", "--engine", "reference", "--scheme", "verlet", "--no-error")
-    status, out, lines = Call(tmp_path, "run", *scene, "--arrays", good, limit=limit).end()
+    options = ("--most-hours", "1e9", "--arrays", good)
+    status, out, lines = Call(tmp_path, "run", *scene, *options, limit=limit).end()
     assert (status, out, len(lines)) == (1, "", 1)
     assert re.search(said, lines[0])
     assert good.read_text() == "good"

