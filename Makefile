@@ -2,16 +2,21 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: reproduce test quick check bench docs install-check clean
+.PHONY: reproduce test quick test-elsewhere check bench docs install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
 test: .venv/ready-test  ## the whole test suite
+	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 quick: .venv/ready-test  ## the tests that take seconds
+	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto -m "not slow"
+
+test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
+	$(BIN)/python -m tests.elsewhere
 
 check: .venv/ready-check  ## formatting, lint, types
 	$(BIN)/ruff format --check .

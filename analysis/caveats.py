@@ -1,6 +1,7 @@
 """What limits the numbers got from a dump, in sentences."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
 from analysis.contact_detection import DetectedContacts
@@ -23,6 +24,7 @@ def collect_caveats(
     start: Start,
     bond: Potential | None,
     state: ChainState,
+    masses: NDArray[np.float64],
     detection: DetectedContacts,
     since_contact: float,
     ending: str | None,
@@ -47,6 +49,8 @@ def collect_caveats(
         The bonds' potential, if known.
     state : ChainState
         The last state.
+    masses : ndarray of shape (n,)
+        Particle masses.
     detection : DetectedContacts
         How the contacts were found.
     since_contact : float
@@ -82,7 +86,7 @@ def collect_caveats(
             "the first frame lies inside the collision: contacts before it are not seen, and "
             "times are counted from the first one that is"
         )
-    caveats += _ending_caveats(state, bond, since_contact, ending)
+    caveats += ending_caveats(state, masses, bond, since_contact, ending)
     caveats += _contact_caveats(detection, bond)
     if bond is None:
         caveats.append(
@@ -94,17 +98,57 @@ def collect_caveats(
             f"the energy drifts by {drift:.1e} of itself between the first frame and the last: "
             "the run is no more accurate than that"
         )
-    if bond is None:
-        caveats.append(
-            "restitution_error covers the digits of the dump, not the error of the integration"
-        )
-    else:
-        caveats.append(
-            "restitution_error covers the digits of the dump, the drift of the energy and the "
-            "momentum missed between frames, not how errors of the integration grow; a second "
-            "run with half the timestep would show that"
-        )
     return caveats
+
+
+def find_contradictions(
+    restitution: float, data_error: float, detection: DetectedContacts
+) -> tuple[str, ...]:
+    """
+    Say what no chain and no wall can have done.
+
+    Parameters
+    ----------
+    restitution : float
+        eta.
+    data_error : float
+        Its error of format and reading.
+    detection : DetectedContacts
+        How the contacts were found.
+
+    Returns
+    -------
+    tuple of str
+        Sentences; while there is one, no number is to be trusted.
+    """
+    found = []
+    suspects = (
+        "forces other than those of wall and bonds, other masses than those of the run (--masses), "
+        "or a step too large"
+    )
+    if restitution > 1.0 + data_error:
+        found.append(
+            f"restitution is above 1 by {restitution - 1.0:.1e}: the chain cannot gain energy from "
+            f"a wall at rest, which points to {suspects}"
+        )
+    if detection.largest_fall > 0.0:
+        found.append(
+            f"the momentum falls by {detection.largest_fall:.1e} of that at impact, which no wall "
+            f"explains: it only pushes away; that points to {suspects}"
+        )
+    if detection.unexplained:
+        found.append(
+            f"the momentum rises {detection.unexplained} times while particle 1 is out of reach "
+            f"of a wall at x = 0: that points to {suspects}, or to a wall elsewhere or of its own "
+            "range"
+        )
+    if detection.method == "reintegration" and detection.unresolved:
+        found.append(
+            f"contacts with a wall at x = 0 do not account for the momentum between "
+            f"{detection.unresolved} pairs of frames: that points to {suspects}, to another "
+            "potential, or to frames too far apart"
+        )
+    return tuple(found)
 
 
 def _precision_caveats(
@@ -134,10 +178,27 @@ def _precision_caveats(
     return caveats
 
 
-def _ending_caveats(
-    state: ChainState, bond: Potential | None, since_contact: float, ending: str | None
+def ending_caveats(
+    state: ChainState,
+    masses: NDArray[np.float64],
+    bond: Potential | None,
+    since_contact: float,
+    ending: str | None,
 ) -> list[str]:
-    if float(np.sum(state.velocities)) <= 0.0:
+    """
+    Say why the collision may not be over in the last frame.
+
+    Parameters
+    ----------
+    state, masses, bond, since_contact, ending
+        As for :func:`collect_caveats`.
+
+    Returns
+    -------
+    list of str
+        A sentence, or nothing where it is over as far as can be told.
+    """
+    if float(np.sum(masses * state.velocities)) <= 0.0:
         return [
             "the chain still moves towards the wall in the last frame: the collision is not over "
             "and restitution is not the final one"
@@ -145,7 +206,8 @@ def _ending_caveats(
     if ending == "proved" or state.velocities.size == 1:
         return []
     stiffness = 1.0 if bond is None else bond.stiffness
-    crossing = state.velocities.size / stiffness**0.5
+    # Long waves see the mean mass and are the fastest.
+    crossing = state.velocities.size * float(np.mean(masses)) ** 0.5 / stiffness**0.5
     if ending == "argued":
         return [
             "energy alone does not rule out a contact after the last frame; it would take an "

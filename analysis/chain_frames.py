@@ -13,7 +13,13 @@ TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
 # Beyond this, energies overflow.
 _LARGEST = 1e150
-_POSITION_COLUMNS = ("x", "xu", "xs", "xsu")
+# Unwrapped ones first: in a periodic box the others jump.
+_POSITION_COLUMNS = ("xu", "x", "xsu", "xs")
+_SCALED = ("xs", "xsu")
+_WRAPPED = ("x", "xs")
+_IMAGE_COLUMN = "ix"
+# A displacement that is not x - (i - 1) is off by far more than this and rounding.
+_SAME_DISPLACEMENT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -89,14 +95,20 @@ class ChainLayout:
                 f"the dump has columns {' '.join(frame.columns)} and no {missing}; dump at least "
                 "'id x vx'"
             )
-        values = frame.column(found)
+        _refuse_other_units(frame)
+        position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
+        x = None if position is None else _positions(frame, position)
         order = None
         if found != DISPLACEMENT_COLUMN:
-            order = np.argsort(values, kind="stable")
+            assert x is not None
+            order = np.argsort(x, kind="stable")
             if np.array_equal(order, np.arange(order.size)):
                 order = None
+        elif x is not None:
+            assert position is not None
+            _refuse_other_displacements(frame, x, position)
         time_known = TIME_COLUMN in frame.columns or frame.time is not None
-        return cls(values.size, found, order, time_known)
+        return cls(frame.column(found).size, found, order, time_known)
 
     def velocities(self, frame: DumpFrame) -> NDArray[np.float64]:
         """
@@ -112,7 +124,7 @@ class ChainLayout:
         numpy.ndarray of shape (n,)
             Velocities.
         """
-        return self._from_the_wall(frame.column("vx"))
+        return self.from_the_wall(frame.column("vx"))
 
     def displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
         """
@@ -128,13 +140,11 @@ class ChainLayout:
         numpy.ndarray of shape (n,)
             u_i = x_i - (i - 1), exact where the dump carries them, else from positions.
         """
-        values = frame.column(self.displacement_column)
         if self.displacement_column == DISPLACEMENT_COLUMN:
-            return values
-        if self.displacement_column in ("xs", "xsu"):
-            low, high = frame.bounds[0]
-            values = low + values * (high - low)
-        return self._from_the_wall(values) - np.arange(self.particles)
+            return frame.column(DISPLACEMENT_COLUMN)
+        x = self.from_the_wall(_positions(frame, self.displacement_column))
+        _refuse_wrapped(frame, self.displacement_column, x)
+        return x - np.arange(self.particles)
 
     def state(self, frame: DumpFrame, timestep: float | None) -> ChainState:
         """
@@ -205,5 +215,69 @@ class ChainLayout:
         for frame in frames:
             yield self.state(frame, timestep)
 
-    def _from_the_wall(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def from_the_wall(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """
+        Bring one value a particle from the order of ids to that from the wall outwards.
+
+        Parameters
+        ----------
+        values : ndarray of shape (n,)
+            Sorted by id.
+
+        Returns
+        -------
+        numpy.ndarray of shape (n,)
+            Particle 1 first.
+        """
         return values if self.particle_order is None else values[self.particle_order]
+
+
+def _positions(frame: DumpFrame, name: str) -> NDArray[np.float64]:
+    """Return x in units of length, by images and box bounds of this very frame."""
+    values = frame.column(name)
+    low, high = frame.bounds[0]
+    if name in _SCALED:
+        if frame.tilted:
+            raise InputError(
+                f"the dump has scaled positions ({name}) in a tilted box; expected 'x' or 'xu'"
+            )
+        values = low + values * (high - low)
+    if name in _WRAPPED and _IMAGE_COLUMN in frame.columns and frame.periodic_x:
+        values = values + frame.column(_IMAGE_COLUMN) * (high - low)
+    return values
+
+
+def _refuse_wrapped(frame: DumpFrame, name: str, x: NDArray[np.float64]) -> None:
+    """Refuse a chain that leaves a periodic box at one end and comes in at the other."""
+    if name not in _WRAPPED or not frame.periodic_x or _IMAGE_COLUMN in frame.columns:
+        return
+    length = float(frame.bounds[0, 1] - frame.bounds[0, 0])
+    if x.size > 1 and np.max(np.abs(np.diff(x))) > 0.5 * length:
+        raise InputError(
+            f"column {name} wraps round the periodic box in the frame of step {frame.step}; "
+            "expected unwrapped positions: dump 'xu', or 'ix' beside it"
+        )
+
+
+def _refuse_other_displacements(frame: DumpFrame, x: NDArray[np.float64], name: str) -> None:
+    u = frame.column(DISPLACEMENT_COLUMN)
+    digits = frame.significant_digits()
+    slack = _SAME_DISPLACEMENT + frame.resolution(DISPLACEMENT_COLUMN, digits)
+    scale = float(frame.bounds[0, 1] - frame.bounds[0, 0]) if name in _SCALED else 1.0
+    slack = slack + scale * frame.resolution(name, digits)
+    off = np.abs(x - np.arange(x.size) - u)
+    if np.any(off > slack):
+        i = int(np.argmax(off - slack))
+        raise InputError(
+            f"particle {i + 1} has {DISPLACEMENT_COLUMN} = {u[i]:.9g} at x = {x[i]:.9g}; expected "
+            "x - (id - 1), with ids counting from the wall at x = 0: leave the column out, or dump "
+            "that variable"
+        )
+
+
+def _refuse_other_units(frame: DumpFrame) -> None:
+    if frame.units not in (None, "lj"):
+        raise InputError(
+            f"the dump is in units {frame.units}; expected units lj, with the natural bond length "
+            "and a stiffness of 1, in which energies and times are understood here"
+        )

@@ -3,14 +3,16 @@
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from analysis.caveats import collect_caveats
+from analysis.caveats import collect_caveats, ending_caveats, find_contradictions
 from analysis.chain_frames import ChainLayout, ChainState
 from analysis.contact_detection import ContactDetector
 from analysis.contacts import contact_statistics
+from analysis.data_file import DeclaredMasses
 from analysis.dump_frame import DumpFrame
 from analysis.history import Thinned
+from analysis.masses import find_masses, mass_resolution
 from analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from analysis.restitution import (
     bond_strains,
@@ -28,6 +30,8 @@ from lammps_inputs.potential import Potential
 _PICTURE_FRAMES = 600
 _PICTURE_BYTES = 64 * 2**20
 _SERIES_ROWS = 20_000
+# Sideways motion of this many v0 holds 1e-12 of the energy.
+_SIDEWAYS = 1e-6
 
 EndArgument = Callable[
     [float, NDArray[np.float64], NDArray[np.float64], float, Potential], str | None
@@ -40,6 +44,8 @@ def analyze_frames(
     bond: Potential | None = None,
     impact_velocity: float | None = None,
     timestep: float | None = None,
+    masses: ArrayLike | None = None,
+    declared: DeclaredMasses | None = None,
     end_argument: EndArgument | None = None,
     notes: Iterable[str] = (),
     is_truncated: Callable[[], bool] = lambda: False,
@@ -57,9 +63,15 @@ def analyze_frames(
         v0; read off the first frame by default.
     timestep : float, optional
         Simulated time per step, for dumps that do not carry the time.
+    masses : array_like, optional
+        Particle masses from the wall outwards, repeated along the chain; see
+        :func:`~analysis.masses.find_masses`. Those of the dump, else 1, by default.
+    declared : DeclaredMasses, optional
+        Masses by type, from the files of the job.
     end_argument : callable, optional
         ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
-        follow, or None. Without it only the time since the last contact speaks.
+        follow, or None; asked where all masses are alike. Without it only the time since the last
+        contact speaks.
     notes : iterable of str
         Caveats known beforehand.
     is_truncated : callable
@@ -73,15 +85,19 @@ def analyze_frames(
     Raises
     ------
     InputError
-        If the frames do not show a collision of a chain, or a number given is not positive.
+        If the frames do not show a collision of a chain, a number given is not positive or
+        contradicts the dump, or masses differ and are not known.
     """
     for name, given in (("velocity", impact_velocity), ("timestep", timestep)):
         if given is not None and not 0.0 < given < np.inf:
             raise InputError(f"the {name} is {given}; expected a positive finite number")
     reading = _Reading(iter(frames), timestep)
     velocity = _choose_velocity(reading.start, impact_velocity, reading.resolution)
-    detector = ContactDetector(velocity, bond, reading.resolution)
-    tally = _Tally(reading.layout.particles, bond)
+    found = find_masses(reading.first, reading.layout, given=masses, declared=declared)
+    m = np.ones(reading.layout.particles) if found is None else found
+    total_mass = float(np.sum(m))
+    detector = ContactDetector(velocity, bond, reading.resolution, m)
+    tally = _Tally(m, bond)
     opening = state = reading.opening
     for state in reading.states():
         if tally.count == 0 and reading.begins_at_contact:
@@ -90,10 +106,12 @@ def analyze_frames(
         _refuse_impossible_bonds(state, bond)
         detector.feed(state)
         tally.feed(state)
+    for frame in (reading.first, reading.last):
+        _refuse_sideways(frame, velocity)
     detection = detector.result()
     if detection.times.size == 0:
         raise InputError(
-            "the momentum of the chain never changes in the dump: no contact with the wall is in "
+            "the momentum of the chain never rises in the dump: no contact with the wall is in "
             "it; dump the run from before the first contact to after the last"
         )
     n, u, v = reading.layout.particles, state.displacements, state.velocities
@@ -101,12 +119,14 @@ def analyze_frames(
     since = state.time - float(detection.times[-1])
     ending = energy_start = energy_end = remainder = drift = None
     if bond is not None:
-        energy_start = energy_split(opening.displacements, opening.velocities, bond)
-        energy_end = energy_split(u, v, bond)
+        energy_start = energy_split(opening.displacements, opening.velocities, bond, m)
+        energy_end = energy_split(u, v, bond, m)
         drift = float((energy_end.total - energy_start.total) / energy_start.total)
         remainder = float(anharmonic_remainder(u, bond))
-        if end_argument is not None:
-            ending = end_argument(float(u[0]), bond_strains(u), v, since, bond)
+        if end_argument is not None and np.all(m == m[0]):
+            # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.
+            root = float(np.sqrt(m[0]))
+            ending = end_argument(float(u[0]), bond_strains(u), root * v, since / root, bond)
     times = detection.times - origin
     statistics = contact_statistics(times, detection.speeds, n, velocity)
     stiffness = 1.0 if bond is None else bond.stiffness
@@ -119,6 +139,7 @@ def analyze_frames(
         start=reading.start,
         bond=bond,
         state=state,
+        masses=m,
         detection=detection,
         since_contact=since,
         ending=ending,
@@ -130,17 +151,23 @@ def analyze_frames(
     v0_resolution = 0.0
     if impact_velocity is None:
         v0_resolution = float(np.max(reading.first.resolution("vx", digits)))
-    error = _restitution_precision(v, velocity, last_resolution, v0_resolution)
-    error += abs(drift or 0.0)
-    # Momentum that the exact motion between frames would not have given.
-    error += 2.0 * abs(float(kinematic_restitution(v, velocity))) * detection.total_miss / n
+    error = _restitution_precision(
+        v, velocity, m, last_resolution, v0_resolution, reading.last_interval
+    )
+    e = float(kinematic_restitution(v, velocity, m))
+    uncertain = mass_resolution(reading.first, reading.layout, m)
+    error += 2.0 * abs(e) * float(uncertain @ np.abs(v / velocity - e)) / total_mass
+    eta = float(restitution(v, velocity, m))
+    contradictions = find_contradictions(eta, error, detection)
     return CollisionAnalysis(
         particles=n,
+        masses=m,
         bond=bond,
         velocity=velocity,
-        restitution=float(restitution(v, velocity)),
-        kinematic_restitution=float(kinematic_restitution(v, velocity)),
-        restitution_error=error,
+        restitution=eta,
+        kinematic_restitution=e,
+        restitution_error=None,
+        data_error=error,
         contact_times=times,
         contact_speeds=detection.speeds,
         contact_statistics=statistics,
@@ -148,13 +175,13 @@ def analyze_frames(
             None if detection.unresolved or reading.start.kind == "late" else statistics.count
         ),
         detection=detection,
-        mode_frequencies=mode_frequencies(n, stiffness),
-        mode_energies=mode_energies(u, v, stiffness),
+        mode_frequencies=mode_frequencies(n, stiffness, m),
+        mode_energies=mode_energies(u, v, stiffness, m),
         anharmonic_remainder=remainder,
         energy_start=energy_start,
         energy_end=energy_end,
         energy_drift=drift,
-        momentum_residual=momentum_residual(v, velocity, detection.speeds),
+        momentum_residual=momentum_residual(v, velocity, detection.speeds, m),
         bond_min=tally.bond_min,
         bond_max=tally.bond_max,
         frames=tally.count,
@@ -162,8 +189,10 @@ def analyze_frames(
         time_start=float(opening.time - origin),
         time_end=float(state.time - origin),
         ending=ending,
+        finished=not ending_caveats(state, m, bond, since, ending),
         history=tally.history(origin),
-        caveats=(*notes, *caveats),
+        contradictions=contradictions,
+        caveats=(*contradictions, *notes, *caveats),
     )
 
 
@@ -174,7 +203,13 @@ class _Reading:
         self._frames = frames
         self._timestep = timestep
         self.first = self.last = next(frames)
+        self.last_interval = 0  # steps between the last two frames
         self.layout = ChainLayout.from_frame(self.first)
+        if self.layout.time_known and timestep is not None:
+            raise InputError(
+                f"the dump carries the time, and a timestep of {timestep:g} is given; expected "
+                "one of them: drop the timestep (--timestep)"
+            )
         if not self.layout.time_known and timestep is None:
             raise InputError(
                 "the dump counts steps and does not carry the time; give the timestep of the run "
@@ -201,6 +236,7 @@ class _Reading:
         yield self.opening
         time = self.opening.time
         for frame in self._frames:
+            self.last_interval = max(0, frame.step - self.last.step)
             self.last = frame
             state = self.layout.state(frame, self._timestep)
             if state.time < time:
@@ -240,13 +276,31 @@ def _choose_velocity(start: Start, given: float | None, resolution: float) -> fl
 def _restitution_precision(
     velocities: NDArray[np.float64],
     impact_velocity: float,
+    masses: NDArray[np.float64],
     resolution: NDArray[np.float64],
     impact_resolution: float,
+    steps_after: int,
 ) -> float:
     """Propagate the half-units of printed velocities into eta; a bound, not a deviation."""
-    e = abs(float(kinematic_restitution(velocities, impact_velocity)))
-    relative = (float(np.mean(resolution)) + e * impact_resolution) / impact_velocity
-    return 2.0 * e * relative
+    e = abs(float(kinematic_restitution(velocities, impact_velocity, masses)))
+    total = float(np.sum(masses))
+    printed = float(np.sum(masses * resolution)) / total
+    # The run itself goes on to at most one frame more, each step rounding every velocity, and
+    # LAMMPS adds up n products in an order of its own, each addition rounding.
+    size = float(np.sum(masses * np.abs(velocities))) / total
+    rounded = (masses.size + steps_after) * float(np.finfo(float).eps) * size
+    return 2.0 * e * (printed + rounded + e * impact_resolution) / impact_velocity
+
+
+def _refuse_sideways(frame: DumpFrame, impact_velocity: float) -> None:
+    """Refuse motion that a one-dimensional analysis would leave out."""
+    for name in {"vy", "vz"}.intersection(frame.columns):
+        largest = float(np.max(np.abs(frame.column(name))))
+        if not largest <= _SIDEWAYS * impact_velocity:
+            raise InputError(
+                f"particles move sideways in the frame of step {frame.step}: {name} is up to "
+                f"{largest:.3g}; expected a chain that moves along x alone"
+            )
 
 
 def _refuse_impossible_bonds(state: ChainState, bond: Potential | None) -> None:
@@ -265,9 +319,11 @@ def _refuse_impossible_bonds(state: ChainState, bond: Potential | None) -> None:
 class _Tally:
     """What is gathered from every frame."""
 
-    def __init__(self, particles: int, bond: Potential | None):
+    def __init__(self, masses: NDArray[np.float64], bond: Potential | None):
+        self._masses = masses
+        self._total_mass = float(np.sum(masses))
         self._bond = bond
-        limit = min(_PICTURE_FRAMES, _PICTURE_BYTES // (16 * particles))
+        limit = min(_PICTURE_FRAMES, _PICTURE_BYTES // (16 * masses.size))
         self._states: Thinned[ChainState] = Thinned(limit)
         self._rows: Thinned[tuple[float, ...]] = Thinned(_SERIES_ROWS)
         self.bond_min = np.inf
@@ -277,11 +333,11 @@ class _Tally:
     def feed(self, state: ChainState) -> None:
         self.count += 1
         self._states.feed(state)
-        v = state.velocities
-        momentum = float(v.sum())
-        translation = 0.5 * momentum**2 / v.size
-        relative = v - momentum / v.size
-        vibration = 0.5 * float(relative @ relative)
+        v, m = state.velocities, self._masses
+        momentum = float((m * v).sum())
+        translation = 0.5 * momentum**2 / self._total_mass
+        relative = v - momentum / self._total_mass
+        vibration = 0.5 * float((m * relative) @ relative)
         low = high = np.nan
         if v.size > 1:
             strains = bond_strains(state.displacements)

@@ -2,10 +2,11 @@ r"""
 Find the contacts in a sequence of frames.
 
 Bonds cannot change the momentum of the chain, only the wall can: a contact with incoming speed
-v_q adds exactly 2 v_q. So a step in the momentum between two frames is proof of a contact, and
-half of it is the incoming speed if there was only one. A second frame written right after a
-contact, with particle 1 at the wall at just that speed, shows the contact itself. Else when it
-happened, and whether there was only one, is found in one of two ways.
+v_q adds exactly 2 m_1 v_q, and nothing ever takes momentum towards the wall. So a step in the
+momentum between two frames is proof of a contact, and half of it over m_1 is the incoming speed if
+there was only one. A second frame written right after a contact, with particle 1 at the wall at
+just that speed, shows the contact itself. Else when it happened, and whether there was only one,
+is found in one of two ways.
 
 *reintegration*, where the bond is known: the chain near the wall is integrated from the first of
 the two frames with exact impacts (DOP853 with event location). Contacts come out to the
@@ -38,6 +39,8 @@ _GAP = 0.25
 _MARGIN = 1e-6
 # A prediction that misses the momentum by half the impact speed may have missed a contact.
 _LARGEST_MISS = 0.5
+# Between frames particle 1 is not faster than this many times the fastest in either of them.
+_FASTEST = 2.0
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,12 @@ class DetectedContacts:
         Sum of these differences without their signs.
     largest_gap : float
         Longest time between two frames with a contact in between that neither shows.
+    unexplained : int
+        Pairs of frames between which the momentum rises though the wall is out of reach of
+        particle 1, or falls.
+    largest_fall : float
+        Largest fall of the momentum from a value it had reached, in units of M v0; 0 where it is
+        rounding.
     """
 
     times: NDArray[np.float64]
@@ -69,6 +78,8 @@ class DetectedContacts:
     worst_miss: float
     total_miss: float
     largest_gap: float
+    unexplained: int = 0
+    largest_fall: float = 0.0
 
 
 @dataclass
@@ -83,12 +94,15 @@ class ContactDetector:
     bond : Potential or None
         The bonds' potential, if known.
     velocity_resolution : float
-        Half-width of the interval that a printed velocity stands for.
+        Half-width of the interval that a printed velocity of the size of v0 stands for.
+    masses : ndarray of shape (n,) or None
+        Particle masses, particle 1 first; 1 by default.
     """
 
     impact_velocity: float
     bond: Potential | None = None
     velocity_resolution: float = 0.0
+    masses: NDArray[np.float64] | None = None
     _previous: ChainState | None = None
     _times: list[float] = field(default_factory=list)
     _speeds: list[float] = field(default_factory=list)
@@ -96,6 +110,10 @@ class ContactDetector:
     _worst_miss: float = 0.0
     _total_miss: float = 0.0
     _largest_gap: float = 0.0
+    _unexplained: int = 0
+    _momentum: float = 0.0
+    _peak: float = 0.0
+    _largest_fall: float = 0.0
 
     def add_known(self, time: float, speed: float) -> None:
         """
@@ -119,19 +137,24 @@ class ContactDetector:
             The next state in time.
         """
         before, self._previous = self._previous, state
+        if self.masses is None:
+            self.masses = np.ones(state.velocities.size)
         if before is None:
             return
-        given = float(np.sum(state.velocities - before.velocities))
-        if given <= self._threshold(state.velocities.size):
+        # In units of the mass of particle 1: what its velocity must have changed by.
+        given = float(np.sum(self.masses * (state.velocities - before.velocities)) / self.masses[0])
+        slack = self._threshold(self.masses, before, state)
+        self._watch_for_falls(given, slack)
+        if given <= slack:
             return
         duration = state.time - before.time
         # A frame written right after a contact shows when it was, and how fast.
-        slack = self._threshold(state.velocities.size)
         speed = 0.5 * given
         if state.displacements[0] == 0.0 and abs(state.velocities[0] - speed) <= slack:
             self.add_known(state.time, speed)
             return
         self._largest_gap = max(self._largest_gap, duration)
+        self._unexplained += _out_of_reach(before, state, speed)
         if self.bond is None or duration <= 0.0:
             self._interpolate(before, state, speed)
         else:
@@ -154,6 +177,8 @@ class ContactDetector:
             self._worst_miss,
             self._total_miss,
             self._largest_gap,
+            self._unexplained,
+            self._largest_fall,
         )
 
     @property
@@ -161,10 +186,26 @@ class ContactDetector:
         """Time of the last contact found so far."""
         return self._times[-1] if self._times else None
 
-    def _threshold(self, particles: int) -> float:
+    def _threshold(
+        self, masses: NDArray[np.float64], before: ChainState, after: ChainState
+    ) -> float:
+        # Digits that are printed stand for more where velocities have a decade more than v0.
+        largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
+        decades = np.floor(np.log10(max(largest, self.impact_velocity)))
+        coarser = 10.0 ** (decades - np.floor(np.log10(self.impact_velocity)))
         # Rounding errors of n velocities in two frames add up like a random walk.
-        rounding = 8.0 * self.velocity_resolution * np.sqrt(particles)
+        spread = np.sqrt(np.sum((masses / masses[0]) ** 2))
+        rounding = 8.0 * coarser * self.velocity_resolution * spread
         return max(2.0 * _SMALLEST_SPEED * self.impact_velocity, float(rounding))
+
+    def _watch_for_falls(self, given: float, slack: float) -> None:
+        assert self.masses is not None
+        self._momentum += given
+        self._peak = max(self._peak, self._momentum)
+        fall = self._peak - self._momentum
+        if fall > slack:
+            total = float(np.sum(self.masses)) / float(self.masses[0]) * self.impact_velocity
+            self._largest_fall = max(self._largest_fall, fall / total)
 
     def _interpolate(self, before: ChainState, after: ChainState, speed: float) -> None:
         duration = after.time - before.time
@@ -182,7 +223,7 @@ class ContactDetector:
         # A frame written at a contact may hold either side of it: look a little beyond, and let
         # the momentum say which contacts at the very end belong to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
-        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond)
+        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond, self.masses)
         doubtful = sum(time > after.time - margin for time in times)
         counts = range(len(times) - doubtful, len(times) + 1)
         count = min(counts, key=lambda k: abs(2.0 * sum(speeds[:k]) - given))
@@ -226,8 +267,18 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     return min(ahead, 10.0 * duration), min(since, 10.0 * duration)
 
 
+def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
+    """Tell whether particle 1 cannot have been at the wall between two frames."""
+    way = max(float(before.displacements[0]), 0.0) + max(float(after.displacements[0]), 0.0)
+    speeds = np.abs(np.concatenate((before.velocities, after.velocities, [speed])))
+    return way > _FASTEST * float(np.max(speeds)) * (after.time - before.time)
+
+
 def reintegrate_contacts(
-    state: ChainState, end_time: float, bond: Potential
+    state: ChainState,
+    end_time: float,
+    bond: Potential,
+    masses: NDArray[np.float64] | None = None,
 ) -> tuple[list[float], list[float]]:
     """
     Integrate from a frame to a later time and return the contacts on the way.
@@ -242,6 +293,8 @@ def reintegrate_contacts(
         Where to stop.
     bond : Potential
         The bonds' potential.
+    masses : ndarray of shape (n,), optional
+        Particle masses, particle 1 first; 1 by default.
 
     Returns
     -------
@@ -250,7 +303,9 @@ def reintegrate_contacts(
     """
     from scipy.integrate import solve_ivp
 
-    count = int(_PARTICLES_PER_TIME * np.sqrt(bond.stiffness) * (end_time - state.time))
+    m = np.ones(state.velocities.size) if masses is None else masses
+    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(m)))
+    count = int(pace * (end_time - state.time))
     count = min(count + _MORE_PARTICLES, state.velocities.size)
     u, v = state.displacements[:count].copy(), state.velocities[:count].copy()
     size = float(np.max(np.abs(v)))
@@ -260,7 +315,7 @@ def reintegrate_contacts(
         acceleration = np.zeros(count)
         acceleration[:-1] += pull
         acceleration[1:] -= pull
-        return np.concatenate((y[count:], acceleration))
+        return np.concatenate((y[count:], acceleration / m[:count]))
 
     def distance(_time, y):
         return y[0]

@@ -65,12 +65,12 @@ class BinaryFrames:
             )
         step, particles = _take(stream, "<i8", 2)
         triclinic = _take(stream, "<i4", 1)[0]
-        _take(stream, "<i4", 6)  # kinds of boundary
+        boundaries = _take(stream, "<i4", 6)  # lower and upper of x, y, z; 0: periodic
         bounds = _take(stream, "<f8", 6).reshape(3, 2)
         if triclinic:
             _take(stream, "<f8", 3)
         width = int(_take(stream, "<i4", 1)[0])
-        _take_string(stream)  # name of the units
+        units = _take_string(stream).decode() or None
         time = float(_take(stream, "<f8", 1)[0]) if _take(stream, "u1", 1)[0] else None
         columns = tuple(_take_string(stream).decode().split())
         chunks = int(_take(stream, "<i4", 1)[0])
@@ -83,7 +83,15 @@ class BinaryFrames:
             )
         order = order_by_id(values[:, columns.index("id")], int(step), self._name)
         return DumpFrame(
-            int(step), time, columns, bounds, order, lambda index: values[:, index].copy()
+            int(step),
+            time,
+            columns,
+            bounds,
+            order,
+            lambda index: values[:, index].copy(),
+            periodic_x=bool(boundaries[0] == 0),
+            tilted=bool(triclinic),
+            units=units,
         )
 
     def skip(self, stream: IO[bytes]) -> bool:

@@ -34,6 +34,12 @@ class DumpFrame:
         Returns a column by its index, in the order of the file.
     raw_text : callable or None
         Returns the text of a column by its index; None for binary dumps.
+    periodic_x : bool
+        Whether the box is periodic along x, so that positions may be wrapped into it.
+    tilted : bool
+        Whether the box is triclinic.
+    units : str or None
+        Units of the run, where the dump names them (``dump_modify units yes``).
     """
 
     step: int
@@ -43,6 +49,9 @@ class DumpFrame:
     order: NDArray[np.int64] | None
     raw_column: Callable[[int], NDArray[np.float64]] = field(repr=False)
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
+    periodic_x: bool = False
+    tilted: bool = False
+    units: str | None = None
 
     def column(self, name: str) -> NDArray[np.float64]:
         """

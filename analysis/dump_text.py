@@ -1,7 +1,7 @@
 """Read the text format of LAMMPS ``dump custom``, frame by frame."""
 
 import itertools
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class TextFrames:
         header = self._read_header(stream)
         if header is None:
             return None
-        step, time, particles, bounds, columns = header
+        step, time, particles, columns, box = header
         body = list(itertools.islice(stream, particles))
         if len(body) < particles or not body[-1].endswith(b"\n"):
             raise TruncatedFrameError
@@ -81,7 +81,8 @@ class TextFrames:
                 ) from None
 
         order = self._find_order(step, columns, raw_text, raw_column)
-        return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text)
+        bounds = box.pop("bounds")
+        return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
 
     def skip(self, stream: IO[bytes]) -> bool:
         """
@@ -112,7 +113,8 @@ class TextFrames:
         return True
 
     def _read_header(self, stream: IO[bytes]):
-        step, time, particles, bounds = None, None, None, None
+        step, time, particles = None, None, None
+        box: dict[str, Any] = {"bounds": None}
         line = stream.readline()
         if not line:
             return None
@@ -127,7 +129,7 @@ class TextFrames:
                     columns = tuple(word.decode() for word in words[2:])
                     if step is None or particles is None or particles < 1 or not columns:
                         raise ValueError
-                    return step, time, particles, bounds, columns
+                    return step, time, particles, columns, box
                 if words[1] == b"TIMESTEP":
                     step = int(_complete(stream))
                 elif words[1] == b"TIME":
@@ -137,10 +139,13 @@ class TextFrames:
                     if particles > _MOST_PARTICLES:
                         raise ValueError
                 elif words[1] == b"BOX":
-                    rows = [_complete(stream).split()[:2] for _ in range(3)]
-                    bounds = np.array(rows, dtype=float)
+                    rows = [_complete(stream).split() for _ in range(3)]
+                    box["bounds"] = np.array([row[:2] for row in rows], dtype=float)
+                    box["tilted"] = any(len(row) > 2 for row in rows)
+                    # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
+                    box["periodic_x"] = words[-3:-2] == [b"pp"]
                 elif words[1] == b"UNITS":
-                    _complete(stream)
+                    box["units"] = _complete(stream).decode().strip()
                 else:
                     raise ValueError
             except (ValueError, IndexError):

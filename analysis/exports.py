@@ -5,10 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.atomic_write import written_aside
 from analysis.chain_frames import ChainLayout, ChainState
+from analysis.dump_frame import DumpFrame
 from analysis.dumps import Dump
+from analysis.masses import find_masses
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -37,7 +40,9 @@ def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]
     return ChainLayout.from_frame(source.first()).states(source, timestep)
 
 
-def to_ase(dump: Path | str, timestep: float = 1.0) -> "Iterator[Atoms]":
+def to_ase(
+    dump: Path | str, timestep: float = 1.0, masses: ArrayLike | None = None
+) -> "Iterator[Atoms]":
     """
     Yield the frames as ASE Atoms, in reduced units and float64.
 
@@ -49,26 +54,40 @@ def to_ase(dump: Path | str, timestep: float = 1.0) -> "Iterator[Atoms]":
         Any dump that :class:`~analysis.dumps.Dump` reads.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
+    masses : array_like, optional
+        Particle masses from the wall outwards, repeated along the chain; those of the dump, else
+        1, by default.
 
     Yields
     ------
     ase.Atoms
-        Positions (x, 0, 0), array ``displacement``, masses 1 and velocities; ``info`` holds
-        ``time`` and ``step``.
+        Positions (x, 0, 0), array ``displacement``, masses and velocities; ``info`` holds ``time``
+        and ``step``.
+
+    Raises
+    ------
+    InputError
+        If particles are of different types and their masses are not known.
     """
     from ase import Atoms
 
+    m = _masses(Dump(dump).first(), masses)
     for state in read_states(dump, timestep):
         n = state.velocities.size
         atoms = Atoms([SYMBOL] * n, positions=_along_x(state.displacements + np.arange(n)))
-        atoms.set_masses(np.ones(n))
+        atoms.set_masses(m)
         atoms.set_velocities(_along_x(state.velocities))
         atoms.new_array("displacement", state.displacements)
         atoms.info.update(time=state.time, step=state.step)
         yield atoms
 
 
-def write_extended_xyz(dump: Path | str, path: Path | str, timestep: float = 1.0) -> int:
+def write_extended_xyz(
+    dump: Path | str,
+    path: Path | str,
+    timestep: float = 1.0,
+    masses: ArrayLike | None = None,
+) -> int:
     """
     Write a dump as extended XYZ with all digits, frame by frame.
 
@@ -80,6 +99,8 @@ def write_extended_xyz(dump: Path | str, path: Path | str, timestep: float = 1.0
         The file to write; it appears when it is complete.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
+    masses : array_like, optional
+        As for :func:`to_ase`.
 
     Returns
     -------
@@ -87,18 +108,27 @@ def write_extended_xyz(dump: Path | str, path: Path | str, timestep: float = 1.0
         Number of frames.
     """
     count = 0
+    m = _masses(Dump(dump).first(), masses).tolist()
     with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
         for state in read_states(dump, timestep):
             n = state.velocities.size
             file.write(
-                f"{n}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1 "
+                f"{n}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "
                 f'pbc="F F F" Time={state.time!r} Step={state.step}\n'
             )
             x = (state.displacements + np.arange(n)).tolist()
-            rows = zip(x, state.velocities.tolist(), state.displacements.tolist(), strict=True)
-            file.writelines(f"{SYMBOL} {a!r} 0.0 0.0 {b!r} 0.0 0.0 {c!r}\n" for a, b, c in rows)
+            rows = zip(x, state.velocities.tolist(), state.displacements.tolist(), m, strict=True)
+            file.writelines(
+                f"{SYMBOL} {a!r} 0.0 0.0 {b!r} 0.0 0.0 {c!r} {d!r}\n" for a, b, c, d in rows
+            )
             count += 1
     return count
+
+
+def _masses(first: DumpFrame, given: ArrayLike | None) -> NDArray[np.float64]:
+    layout = ChainLayout.from_frame(first)
+    found = find_masses(first, layout, given=given)
+    return np.ones(layout.particles) if found is None else found
 
 
 def _along_x(values: np.ndarray) -> np.ndarray:

@@ -7,9 +7,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
 from analysis.chain_frames import ChainLayout
 from analysis.collision import EndArgument, analyze_frames
+from analysis.data_file import declared_masses
 from analysis.dumps import Dump
+from analysis.masses import find_masses
 from analysis.results import CollisionAnalysis
 from analysis.timestep import infer_timestep, read_timestep
 from lammps_inputs.errors import InputError
@@ -18,7 +22,10 @@ from lammps_inputs.scene import Scene
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
+_BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
+_REFLECT = re.compile(r"^\s*fix\s.*\swall/reflect\s", re.MULTILINE)
+_UNITS = re.compile(r"^\s*units\s+(\S+)", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
 
 
@@ -70,11 +77,7 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
-    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
-    for path in sorted(folder.iterdir()):
-        kind = _recognise(path) if path.is_file() else None
-        if kind is not None:
-            kinds[kind].append(path)
+    kinds = _files_by_kind(folder)
     if dump is None:
         dump = _only_one(kinds["dump"], "dump", folder)
     if dump is None:
@@ -92,6 +95,55 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
         scripts=tuple(kinds["script"]),
         logs=tuple(kinds["log"]),
     )
+
+
+def find_jobs_below(folder: Path | str) -> tuple[Job, ...]:
+    """
+    Find the jobs in the folders below a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Where to look; not itself looked into.
+
+    Returns
+    -------
+    tuple of Job
+        One for each folder with a dump, in order of their names.
+
+    Raises
+    ------
+    InputError
+        If one of them has more than one dump or data file to choose from.
+    """
+    below = sorted(path for path in Path(folder).rglob("*") if path.is_dir())
+    return tuple(find_job(path) for path in below if _files_by_kind(path)["dump"])
+
+
+def has_dump(folder: Path | str) -> bool:
+    """
+    Tell whether a folder holds a dump.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Folder of a job.
+
+    Returns
+    -------
+    bool
+        Whether a file in it is a LAMMPS dump.
+    """
+    return Path(folder).is_dir() and bool(_files_by_kind(Path(folder))["dump"])
+
+
+def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
+    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
+    for path in sorted(folder.iterdir()):
+        kind = _recognise(path) if path.is_file() else None
+        if kind is not None:
+            kinds[kind].append(path)
+    return kinds
 
 
 def count_atoms(path: Path) -> int:
@@ -125,6 +177,7 @@ def analyze_job(
     bond: Potential | None = None,
     impact_velocity: float | None = None,
     timestep: float | None = None,
+    masses: ArrayLike | None = None,
     end_argument: EndArgument | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> CollisionAnalysis:
@@ -142,6 +195,9 @@ def analyze_job(
     timestep : float, optional
         Simulated time per step, for dumps that do not carry the time; from the log, the script or
         the flight of the last particle by default.
+    masses : array_like, optional
+        Particle masses from the wall outwards, repeated along the chain; by default those of the
+        dump, else of the data file and the script by type, else 1.
     end_argument : callable, optional
         See :func:`~analysis.collision.analyze_frames`.
     progress : callable, optional
@@ -158,7 +214,9 @@ def analyze_job(
         If the files do not fit together or do not show a collision.
     """
     dump = Dump(job.dump)
-    layout = ChainLayout.from_frame(dump.first())
+    first = dump.first()
+    layout = ChainLayout.from_frame(first)
+    _refuse_other_units((*job.scripts, *job.logs))
     notes: list[str] = []
     if job.scene is not None:
         scene = Scene.from_file(job.scene)
@@ -167,7 +225,14 @@ def analyze_job(
         _expect_count(scene.particles, job.scene, layout.particles, job.dump)
     if job.data is not None:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
-    if any(_uses_reflecting_wall(path) for path in (*job.scripts, *job.logs)):
+        _expect_one_chain(job.data, layout.particles)
+    declared = declared_masses(job.data, job.scripts, job.logs)
+    if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
+        notes.append(
+            "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
+            "them"
+        )
+    if uses_reflecting_wall(job):
         notes.append(
             "the run used fix wall/reflect: each contact then costs an error of first order in "
             "the timestep, usually 1e-3 to 1e-2 of restitution in all, which energy and momentum "
@@ -187,23 +252,59 @@ def analyze_job(
         bond=bond,
         impact_velocity=impact_velocity,
         timestep=timestep,
+        masses=masses,
+        declared=declared,
         end_argument=end_argument,
         notes=notes,
         is_truncated=lambda: dump.truncated,
     )
 
 
-def _uses_reflecting_wall(path: Path) -> bool:
-    return (
-        re.search(r"^\s*fix\s.*\swall/reflect\s", path.read_text(errors="replace"), re.M)
-        is not None
-    )
+def uses_reflecting_wall(job: Job) -> bool:
+    """
+    Tell whether the run had the stock wall, by its scripts and logs.
+
+    Parameters
+    ----------
+    job : Job
+        Files of the job.
+
+    Returns
+    -------
+    bool
+        Whether ``fix wall/reflect`` is among the commands.
+    """
+    return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
+
+
+def _refuse_other_units(paths: Iterable[Path]) -> None:
+    for path in paths:
+        other = next((found for found in _UNITS.findall(_text(path)) if found != "lj"), None)
+        if other is not None and "$" not in other:
+            raise InputError(
+                f"{path} sets units {other}; expected units lj, with the natural bond length and "
+                "a stiffness of 1, in which energies and times are understood here"
+            )
+
+
+def _text(path: Path) -> str:
+    return path.read_text(errors="replace")
 
 
 def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
     if expected != found:
         raise InputError(
             f"{dump} holds {found} particles, {source} {expected}; expected the dump of that job"
+        )
+
+
+def _expect_one_chain(data: Path, particles: int) -> None:
+    found = _BOND_COUNT.search(_read_head(data))
+    bonds = 0 if found is None else int(found[1])
+    if bonds not in (0, particles - 1):  # none: other forces hold the chain together
+        raise InputError(
+            f"{data} has {bonds} bonds between {particles} particles; expected one open chain with "
+            f"{particles - 1}: all particles of the dump are taken to be that chain"
         )
 
 

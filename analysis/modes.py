@@ -4,18 +4,25 @@ Normal modes of the free chain and the energy in each.
 Mode j = 0..n-1 has the shape :math:`\cos(\pi j (i - 1/2)/n)` and the frequency
 :math:`\omega_j = 2\sqrt{k} \sin(\pi j / 2n)`; j = 0 is the translation. The paper prints
 :math:`\sin(\pi j/n)`, which is not the frequency of its own chain.
+
+Particles of unequal masses have modes of their own: the eigenvectors of
+:math:`M^{-1/2} K M^{-1/2}`, where K = k B^T B and B takes displacements to strains. They are got
+from the tridiagonal matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies
+but the zero of the translation: so that one is exact and costs no digits of the others.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.restitution import bond_strains
+from analysis.restitution import bond_strains, centre_of_mass_velocity
 from lammps_inputs.potential import Potential
 
 
-def mode_frequencies(particles: int, stiffness: float = 1.0) -> NDArray[np.float64]:
+def mode_frequencies(
+    particles: int, stiffness: float = 1.0, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
     r"""
-    Return :math:`\omega_j = 2 \sqrt{k} \sin(\pi j/(2n))`.
+    Return :math:`\omega_j = 2 \sqrt{k/m} \sin(\pi j/(2n))`, or those of a chain of unequal masses.
 
     Parameters
     ----------
@@ -23,13 +30,19 @@ def mode_frequencies(particles: int, stiffness: float = 1.0) -> NDArray[np.float
         Number of particles n.
     stiffness : float
         U''(1) = k.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
 
     Returns
     -------
     numpy.ndarray of shape (n,)
         Angular frequencies, rising from 0.
     """
-    return 2.0 * np.sqrt(stiffness) * np.sin(0.5 * np.pi * np.arange(particles) / particles)
+    m = None if masses is None else np.asarray(masses, dtype=float)
+    if m is not None and not _are_equal(m):
+        return np.concatenate(([0.0], _strain_modes(m, stiffness)[0]))
+    mass = 1.0 if m is None else m[0]
+    return 2.0 * np.sqrt(stiffness / mass) * np.sin(0.5 * np.pi * np.arange(particles) / particles)
 
 
 def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
@@ -54,14 +67,21 @@ def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def mode_energies(
-    displacements: ArrayLike, velocities: ArrayLike, stiffness: float = 1.0
+    displacements: ArrayLike,
+    velocities: ArrayLike,
+    stiffness: float = 1.0,
+    masses: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     r"""
-    Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode, in O(n log n).
+    Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode.
 
-    p is the DCT-II of the velocities. :math:`\omega_j q_j` is taken from the bond strains, as
-    :math:`-\sqrt{k}` times their DST-I, which is the same thing without the division: the
-    translation, large after a collision, costs no digits.
+    For equal masses p is the DCT-II of the velocities, and :math:`\omega_j q_j` is taken from the
+    bond strains, as :math:`-\sqrt{k}` times their DST-I, which is the same thing without the
+    division: the translation, large after a collision, costs no digits. Both are O(n log n).
+
+    For unequal masses :math:`p_j = \sum_i a_{ij} \sqrt{m_i} v_i` with the orthonormal eigenvectors
+    a_j of the free chain, and :math:`\omega_j q_j` comes from the strains likewise: O(n^2) a frame,
+    once the modes are found.
 
     Parameters
     ----------
@@ -71,6 +91,8 @@ def mode_energies(
         Particle velocities.
     stiffness : float
         U''(1).
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
 
     Returns
     -------
@@ -80,10 +102,46 @@ def mode_energies(
     """
     from scipy.fft import dst
 
-    energies = 0.5 * mode_amplitudes(velocities) ** 2
+    if masses is not None and not _are_equal(np.asarray(masses, dtype=float)):
+        return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
+    mass = 1.0 if masses is None else float(np.asarray(masses, dtype=float)[0])
+    energies = 0.5 * mass * mode_amplitudes(velocities) ** 2
     if energies.shape[-1] > 1:
         strains = bond_strains(displacements)
         energies[..., 1:] += 0.5 * stiffness * dst(strains, type=1, norm="ortho", axis=-1) ** 2
+    return energies
+
+
+def _are_equal(masses: NDArray[np.float64]) -> bool:
+    return bool(np.all(masses == masses[0]))
+
+
+def _strain_modes(
+    masses: NDArray[np.float64], stiffness: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return omega_j and the orthonormal shapes of the strains (columns), j = 1..n-1."""
+    from scipy.linalg import eigh_tridiagonal
+
+    inverse = stiffness / masses
+    squares, shapes = eigh_tridiagonal(inverse[:-1] + inverse[1:], -inverse[1:-1])
+    return np.sqrt(squares), shapes
+
+
+def _unequal_energies(
+    displacements: ArrayLike,
+    velocities: ArrayLike,
+    stiffness: float,
+    masses: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    v = np.asarray(velocities, dtype=float)
+    omega, shapes = _strain_modes(masses, stiffness)
+    energies = np.empty(v.shape)
+    mean = centre_of_mass_velocity(v, masses)
+    energies[..., 0] = 0.5 * float(np.sum(masses)) * mean**2
+    # a_j = sqrt(k) M^(-1/2) B^T b_j / omega_j, so p_j is the rate of strain in the shape b_j.
+    rates = np.sqrt(stiffness) * np.diff(v, axis=-1) @ shapes / omega
+    strains = np.sqrt(stiffness) * bond_strains(displacements) @ shapes
+    energies[..., 1:] = 0.5 * (rates**2 + strains**2)
     return energies
 
 

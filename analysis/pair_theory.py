@@ -57,7 +57,7 @@ def pair_interval_slope(bond: Potential) -> float:
     r"""
     Return alpha of :math:`\Delta t = \pi/\sqrt{2k}\,(1 - \alpha (v_0/v^*)^{r-2} + \dots)`.
 
-    NH eq. (14) for any order r. With U = k s^2/2 + c s^r and y = sign(s) sqrt(2 U/k) the strain
+    NH eq. (15) for any order r. With U = k s^2/2 + c s^r and y = sign(s) sqrt(2 U/k) the strain
     is s = y - (c/k) y^(r-1), and the integral of :func:`pair_interval` becomes elementary:
 
     .. math:: \alpha = (-1)^r \frac{2}{\pi} \frac{c}{k} (r - 1)

@@ -40,12 +40,14 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
     return {
         "restitution": analysis.restitution,
         "restitution_error": analysis.restitution_error,
+        "data_error": analysis.data_error,
         "kinematic_restitution": analysis.kinematic_restitution,
         "contacts": analysis.contacts,
         "last_contact_time": analysis.contact_statistics.last_time,
         "contact_statistics": analysis.contact_statistics.to_dict(),
         "contact_detection": analysis.detection.method,
         "particles": analysis.particles,
+        "masses": analysis.masses.tolist(),
         "potential": None if bond is None else bond.name,
         "velocity": analysis.velocity,
         "v_star": v_star,
@@ -66,6 +68,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
         "contact_times": analysis.contact_times.tolist(),
         "contact_speeds": analysis.contact_speeds.tolist(),
         "mode_energies": analysis.mode_energies.tolist(),
+        "contradictions": list(analysis.contradictions),
         "caveats": list(analysis.caveats),
     }
 
@@ -90,7 +93,8 @@ def describe(analysis: CollisionAnalysis) -> str:
     else:
         speed = f"$v_0$ = {analysis.velocity / bond.natural_speed:.4g} $v^*$"
     name = "bond not known" if bond is None else bond.name
-    return f"{name}, $n$ = {analysis.particles}, {speed}"
+    unequal = "" if _has_equal_masses(analysis) else ", unequal masses"
+    return f"{name}, $n$ = {analysis.particles}{unequal}, {speed}"
 
 
 def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool = True) -> Path:
@@ -125,6 +129,7 @@ def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool 
         history = analysis.history
         np.savez_compressed(
             aside / "arrays.npz",
+            masses=analysis.masses,
             contact_times=analysis.contact_times,
             contact_speeds=analysis.contact_speeds,
             mode_frequencies=analysis.mode_frequencies,
@@ -170,7 +175,9 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
     history = analysis.history
     stiffness = 1.0 if analysis.bond is None else analysis.bond.stiffness
-    energy = 0.5 * analysis.particles * analysis.velocity**2
+    # Waves long against the period of unequal masses see the mean mass.
+    light = stiffness / float(np.mean(analysis.masses))
+    energy = 0.5 * float(np.sum(analysis.masses)) * analysis.velocity**2
     last = analysis.contact_statistics.last_time
 
     figure, ax = new_figure()
@@ -178,14 +185,15 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         history.times,
         history.displacements,
         contact_times=analysis.contact_times,
-        sound_speed=stiffness**0.5,
+        sound_speed=light**0.5,
         ax=ax,
     )
     _save(figure, folder / "trajectories.png", analysis)
 
     figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
-    plot_contact_intervals(analysis.contact_times, stiffness=stiffness, ax=upper)
-    plot_contact_speeds(analysis.contact_speeds, analysis.velocity, ax=lower)
+    alike = _has_equal_masses(analysis)
+    plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
+    plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
     upper.set_xlabel("")
     _save(figure, folder / "contacts.png", analysis)
 
@@ -210,13 +218,17 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         _save(figure, folder / "spectrum.png", analysis)
 
         figure, ax = new_figure()
-        over_time = mode_energies(history.displacements, history.velocities, stiffness)
+        over_time = mode_energies(
+            history.displacements, history.velocities, stiffness, analysis.masses
+        )
         plot_mode_heat_map(history.times, over_time, energy, last_contact=last, ax=ax)
         _save(figure, folder / "mode_heat_map.png", analysis)
 
 
 def _save(figure, path: Path, analysis: CollisionAnalysis) -> None:
     caption = describe(analysis)
+    if analysis.contradictions:
+        caption += " (CONTRADICTED, see analysis.json)"
     figure.suptitle(
         caption + rf", $\eta$ = {analysis.restitution:.5g}", x=0.01, ha="left", fontsize=9
     )
@@ -230,14 +242,21 @@ def _theory(analysis: CollisionAnalysis):
     statistics = analysis.contact_statistics
     if statistics.mean_interval is None or statistics.mean_speed is None:
         return None
-    # The formula is for stiffness 1; times scale with the square root of it.
+    if not _has_equal_masses(analysis):  # the formula has the modes of equal masses
+        return None
+    # The formula is for mass and stiffness 1; times scale with the square root of their ratio.
     stiffness = 1.0 if analysis.bond is None else analysis.bond.stiffness
-    return basile_dumont_energies(
+    mass = float(analysis.masses[0])
+    return mass * basile_dumont_energies(
         analysis.particles,
-        interval=statistics.mean_interval * stiffness**0.5,
+        interval=statistics.mean_interval * (stiffness / mass) ** 0.5,
         contacts=statistics.count,
         contact_speed=statistics.mean_speed * analysis.velocity,
     )
+
+
+def _has_equal_masses(analysis: CollisionAnalysis) -> bool:
+    return bool(np.all(analysis.masses == analysis.masses[0]))
 
 
 def _contact_rows(analysis: CollisionAnalysis) -> Iterable[tuple]:
@@ -250,7 +269,7 @@ def _mode_rows(analysis: CollisionAnalysis) -> Iterable[tuple]:
     energies = analysis.mode_energies
     theory = _theory(analysis) if analysis.particles > 1 else None
     predicted = [""] * energies.size if theory is None else ["", *theory.tolist()]
-    total = 0.5 * analysis.particles * analysis.velocity**2
+    total = 0.5 * float(np.sum(analysis.masses)) * analysis.velocity**2
     shares = (energies / total).tolist()
     frequencies = analysis.mode_frequencies.tolist()
     return zip(range(energies.size), frequencies, energies.tolist(), shares, predicted, strict=True)

@@ -8,7 +8,34 @@ from numpy.typing import ArrayLike, NDArray
 from lammps_inputs.potential import Potential
 
 
-def kinematic_restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.float64]:
+def centre_of_mass_velocity(
+    velocities: ArrayLike, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    r"""
+    Return :math:`\bar v = \sum_i m_i v_i / \sum_i m_i`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (...)
+        Velocity of the centre of mass.
+    """
+    v = np.asarray(velocities, dtype=float)
+    if masses is None:
+        return np.mean(v, axis=-1)
+    m = np.asarray(masses, dtype=float)
+    return np.sum(m * v, axis=-1) / np.sum(m)
+
+
+def kinematic_restitution(
+    velocities: ArrayLike, impact_velocity: float, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
     r"""
     Return the kinematic coefficient :math:`e = \bar v / v_0`, a ratio of speeds.
 
@@ -20,16 +47,20 @@ def kinematic_restitution(velocities: ArrayLike, impact_velocity: float) -> NDAr
         Particle velocities, positive away from the wall.
     impact_velocity : float
         Impact speed v0 > 0.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
 
     Returns
     -------
     numpy.ndarray of shape (...)
-        Mean velocity over impact speed.
+        Velocity of the centre of mass over impact speed.
     """
-    return np.mean(np.asarray(velocities, dtype=float), axis=-1) / impact_velocity
+    return centre_of_mass_velocity(velocities, masses) / impact_velocity
 
 
-def restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.float64]:
+def restitution(
+    velocities: ArrayLike, impact_velocity: float, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
     r"""
     Return the coefficient of restitution :math:`\eta = (\bar v / v_0)^2`, a ratio of energies.
 
@@ -43,13 +74,15 @@ def restitution(velocities: ArrayLike, impact_velocity: float) -> NDArray[np.flo
         Particle velocities at any moment after the last contact.
     impact_velocity : float
         Impact speed v0 > 0.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
 
     Returns
     -------
     numpy.ndarray of shape (...)
         Coefficient of restitution, between 0 and 1 for a finished collision.
     """
-    return np.square(kinematic_restitution(velocities, impact_velocity))
+    return np.square(kinematic_restitution(velocities, impact_velocity, masses))
 
 
 @dataclass(frozen=True)
@@ -60,7 +93,7 @@ class EnergySplit:
     Attributes
     ----------
     translation : ndarray of shape (...)
-        Kinetic energy of the centre of mass, n V^2/2.
+        Kinetic energy of the centre of mass, M V^2/2, M the mass of the chain.
     internal_kinetic : ndarray of shape (...)
         Kinetic energy relative to the centre of mass.
     bonds : ndarray of shape (...)
@@ -99,7 +132,12 @@ def bond_strains(displacements: ArrayLike) -> NDArray[np.float64]:
     return np.diff(np.asarray(displacements, dtype=float), axis=-1)
 
 
-def energy_split(displacements: ArrayLike, velocities: ArrayLike, bond: Potential) -> EnergySplit:
+def energy_split(
+    displacements: ArrayLike,
+    velocities: ArrayLike,
+    bond: Potential,
+    masses: ArrayLike | None = None,
+) -> EnergySplit:
     """
     Split the energy of a chain into translation and vibration.
 
@@ -111,6 +149,8 @@ def energy_split(displacements: ArrayLike, velocities: ArrayLike, bond: Potentia
         Particle velocities.
     bond : Potential
         The bonds' potential.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
 
     Returns
     -------
@@ -118,22 +158,26 @@ def energy_split(displacements: ArrayLike, velocities: ArrayLike, bond: Potentia
         Its parts, one value per frame.
     """
     v = np.asarray(velocities, dtype=float)
-    mean = np.mean(v, axis=-1)
+    m = np.ones(v.shape[-1]) if masses is None else np.asarray(masses, dtype=float)
+    mean = centre_of_mass_velocity(v, m)
     return EnergySplit(
-        translation=0.5 * v.shape[-1] * mean**2,
-        internal_kinetic=0.5 * np.sum((v - mean[..., None]) ** 2, axis=-1),
+        translation=0.5 * float(np.sum(m)) * mean**2,
+        internal_kinetic=0.5 * np.sum(m * (v - mean[..., None]) ** 2, axis=-1),
         bonds=np.sum(bond.energy(bond_strains(displacements)), axis=-1),
     )
 
 
 def momentum_residual(
-    velocities: ArrayLike, impact_velocity: float, contact_speeds: ArrayLike
+    velocities: ArrayLike,
+    impact_velocity: float,
+    contact_speeds: ArrayLike,
+    masses: ArrayLike | None = None,
 ) -> float:
     """
-    Return how far the momentum is from what the contacts gave, in units of n v0.
+    Return how far the momentum is from what the contacts gave, in units of M v0.
 
-    Each contact reverses particle 1 and so gives 2 v_q: the balance is
-    P = -n v0 + 2 sum(v_q), whatever the bonds do.
+    Each contact reverses particle 1 and so gives 2 m_1 v_q: the balance is
+    P = -M v0 + 2 m_1 sum(v_q), whatever the bonds do.
 
     Parameters
     ----------
@@ -143,12 +187,16 @@ def momentum_residual(
         Impact speed v0.
     contact_speeds : array_like of shape (contacts,)
         Incoming speeds of particle 1, all positive, the first contact included.
+    masses : array_like of shape (n,), optional
+        Particle masses, particle 1 first; 1 by default.
 
     Returns
     -------
     float
-        (P - expected P)/(n v0); rounding for a perfect list of contacts.
+        (P - expected P)/(M v0); rounding for a perfect list of contacts.
     """
     v = np.asarray(velocities, dtype=float)
-    expected = -v.size * impact_velocity + 2.0 * np.sum(contact_speeds)
-    return float((np.sum(v) - expected) / (v.size * impact_velocity))
+    m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)
+    total = float(np.sum(m))
+    expected = -total * impact_velocity + 2.0 * m[0] * np.sum(contact_speeds)
+    return float((np.sum(m * v) - expected) / (total * impact_velocity))

@@ -27,7 +27,7 @@ class History:
     series_times : ndarray of shape (rows,)
         Of the quantities below.
     momentum : ndarray of shape (rows,)
-        Sum of the velocities.
+        Sum of masses times velocities.
     translation, vibration : ndarray of shape (rows,)
         Energies; where the bond is not known, vibration is its kinetic part only.
     bond_min, bond_max : ndarray of shape (rows,)
@@ -48,24 +48,28 @@ class History:
 @dataclass(frozen=True)
 class CollisionAnalysis:
     """
-    What the frames of a collision say. Units: bond length, particle mass and stiffness 1.
+    What the frames of a collision say. Units: bond length and stiffness 1, masses as given.
 
     Attributes
     ----------
     particles : int
         Number of particles n.
+    masses : ndarray of shape (n,)
+        Particle masses, particle 1 first.
     bond : Potential or None
         The bonds' potential, if known.
     velocity : float
         Impact speed v0.
     restitution : float
-        eta = (mean v/v0)^2, the ratio of energies.
+        eta = (V/v0)^2, the ratio of energies; V is the velocity of the centre of mass.
     kinematic_restitution : float
-        e = mean v/v0, the ratio of speeds.
-    restitution_error : float
-        What the digits of the dump allow; where the bond is known also the drift of the energy
-        and the momentum that the exact motion between frames would not have given. Errors of the
-        run that these do not show are not in it.
+        e = V/v0, the ratio of speeds.
+    restitution_error : float or None
+        Error of the whole number, from a second run at another step: see
+        :func:`~analysis.step_error.estimate_error`. None where that cannot be told.
+    data_error : float
+        What the format of the dump and reading it may have changed: how far eta can be from that
+        of the run as LAMMPS held it. The error of the run itself is not in it.
     contact_times, contact_speeds : ndarray of shape (f,)
         Times from the first contact, and incoming speeds.
     contact_statistics : ContactStatistics
@@ -83,7 +87,7 @@ class CollisionAnalysis:
     energy_drift : float or None
         (E_end - E_start)/E_start.
     momentum_residual : float
-        Momentum in the last frame less what the contacts gave, in units of n v0.
+        Momentum in the last frame less what the contacts gave, in units of M v0.
     bond_min, bond_max : float
         Shortest and longest bond in any frame.
     frames : int
@@ -95,18 +99,25 @@ class CollisionAnalysis:
     ending : str or None
         ``proved`` where energy and momentum rule out a contact after the last frame, ``argued``
         where one is unlikely; None where neither can be said.
+    finished : bool
+        Whether, as far as can be told, no contact follows the last frame.
     history : History
         The collision in time.
+    contradictions : tuple of str
+        What no chain and no wall can have done, such as eta above 1: no number is to be trusted
+        while there is one. They are among the caveats, too.
     caveats : tuple of str
         What limits the numbers above, one sentence each.
     """
 
     particles: int
+    masses: NDArray[np.float64]
     bond: Potential | None
     velocity: float
     restitution: float
     kinematic_restitution: float
-    restitution_error: float
+    restitution_error: float | None
+    data_error: float
     contact_times: NDArray[np.float64]
     contact_speeds: NDArray[np.float64]
     contact_statistics: ContactStatistics
@@ -126,5 +137,7 @@ class CollisionAnalysis:
     time_start: float
     time_end: float
     ending: str | None
+    finished: bool
     history: History
+    contradictions: tuple[str, ...]
     caveats: tuple[str, ...]

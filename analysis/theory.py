@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from analysis.modes import mode_frequencies
 
-# NH eqs. (10)-(12): interval, contacts per particle and incoming speed of the n = 2 chain,
+# NH eqs. (8)-(10): interval, contacts per particle and incoming speed of the n = 2 chain,
 # assumed for every contact of a long one.
 PAIR_INTERVAL = math.pi / math.sqrt(2.0)
 PAIR_CONTACTS_PER_PARTICLE = 2.0 * math.sqrt(2.0) / math.pi
@@ -41,7 +41,7 @@ def contact_mode_energies(
     .. math:: E_j = \frac{4}{n} \cos^2\frac{\pi j}{2n}
               \left| \sum_q v_q e^{i \omega_j t_q} \right|^2, \qquad j \ge 1.
 
-    NH eq. (9) is this with equal speeds and intervals. Exact for harmonic bonds, given all
+    NH eq. (7) is this with equal speeds and intervals. Exact for harmonic bonds, given all
     contacts; costs O(f n).
 
     Parameters
@@ -78,9 +78,9 @@ def basile_dumont_energies(
     .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
               \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
 
-    NH eq. (9), after Basile and Dumont, Phys. Rev. E 61, 2015 (2000), with
+    NH eq. (7), after Basile and Dumont, Phys. Rev. E 61, 2015 (2000), with
     :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
-    interval shortened by :func:`pair_interval` it is NH eq. (15), the low-speed theory.
+    interval shortened by :func:`pair_interval` it is NH eq. (16), the low-speed theory.
 
     Valid for harmonic bonds, to the extent that intervals and incoming speeds are constant.
 
@@ -113,7 +113,7 @@ def basile_dumont_energies(
 
 def harmonic_dissipation_law(particles: ArrayLike) -> NDArray[np.float64]:
     r"""
-    Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (14).
+    Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (12).
 
     The large-n form of :func:`basile_dumont_energies` with the n = 2 interval, count and speed:
     with :math:`\omega_j \approx (\pi j/n)(1 - \pi^2 j^2/24 n^2)` the sum over j becomes

@@ -33,14 +33,36 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
         The value of the ``timestep`` command; None where none is found, where a script computes
         it, or where it changes, so that steps do not tell the time.
     """
-    logs = list(logs)
-    words = [word for path in logs or scripts for word in _timestep_words(path)]
+    words, expanded = _words(logs, scripts)
     computed = [word for word in words if "$" in word]
     values = {float(word) for word in words if _NUMBER.fullmatch(word)}
-    if len(values) != 1 or (computed and not logs):
+    if len(values) != 1 or (computed and not expanded):
         return None
     timestep = values.pop()
     return timestep if timestep > 0.0 else None
+
+
+def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+    """
+    Return the step that a run was set up with.
+
+    Runs that stop at contacts set other steps on the way; the first one is that of the motion.
+
+    Parameters
+    ----------
+    logs, scripts : iterable of pathlib.Path
+        As for :func:`read_timestep`.
+
+    Returns
+    -------
+    float or None
+        The first value of the ``timestep`` command; None where there is none.
+    """
+    words, expanded = _words(logs, scripts)
+    values = [float(word) for word in words if _NUMBER.fullmatch(word)]
+    if not values or (not expanded and "$" in words[0]):
+        return None
+    return values[0] if values[0] > 0.0 else None
 
 
 def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | None:
@@ -77,6 +99,15 @@ def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | 
         if frame.step > start[0]:
             timestep = float((x - start[1]) / (start[2] * (frame.step - start[0])))
     return timestep if timestep is not None and timestep > 0.0 else None
+
+
+def _words(logs: Iterable[Path], scripts: Iterable[Path]) -> tuple[list[str], bool]:
+    """Return what follows ``timestep``, and whether variables stand for their values."""
+    words = [word for path in logs for word in _timestep_words(path)]
+    if words:
+        return words, True
+    # What a run prints on the screen begins like a log and repeats no commands.
+    return [word for path in scripts for word in _timestep_words(path)], False
 
 
 def _timestep_words(path: Path) -> list[str]:

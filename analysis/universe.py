@@ -8,18 +8,21 @@ every column into ``ts.data`` as the float64 that was written.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import MDAnalysis
 import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
+from numpy.typing import NDArray
 
 from analysis.dump_frame import DumpFrame
 from analysis.dumps import Dump
+from analysis.masses import MASS_COLUMN
 from lammps_inputs.errors import InputError
 
 # Keys of ts.data that are no columns.
-_FRAME_KEYS = ("step", "time", "dt", "time_offset", "box_bounds")
+_FRAME_KEYS = ("step", "time", "carried_time", "dt", "time_offset", "box_bounds")
 
 
 class ChainDumpReader(ReaderBase):
@@ -85,16 +88,27 @@ class ChainDumpReader(ReaderBase):
             ts.data["time"] = float(ts.data["v_time"][0])
         else:
             ts.data["time"] = frame.step * ts.dt if frame.time is None else frame.time
+        if frame.time is not None:
+            ts.data["carried_time"] = frame.time
         ts.dimensions = [*np.ptp(frame.bounds, axis=1), 90.0, 90.0, 90.0]
         for target, names in (
-            ("positions", (("x", "xu"), ("y", "yu"), ("z", "zu"))),
+            ("positions", tuple((f"{a}s", f"{a}su", a, f"{a}u") for a in "xyz")),
             ("velocities", (("vx",), ("vy",), ("vz",))),
         ):
             values = np.zeros((self.n_atoms, 3), dtype=np.float32)
             for axis, choices in enumerate(names):
                 for name in choices:
-                    if name in frame.columns:
-                        values[:, axis] = ts.data[name]
+                    if name not in frame.columns:
+                        continue
+                    values[:, axis] = ts.data[name]
+                    if name.endswith(("s", "su")):
+                        if frame.tilted:
+                            raise InputError(
+                                f"the dump has scaled positions ({name}) in a tilted box; expected "
+                                "unscaled ones: dump 'x' or 'xu'"
+                            )
+                        low, high = frame.bounds[axis]
+                        values[:, axis] = low + ts.data[name] * (high - low)
             setattr(ts, target, values)
         return ts
 
@@ -110,8 +124,8 @@ def to_mdanalysis(
     dump : pathlib.Path or str
         Any dump that :class:`~analysis.dumps.Dump` reads.
     data : pathlib.Path or str, optional
-        LAMMPS data file of ``atom_style bond`` for the topology; without it a bare chain of
-        atoms, numbered from 1.
+        LAMMPS data file of ``atom_style bond`` for the topology and masses; without it a bare chain
+        of atoms, numbered from 1, with masses where the dump has them.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
 
@@ -127,7 +141,10 @@ def to_mdanalysis(
     """
     reader_arguments = {"format": ChainDumpReader, "dt": timestep}
     if data is None:
-        universe = MDAnalysis.Universe.empty(Dump(dump).first().raw_column(0).size, velocities=True)
+        first = Dump(dump).first()
+        universe = MDAnalysis.Universe.empty(first.raw_column(0).size, velocities=True)
+        if MASS_COLUMN in first.columns:
+            universe.add_TopologyAttr("masses", first.column(MASS_COLUMN))
         universe.load_new(str(dump), **reader_arguments)
         return universe
     try:
@@ -181,4 +198,17 @@ def universe_frames(universe: MDAnalysis.Universe) -> Iterator[DumpFrame]:
         names = tuple(columns)
         values = [np.array(values, dtype=float) for values in columns.values()]
         bounds = ts.data.get("box_bounds", np.full((3, 2), np.nan))
-        yield DumpFrame(int(ts.data["step"]), None, names, bounds, None, values.__getitem__)
+        yield DumpFrame(
+            int(ts.data["step"]),
+            ts.data.get("carried_time"),
+            names,
+            bounds,
+            None,
+            values.__getitem__,
+            partial(_shortest_text, values),
+        )
+
+
+def _shortest_text(columns: list[NDArray[np.float64]], index: int) -> list[bytes]:
+    """Return a column as text with the digits that the dump printed."""
+    return [repr(value).encode() for value in columns[index].tolist()]

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,14 +140,14 @@ def tabulate(
         force is no number.
     """
     shortest, longest = bond_range
-    if not (math.isfinite(shortest) and math.isfinite(longest) and shortest <= longest):
+    if not (0.0 <= shortest <= longest < math.inf):
         raise TableError(
             f"the bond range is {shortest:g} to {longest:g}; expected two finite lengths in order"
         )
     if rows is None:
         span = _with_margin(bond, bond_range, FEWEST_ROWS)
         rows = choose_rows(bond, span, style, force_error)
-    low, high = _with_margin(bond, bond_range, rows)
+    low, high = rows_on_kinks(bond, _with_margin(bond, bond_range, rows), rows)
     lengths = np.linspace(low, high, rows)
     strains = lengths - 1.0
     slopes = -bond.curvature(strains[[0, -1]])
@@ -215,8 +216,10 @@ def _with_margin(
     low = shortest - max(MARGIN_FRACTION * abs(1.0 - shortest), 1e-9)
     # A bond that is never stretched, between two particles, still trembles about its rest.
     high = longest + max(MARGIN_FRACTION * max(longest - 1.0, 0.2 * (1.0 - shortest)), 1e-9)
-    # And by some bins, whose width grows with the range they widen.
-    margin = MARGIN_BINS * (high - low) / (bins - 2 * MARGIN_BINS)
+    # And by some bins, whose width grows with the range they widen; one more where the rows are
+    # moved until they lie on kinks.
+    margin_bins = MARGIN_BINS + bool(bond.kinks)
+    margin = margin_bins * (high - low) / max(bins - 2 * margin_bins, 1)
     low, high = low - margin, high + margin
     floor = 1.0 + bond.strain_min if math.isfinite(bond.strain_min) else 0.0
     if low <= floor:
@@ -233,6 +236,54 @@ def _with_margin(
             "'reference'"
         )
     return low, high
+
+
+# How much finer than asked rows may get so that they lie on all kinks.
+_FINER = 0.8
+
+
+def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tuple[float, float]:
+    """
+    Move the ends of a table, by a row at most, until rows lie on the kinks of a bond.
+
+    LAMMPS interpolates linearly between uniform rows: with a kink on a row it is kept, and
+    between two rows it is cut off.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential; kinks outside the span do not matter.
+    span : tuple of float
+        First and last length wanted.
+    rows : int
+        Number of rows, which is kept.
+
+    Returns
+    -------
+    tuple of float
+        First and last length. One or two kinks lie on rows to rounding; of more, the first and
+        the last do, and the others as nearly as a spacing can be found for.
+    """
+    low, high = span
+    inside = [1.0 + kink for kink in bond.kinks if low < 1.0 + kink < high]
+    floor, ceiling = 1.0 + bond.strain_min, 1.0 + bond.strain_max
+    if not inside:
+        return span
+    spacing = (high - low) / (rows - 1)
+    first, last = inside[0], inside[-1]
+    most = int((last - first) / spacing)
+    if most > 0:
+        # Fewer bins between the kinks are wider ones: the table may only get longer.
+        counts = np.arange(most, max(int(_FINER * most), 1) - 1, -1)
+        steps = (last - first) / counts
+        offsets = (np.array(inside) - first) / steps[:, None]
+        best = int(np.argmin(np.max(np.abs(offsets - np.round(offsets)), axis=1).round(9)))
+        spacing = float(steps[best])
+    below = round((first - low) / spacing)
+    below -= first - below * spacing <= floor
+    below += first + (rows - 1 - below) * spacing >= ceiling
+    start = first - below * spacing
+    return start, start + (rows - 1) * spacing
 
 
 def choose_rows(
@@ -263,6 +314,25 @@ def choose_rows(
     int
         At most ``MOST_ROWS``.
     """
+    ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
+    # Kinks lie on rows: what counts is the force between them.
+    parts = [_probe(bond, part, style) for part in pairwise(ends)]
+    scale = max(size for _, size in parts)
+    target = FORCE_TARGET[style] * scale
+    if force_error is not None:
+        target = max(target, force_error)
+    needed = max(
+        (span[1] - span[0])
+        / (high - low)
+        * _PROBE_ROWS
+        * (error / max(target, 1e-300)) ** (1.0 / _ERROR_ORDER[style])
+        for (low, high), (error, _) in zip(pairwise(ends), parts, strict=True)
+    )
+    return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
+
+
+def _probe(bond: Potential, span: tuple[float, float], style: TableStyle) -> tuple[float, float]:
+    """Return the error of the interpolated force with few rows, and the largest force."""
     lengths = np.linspace(*span, _PROBE_ROWS)
     middles = 0.5 * (lengths[1:] + lengths[:-1])
     forces = bond.force(lengths - 1.0)
@@ -274,10 +344,5 @@ def choose_rows(
         between = spline(middles)
     else:
         between = 0.5 * (forces[1:] + forces[:-1])
-    scale = float(np.max(np.abs(forces)))
     error = float(np.max(np.abs(between - bond.force(middles - 1.0))))
-    target = FORCE_TARGET[style] * scale
-    if force_error is not None:
-        target = max(target, force_error)
-    needed = _PROBE_ROWS * (error / max(target, 1e-300)) ** (1.0 / _ERROR_ORDER[style])
-    return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
+    return error, float(np.max(np.abs(forces)))

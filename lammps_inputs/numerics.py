@@ -71,6 +71,7 @@ class Numerics:
             wall=wall,
             scheme=scheme,
             timestep=scene.timestep or usual,
-            table=scene.table or "spline",
+            # A spline cannot hold a kink.
+            table=scene.table or ("linear" if scene.bond.kinks else "spline"),
             table_points=scene.table_points,
         )

@@ -8,6 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from lammps_inputs.bond_check import find_kinks
+
 
 class Potential(ABC):
     """
@@ -25,12 +27,18 @@ class Potential(ABC):
         Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     dissociation : float
         U at infinite length; inf for a bond that cannot break.
+    smooth : bool
+        Whether the force is known to have derivatives of every order.
+    energy_offset : float
+        Constant taken off the energies, whose rounding it leaves in them.
     """
 
     name: str
     strain_min: float = -math.inf
     strain_max: float = math.inf
-    dissociation: ClassVar[float] = math.inf
+    dissociation: float = math.inf
+    smooth: ClassVar[bool] = False
+    energy_offset: float = 0.0
 
     @abstractmethod
     def energy(self, strain):
@@ -118,6 +126,11 @@ class Potential(ABC):
         """U''(1): 1 for every named potential."""
         return 1.0
 
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Strains at which the stiffness jumps, found by looking where formulas are not known."""
+        return () if self.smooth else find_kinks(self)
+
     @property
     def convex_strain(self) -> float:
         """Largest strain up to which U is convex; inf where it always is."""
@@ -136,9 +149,16 @@ class Potential(ABC):
 
     @cached_property
     def natural_speed(self) -> float | None:
-        """v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic."""
+        """
+        v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic.
+
+        Rounded to 13 digits: the last ones depend on the processor, and with them would the scene
+        that a speed in units of v* describes, and its key in a store of results.
+        """
         strain = self._find_compressed_strain()
-        return None if strain is None else math.sqrt(2.0 * float(self.energy(strain)))
+        if strain is None:
+            return None
+        return float(f"{math.sqrt(2.0 * float(self.energy(strain))):.12e}")
 
     def _find_compressed_strain(self) -> float | None:
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""

@@ -105,6 +105,7 @@ class Harmonic(Potential):
     """U = s^2/2."""
 
     name = "harmonic"
+    smooth = True
     force_kernel = staticmethod(harmonic_force)
 
     @property
@@ -133,6 +134,7 @@ class LennardJones(Potential):
     """U = (r^-6 - 1)^2/72, which is (r^-12 - 2 r^-6 + 1)/72."""
 
     name = "lj"
+    smooth = True
     force_kernel = staticmethod(lj_force)
     strain_min = -1.0
     dissociation = 1.0 / 72.0
@@ -163,6 +165,7 @@ class Toda(Potential):
     b: float = 10.0
 
     name = "toda"
+    smooth = True
     force_kernel = staticmethod(toda_force)
 
     def __post_init__(self):
@@ -202,6 +205,7 @@ class Logarithmic(Potential):
     """U = s - ln(1 + s)."""
 
     name = "log"
+    smooth = True
     force_kernel = staticmethod(log_force)
     strain_min = -1.0
 
@@ -226,6 +230,7 @@ class Power(Potential):
     c: float
 
     name = "power"
+    smooth = True
 
     def __post_init__(self):
         """Refuse orders below 3 and the sign of c that softens compression."""

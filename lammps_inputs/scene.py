@@ -1,12 +1,9 @@
 """A scene: the validated, frozen description of one collision and of what is wanted from it."""
 
-import hashlib
-import json
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 import tomli_w
 from pydantic import (
     BaseModel,
@@ -28,6 +25,10 @@ from lammps_inputs.potentials import (
     Toda,
 )
 from lammps_inputs.scene_file import parse_toml, read_scene_fields
+from lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
+from lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
+from lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
+from lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
 
 PotentialName = Literal["harmonic", "lj", "toda", "log", "power", "table"]
 Engine = Literal["lammps", "reference"]
@@ -37,17 +38,8 @@ TableStyle = Literal["linear", "spline"]
 
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
-DEFAULT_TOLERANCE = 1e-6
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
-NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
-OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
-# Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
-VERLET_STABILITY_LIMIT = 2.0
-
-# Shorter steps would take days to the end of the smallest collision, and drown in rounding.
-SHORTEST_TIMESTEP = 1e-9
-
 # Composed steps that are a sensible start for each scheme where the user names none.
 DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}
 DEFAULT_REFLECT_TIMESTEP = 0.005
@@ -112,7 +104,9 @@ class Scene(BaseModel):
     table_points: Annotated[int, Field(ge=3, le=10_000_000)] | None = Field(
         default=None, description="rows of the tabulated bond [default: as the scene needs]"
     )
-    error: bool = Field(default=True, description="run once more at H/2 for the error bar")
+    error: bool = Field(
+        default=True, description="run again at H/2 and two other steps for the error bar"
+    )
     dump: Path | None = Field(default=None, description="write the motion to this LAMMPS dump")
     dump_frames: PositiveFloat | Literal["contacts"] = Field(
         default=20.0,
@@ -168,65 +162,8 @@ class Scene(BaseModel):
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:
-        self._check_parameters()
-        self._check_speed()
-        self._check_numerics()
+        check_together(self)
         return self
-
-    def _check_parameters(self) -> None:
-        owners = {"toda_b": "toda", "power_order": "power", "power_c": "power"}
-        owners["bond_file"] = "table"
-        for key, owner in owners.items():
-            if getattr(self, key) is not None and self.potential != owner:
-                raise ValueError(f"{key} goes with potential '{owner}', not '{self.label}'")
-        if self.potential == "power" and (self.power_order is None or self.power_c is None):
-            raise ValueError("potential 'power' needs power_order and power_c")
-        if self.potential == "table" and self.bond_file is None:
-            raise ValueError("potential 'table' needs bond_file")
-        _ = self.bond  # raises for impossible parameters
-
-    def _check_speed(self) -> None:
-        if self.speed is not None and self.velocity is not None:
-            raise ValueError("speed and velocity are both given; give one")
-        if self.speed is not None and self.bond.natural_speed is None:
-            raise ValueError(
-                f"speed is in units of v*, which the {self.label} bond does not have; give velocity"
-            )
-        if not 1e-150 < self.impact_velocity < 1e150:
-            raise ValueError(
-                f"the impact velocity would be {self.impact_velocity:g}; expected a number that "
-                "floating point can square"
-            )
-
-    def _check_numerics(self) -> None:
-        given = [key for key in NUMERICS_KEYS if getattr(self, key) is not None]
-        if self.tolerance is not None and given:
-            raise ValueError(
-                f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "
-                "numerics by itself: drop one or the other"
-            )
-        if self.engine == "reference":
-            for key in ("table", "table_points", "save", "dump"):
-                if getattr(self, key) is not None:
-                    raise ValueError(
-                        f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps"
-                    )
-            if self.wall == "reflect":
-                raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
-        if self.wall == "reflect" and self.scheme not in (None, "verlet"):
-            raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{self.scheme}'")
-        if self.timestep is not None:
-            if self.timestep < SHORTEST_TIMESTEP / self.bond.stiffness**0.5:
-                raise ValueError(
-                    f"timestep is {self.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
-                    "shorter one would not come to an end"
-                )
-            limit = VERLET_STABILITY_LIMIT / (2.0 * self.bond.stiffness**0.5)
-            if self.timestep >= limit:
-                raise ValueError(
-                    f"timestep is {self.timestep:g}; expected less than {limit:g}, where the "
-                    "integration of the chain's fastest mode becomes unstable"
-                )
 
     @property
     def label(self) -> str:
@@ -341,46 +278,22 @@ class Scene(BaseModel):
                 f"potential '{self.label}' is a Python object; expected a named potential or "
                 "'table' with a bond_file to write the scene as TOML"
             )
-        return tomli_w.dumps(self._plain_fields())
-
-    def _plain_fields(self) -> dict[str, Any]:
-        values = {key: getattr(self, key) for key in type(self).model_fields}
-        return {
-            key: str(value) if isinstance(value, Path) else value
-            for key, value in values.items()
-            if key in self.model_fields_set and value is not None
-        }
+        return tomli_w.dumps(plain_fields(self))
 
     @cached_property
     def canonical_fields(self) -> dict[str, Any]:
         """Everything that decides the result, in one way of many to write it (JSON-ready)."""
-        defaults = {"potential": self.label, "particles": self.particles, "engine": self.engine}
-        fields = defaults | {
-            key: value for key, value in self._plain_fields().items() if key not in OUTPUT_KEYS
-        }
-        if isinstance(self.potential, Potential):
-            fields["potential"] = f"object {self.label} {_force_digest(self.potential)}"
-        fields.pop("speed", None)
-        fields["velocity"] = self.impact_velocity
-        if self.potential == "toda":
-            fields["toda_b"] = self.bond.parameters[0]
-        if self.bond_file is not None:
-            fields["bond_file"] = hashlib.sha256(self.bond_file.read_bytes()).hexdigest()
-        if not self.explicit and self.tolerance is None:
-            fields["tolerance"] = DEFAULT_TOLERANCE
-        if self.explicit and not self.error:
-            fields["error"] = False  # such a result lacks what others have
-        return fields
+        return canonical_fields(self)
 
     @cached_property
     def sha256(self) -> str:
         """Hash of everything that decides the result (not of where outputs are written)."""
-        return _hash_of(self.canonical_fields)
+        return hash_of(self.canonical_fields)
 
     @cached_property
     def collision_sha256(self) -> str:
         """Hash of the same without the tolerance: one collision, however exactly it is asked."""
-        return _hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
+        return hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
 
 
 @cache
@@ -396,17 +309,6 @@ def _named_bond(
         return Power(power_order, power_c)
     plain = {"harmonic": Harmonic(), "lj": LennardJones(), "log": Logarithmic()}
     return plain[name]
-
-
-def _hash_of(fields: dict[str, Any]) -> str:
-    canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
-
-
-def _force_digest(bond: Potential) -> str:
-    """Hash the force of a potential that has no name, at strains that every bond allows."""
-    strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
-    return hashlib.sha256(bond.force(strains).tobytes()).hexdigest()[:16]
 
 
 def _one_line(error: ValidationError) -> str:

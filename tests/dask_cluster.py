@@ -77,8 +77,8 @@ def dask_cluster(workers: int = 2) -> Iterator[DaskProcesses]:
 def _wait_for_workers(address: str, count: int) -> None:
     from distributed import Client
 
-    with Client(address, timeout=30, set_as_default=False) as client:
-        client.wait_for_workers(count, timeout=30)
+    with Client(address, timeout=600, set_as_default=False) as client:
+        client.wait_for_workers(count, timeout=600)
 
 
 def children(parent: int, command: str) -> list[int]:

@@ -10,35 +10,39 @@ from lammps_inputs.scene import Scene
 from workflows.answer import Answer, answer, spread_of
 from workflows.convergence import eta_of, is_believed, jitter, run_in_house
 from workflows.engines import hard_sphere, modal, stiff
+from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_steps import STEP_SCHEMES
-from workflows.error_bars import COARSER_SHARE, JITTER_MATTERS, rounding_error
+from workflows.error_bars import COARSER_SHARE, LEAST_SHARE, rounding_error
 from workflows.errors import RunError
+from workflows.irregular import refine
+from workflows.measured import measured
 from workflows.step_guess import guess_step, sharpness
 
-# With bonds sharper than this, adaptive steps are cheaper than fixed ones.
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
+# processor time, decides costs only.
 SHARPEST_FIXED = 60.0
 # Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
-_ADAPTIVE_SHARES = (0.5, 0.2)
-# The first step is guessed for this share of the tolerance.
+_ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0, 0.4))
+# Kinks make it fall irregularly: as of fixed steps, three times as much.
+_IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
+# The first step is guessed for this share of the goal: half, as the bar must have room for the
+# rest. It decides costs only.
 _STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
-# Steps that get smaller so many times without halving the error show that it is not the steps'.
+# Steps that get smaller so many times without halving the error show that it is not the steps':
+# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
 _STALLED = 3
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
 # three digits, with the bar that they have.
 _MOST_STEPPED = 7.5e10
 _ROUGH_SPHERES = 1e-3
-# Schemes, and above which tolerance each is the cheapest.
-_SCHEMES: tuple[tuple[StepSchemeName, float], ...] = (
-    ("order4", 3e-4),
-    ("order6", 1e-6),
-    ("order8", 1e-8),
-)
+# Schemes, and above which goal each is usually the cheapest.
+_SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
 
 
-def meet_in_house(scene: Scene, tolerance: float) -> Answer:
+def meet_in_house(scene: Scene, goal: float, noise: float) -> Answer:
     """
     Run a scene with the engine that does most with least: exact where it can be.
 
@@ -46,8 +50,10 @@ def meet_in_house(scene: Scene, tolerance: float) -> Answer:
     ----------
     scene : Scene
         The collision.
-    tolerance : float
+    goal : float
         Error asked of eta.
+    noise : float
+        Its jitter, where that matters; see :func:`workflows.convergence.jitter`.
 
     Returns
     -------
@@ -55,42 +61,41 @@ def meet_in_house(scene: Scene, tolerance: float) -> Answer:
         By modes, hard spheres, fixed or adaptive steps.
     """
     if isinstance(scene.bond, Harmonic):
-        outcome = modal.run(scene)
-        return answer(
-            scene, tolerance, outcome, 0.0, {"spread": spread_of(scene, outcome, outcome)}
-        )
+        return _at_once(scene, modal.run(scene), 0.0)
     if sharpness(scene) <= SHARPEST_FIXED:
-        return _meet_with_fixed_steps(scene, tolerance)
+        return _meet_with_fixed_steps(scene, goal, noise)
     deviation = hard_sphere.deviation(scene)
+    reached = deviation + rounding_error("reference", scene)
     senseless = (scene.particles * math.log(sharpness(scene))) ** 3 > _MOST_STEPPED
-    if deviation <= (_ROUGH_SPHERES if senseless else _STEP_SHARE * tolerance):
-        outcome = hard_sphere.run(scene)
-        spread = spread_of(scene, outcome, outcome)
-        return answer(scene, tolerance, outcome, deviation, {"spread": spread})
+    if reached <= goal or (senseless and deviation <= _ROUGH_SPHERES):
+        return _at_once(scene, hard_sphere.run(scene), deviation)
     if senseless:
         raise RunError(
             f"to step {scene.particles} particles with bonds {sharpness(scene):.2g} times sharper "
             "than at rest would take hours or more, and the limit of hard spheres is only good to "
             f"{deviation:.1g} here; expected fewer particles, or another speed: lower either"
         )
-    return _meet_with_adaptive_steps(scene, tolerance)
+    stepped = _meet_with_adaptive_steps(scene, goal)
+    assert stepped.bar.total is not None
+    if reached < stepped.bar.total:
+        return _at_once(scene, hard_sphere.run(scene), deviation)
+    return stepped
 
 
-def _cheapest_scheme(tolerance: float) -> StepSchemeName:
-    """Return the scheme that was cheapest over random scenes of all potentials."""
-    for scheme, least in _SCHEMES:
-        if tolerance > least:
-            return scheme
-    return "extrapolated14"
+def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
+    """Answer with an outcome that no step was chosen for."""
+    return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
 
 
-def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
+def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
-    scheme = _cheapest_scheme(tolerance)
+    scheme = next(name for name, least in _SCHEMES.items() if goal > least)
+    if not scene.bond.smooth:
+        return _meet_irregularly(scene, goal, scheme, noise)
     order, share = STEP_SCHEMES[scheme].order, COARSER_SHARE[scheme]
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
-    reachable = max(tolerance, floor)
+    reachable = max(goal, floor)
     step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
@@ -101,7 +106,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
         try:
             fine = run_in_house(scene, scheme, step)
             eta = eta_of(scene, fine)
-            coarse = [run_in_house(scene, scheme, k * step) for k in (2.0, 1.86)]
+            coarse = [run_in_house(scene, scheme, k * step, fine) for k in (2.0, 1.86)]
             found.append([eta, *(eta_of(scene, run) for run in coarse)])
             error = share * max(abs(other - eta) for other in found[-1][1:])
         except RunError as failure:
@@ -115,7 +120,7 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
             if best is None or error < best[0]:
                 best = (error, fine, coarse[0])
         tries.append({"timestep": step, "step_error": error})
-        if error + floor <= tolerance or error < 0.3 * floor or step < 1e-5:
+        if error + floor <= goal or error < 0.3 * floor or step < 1e-5:
             break
         if stalled == _STALLED:
             break
@@ -127,18 +132,31 @@ def _meet_with_fixed_steps(scene: Scene, tolerance: float) -> Answer:
     if stalled == _STALLED:
         # No order of convergence holds here: the truth may be wherever one of these runs went.
         error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
-    noise = 0.0
-    sensitive = stalled == _STALLED or tolerance < JITTER_MATTERS * floor
-    if sensitive and fine.timestep is not None:
-        noise = jitter(scene, scheme, fine.timestep, eta_of(scene, fine))
+        noise = noise or jitter(scene)
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
-    return answer(scene, tolerance, fine, error, details, noise)
+    return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
 
 
-def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
+def _meet_irregularly(scene: Scene, goal: float, scheme: StepSchemeName, noise: float) -> Answer:
+    """Refine without trust in an order: bonds of users may have kinks."""
+    floor = rounding_error("reference", scene)
+    # The share of extrapolated steps rests on their order.
+    composed: StepSchemeName = scheme if scheme in COMPOSITIONS else "order8"
+    found = refine(scene, goal, composed, floor)
+    if found.stalled:
+        noise = noise or jitter(scene)
+    details = {
+        "choice": {"tries": found.tries},
+        "spread": spread_of(scene, found.fine, found.proof),
+    }
+    return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, noise)
+
+
+def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
     """Ask the adaptive integrator for ever more accuracy until three runs agree."""
     floor = rounding_error("reference", scene)
-    accuracy = max(tolerance, floor)
+    shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
+    accuracy = max(goal, floor)
     coarser, coarse = (stiff.run(scene, k * accuracy) for k in (10.0, 1.0))
     tries: list[dict[str, float]] = []
     for _ in range(_MOST_REFINEMENTS):
@@ -148,11 +166,11 @@ def _meet_with_adaptive_steps(scene: Scene, tolerance: float) -> Answer:
         eta = eta_of(scene, fine)
         error = max(
             share * abs(eta_of(scene, run) - eta)
-            for share, run in zip(_ADAPTIVE_SHARES, (coarse, coarser), strict=True)
+            for share, run in zip(shares, (coarse, coarser), strict=True)
         )
         tries.append({"accuracy": accuracy, "step_error": error})
-        if error + floor <= tolerance or accuracy < 1e-14:
+        if error + floor <= goal or accuracy < 1e-14:
             break
         coarser, coarse = coarse, fine
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
-    return answer(scene, tolerance, fine, error, details)
+    return answer(scene, fine, max(error, LEAST_SHARE * goal), details)

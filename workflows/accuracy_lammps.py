@@ -2,51 +2,47 @@
 
 import math
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potential import compressed_strain
 from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene
+from lammps_inputs.scene import Scene, Scheme, TableStyle
 from workflows.answer import Answer, answer, spread_of
-from workflows.convergence import Converged, converge, eta_of, exact_modes, jitter
-from workflows.cost_model import cost_model
+from workflows.convergence import Converged, converge, eta_of, exact_modes
 from workflows.engines import lammps
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.error_bars import (
     COARSER_SHARE,
-    JITTER_MATTERS,
+    LEAST_SHARE,
     TABLE_SENSITIVITY,
     error_bar,
     jitter_error,
     rounding_error,
 )
 from workflows.errors import LostAtomsError, RunError, TimestepError
+from workflows.measured import measured
 from workflows.scouting import Scouting, scouting_details, scouting_from
 from workflows.step_guess import guess_step, sharpness
 from workflows.step_search import error_near, estimate_step, find_step
 
-# The step may use this share of the tolerance, the table that one; the rest is for rounding.
+# The step may use this share of the tolerance, the table that one; the rest is for rounding. A
+# table costs little more for being exact, a step much: shares decide costs, as the sum is proved.
 _STEP_SHARE = 0.5
 _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
 SHARPEST_LAMMPS = 300.0
-# The yardstick for choosing a step must be sharper than the tolerance.
+# The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
-# Schemes that a guess makes this many times dearer than the cheapest are not looked at.
-_HOPELESS = 4.0
 _MOST_REFINEMENTS = 5
+# Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
+# and 1 us a step.
+_MOST_BOND_STEPS = 1e9
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    numerics: Numerics
-    seconds: float
-    goal: float
-
-
-def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
+def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
 
@@ -54,8 +50,10 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
     ----------
     scene : Scene
         The collision.
-    tolerance : float
+    goal : float
         Error asked of eta.
+    noise : float
+        Jitter of the in-house eta, where that matters; see :func:`workflows.convergence.jitter`.
 
     Returns
     -------
@@ -63,20 +61,14 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
         The number from a step h, its error from a run at 2h and from the choice of h.
     """
     started = time.perf_counter()
-    floor = rounding_error("lammps", scene)
+    floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
     # Below the rounding floor a finer step buys nothing.
-    reachable = max(tolerance - floor, floor)
+    reachable = max(goal - floor, floor)
     truth = _yardstick(scene, reachable)
-    noise = 0.0
-    if tolerance < JITTER_MATTERS * floor:
-        noise = _jitter(scene, truth)
-        floor = max(floor, jitter_error("lammps", noise, scene))
-        reachable = max(tolerance - floor, floor)
     scouting = scouting_from(truth)
-    candidate = _cheapest(scene, reachable, truth, scouting)
+    numerics = choose_numerics(scene, reachable, truth, scouting)
     chosen = time.perf_counter() - started
     tries: list[dict[str, Any]] = []
-    numerics = candidate.numerics
     order = COMPOSITIONS[numerics.scheme].order
     for attempt in range(_MOST_REFINEMENTS):
         h = numerics.timestep
@@ -89,16 +81,20 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
             numerics = replace(numerics, timestep=0.5 * h)
             continue
         difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
-        expected = error_near(scene, numerics.scheme, numerics.timestep, truth.restitution)
+        expected = error_near(scene, numerics.scheme, numerics.timestep, truth)
         if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
             expected = difference
         # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
         step = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
+        # Chains that break amplify what no order of convergence tells of: what is known is how far
+        # the two are apart.
+        step = max(step, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
         bar = error_bar(fine, scene, step, noise)
         assert bar.total is not None
         tries.append({"timestep": numerics.timestep, "step_error": step})
-        hopeless = bar.rounding + bar.ending > tolerance or step < 0.3 * floor
-        if bar.total <= tolerance or last or hopeless:
+        hopeless = bar.rounding + bar.ending > goal or step < 0.3 * floor
+        hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
+        if bar.total <= goal or last or hopeless:
             break
         if step > _STEP_SHARE * reachable:
             wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
@@ -109,20 +105,11 @@ def meet_with_lammps(scene: Scene, tolerance: float) -> Answer:
     details["spread"] = spread_of(scene, fine, coarse)
     details["choice"] = {
         "seconds": chosen,
-        "expected_seconds": candidate.seconds,
         "in_house_restitution": truth.restitution,
         "in_house_error": truth.error,
         "tries": tries,
     }
-    return answer(scene, tolerance, fine, step, details, noise)
-
-
-def _jitter(scene: Scene, truth: Converged) -> float:
-    """Return the noise of the in-house eta; modes have no steps, and harmonic chains no chaos."""
-    if truth.outcome.timestep is None:
-        return 0.0
-    scheme = COMPOSITIONS[truth.outcome.scheme].name
-    return jitter(scene, scheme, truth.outcome.timestep, truth.restitution)
+    return answer(scene, fine, max(step, LEAST_SHARE * goal), details, noise)
 
 
 def _yardstick(scene: Scene, tolerance: float) -> Converged:
@@ -141,45 +128,88 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
     return converge(scene, goal)
 
 
-def _cost(scene: Scene, numerics: Numerics, scouting: Scouting) -> float:
-    """Return the expected seconds of a run and its proof at twice the step."""
-    return 1.5 * cost_model().integration(
-        scene, numerics, scouting.duration, scouting.last_contact_time
-    )
+def choose_numerics(
+    scene: Scene,
+    tolerance: float,
+    truth: Converged,
+    scouting: Scouting,
+    schemes: Sequence[Scheme] | None = None,
+) -> Numerics:
+    """
+    Return the scheme that is usually cheapest for a tolerance, with the step and table it needs.
 
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error of eta.
+    truth : Converged
+        The in-house collision.
+    scouting : Scouting
+        Bond lengths of the collision.
+    schemes : sequence of str or None
+        Schemes to try in turn; None: those of the measured table, the usually cheapest first.
 
-def _cheapest(scene: Scene, tolerance: float, truth: Converged, scouting: Scouting) -> _Candidate:
-    """Return the numerics of least expected cost whose step error meets its share."""
+    Returns
+    -------
+    Numerics
+        Those of the first scheme that meets the tolerance.
+    """
     force_error = None
+    # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
+    style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
     if not isinstance(scene.bond, Harmonic):
-        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY["spline"]
-    guesses = []
-    for composition in COMPOSITIONS.values():
-        goal = _STEP_SHARE * tolerance / COARSER_SHARE[composition.name]
-        numerics = Numerics(
-            scheme=composition.name,
-            timestep=0.5 * guess_step(scene, composition.name, goal),
-            bond_range=scouting.table_range(scene),
-            force_error=force_error,
-        )
-        guesses.append(_Candidate(numerics, _cost(scene, numerics, scouting), goal))
-    cheapest_guess = min(guess.seconds for guess in guesses)
-    candidates = []
-    for guess in guesses:
-        if guess.seconds > _HOPELESS * cheapest_guess:
-            continue
-        coarse = estimate_step(scene, guess.numerics.scheme, guess.goal, truth.restitution)
+        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
+    if truth.kinked:
+        return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
+    for scheme in schemes or _usual_schemes(tolerance):
+        goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
+        start = estimate_step(scene, scheme, goal, truth)
+        coarse = None
+        if start is not None:
+            coarse = find_step(scene, scheme, goal, truth, start)
         if coarse is not None:
-            numerics = replace(guess.numerics, timestep=0.5 * coarse)
-            candidates.append(_Candidate(numerics, _cost(scene, numerics, scouting), guess.goal))
-    for candidate in sorted(candidates, key=lambda each: each.seconds):
-        numerics = candidate.numerics
-        coarse = find_step(
-            scene, numerics.scheme, candidate.goal, truth.restitution, 2.0 * numerics.timestep
-        )
-        if coarse is not None:
-            return replace(candidate, numerics=replace(numerics, timestep=0.5 * coarse))
+            return Numerics(
+                scheme=scheme,
+                timestep=0.5 * coarse,
+                bond_range=scouting.table_range(scene),
+                force_error=force_error,
+            )
     raise RunError(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"
     )
+
+
+def _verlet_numerics(
+    scene: Scene,
+    tolerance: float,
+    truth: Converged,
+    scouting: Scouting,
+    style: TableStyle,
+    force_error: float | None,
+) -> Numerics:
+    """Return Verlet steps, which past kinks are as exact as any others, and far quicker."""
+    goal = _STEP_SHARE * tolerance / COARSER_SHARE["verlet"]
+    start = guess_step(scene, "verlet", goal)
+    coarse = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
+    return Numerics(
+        scheme="verlet",
+        timestep=max(0.5 * coarse, _least_step(scene, scouting)),
+        table=style,
+        bond_range=scouting.table_range(scene),
+        force_error=force_error,
+    )
+
+
+def _least_step(scene: Scene, scouting: Scouting) -> float:
+    """Return the smallest Verlet step of a run that comes to an end within minutes."""
+    return scouting.duration * scene.particles / _MOST_BOND_STEPS
+
+
+def _usual_schemes(tolerance: float) -> list[Scheme]:
+    """Return the schemes, that which is usually cheapest for a tolerance first."""
+    table = measured("lammps_schemes")
+    usual = [scheme for scheme, least in table.items() if tolerance > least]
+    return usual[:1] + [name for name in COMPOSITIONS if name not in usual[:1]]

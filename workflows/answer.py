@@ -22,34 +22,27 @@ class Answer:
     bar : ErrorBar
         Its error.
     reason : str or None
-        Why the tolerance is not met, where it is not.
+        Why the tolerance is not met, where it was compared with one and is not.
     details : dict
         Scouting, choice and proof, for the record.
     """
 
     outcome: Outcome
     bar: ErrorBar
-    reason: str | None
+    reason: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
 
 def answer(
-    scene: Scene,
-    tolerance: float,
-    outcome: Outcome,
-    step: float,
-    details: dict[str, Any],
-    jitter: float = 0.0,
+    scene: Scene, outcome: Outcome, step: float, details: dict[str, Any], jitter: float = 0.0
 ) -> Answer:
     """
-    Gather the error bar of a run and compare it with the tolerance.
+    Gather the error bar of a run.
 
     Parameters
     ----------
     scene : Scene
         The collision.
-    tolerance : float
-        Error asked of eta.
     outcome : Outcome
         The run that gives the number.
     step : float
@@ -62,36 +55,52 @@ def answer(
     Returns
     -------
     Answer
-        With the reason where the tolerance is not met.
+        Not yet compared with a tolerance.
     """
-    bar = error_bar(outcome, scene, step, jitter)
-    assert bar.total is not None
-    reason = None
-    if bar.total > tolerance:
-        parts = {
-            "step": step,
-            "table": bar.table,
-            "rounding": bar.rounding,
-            "ending": bar.ending,
-        }
-        largest = max(parts, key=lambda name: parts[name])
-        coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
-        remedy = {
-            "step": "the collision is too sensitive for the steps that were tried",
-            "table": "a longer bond table would be needed",
-            "rounding": coarse
-            if outcome.engine == "lammps"
-            else "the collision amplifies the last digit of any number; ask for less",
-            "ending": "a piece of the broken chain may still hit the wall, however long it is "
-            "followed",
-        }[largest]
-        if outcome.scheme == hard_sphere.SCHEME:
-            remedy = "so far hard spheres may be off; ask for less: to step would take too long"
-        reason = (
-            f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
-            f"{parts[largest]:.2g}, is {largest}: {remedy}"
-        )
-    return Answer(outcome, bar, reason, details)
+    return Answer(outcome, error_bar(outcome, scene, step, jitter), details=details)
+
+
+def reason_missed(found: Answer, tolerance: float) -> str | None:
+    """
+    Say why a tolerance is not met.
+
+    Parameters
+    ----------
+    found : Answer
+        What was reached.
+    tolerance : float
+        Error asked of eta.
+
+    Returns
+    -------
+    str or None
+        None where it is met.
+    """
+    outcome, bar = found.outcome, found.bar
+    if bar.total is None or bar.step is None or bar.total <= tolerance:
+        return None
+    parts = {
+        "step": bar.step,
+        "table": bar.table,
+        "rounding": bar.rounding,
+        "ending": bar.ending,
+    }
+    largest = max(parts, key=lambda name: parts[name])
+    coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
+    remedy = {
+        "step": "the collision is too sensitive for the steps that were tried",
+        "table": "a longer bond table would be needed",
+        "rounding": coarse
+        if outcome.engine == "lammps"
+        else "the collision amplifies the last digit of any number; ask for less",
+        "ending": "a piece of the broken chain may still hit the wall, however long it is followed",
+    }[largest]
+    if outcome.scheme == hard_sphere.SCHEME:
+        remedy = "so far hard spheres may be off; ask for less: to step would take too long"
+    return (
+        f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
+        f"{parts[largest]:.2g}, is {largest}: {remedy}"
+    )
 
 
 def spread_of(scene: Scene, outcome: Outcome, other: Outcome) -> dict[str, float]:

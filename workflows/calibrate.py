@@ -13,13 +13,12 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene, TableStyle
 from workflows.cost_model import CostModel
 from workflows.engines import lammps
-from workflows.engines.lammps_certificate import certify_table
 from workflows.engines.lammps_chain import LammpsChain
 
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
 _STEPS = {_SHORT_CHAIN: 20_000, _LONG_CHAIN: 1_000}
-_FEW_ROWS, _MANY_ROWS = 1_001, 41_001
+_ROWS = 1_001
 # At rest but for a tremble: nothing leaves its table, nothing comes near the wall.
 _TREMBLE = 1e-4
 
@@ -47,9 +46,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
         "linear long": lambda: _time_step(_LONG_CHAIN, "linear"),
         "spline long": lambda: _time_step(_LONG_CHAIN, "spline"),
         "stage": _time_stage,
-        "setup": lambda: _time_setup(None),
-        "few rows": lambda: _time_setup(_FEW_ROWS),
-        "many rows": lambda: _time_setup(_MANY_ROWS),
+        "setup": _time_setup,
     }
     times: dict[str, list[float]] = {name: [] for name in jobs}
     collisions: list[tuple[float, int, int]] = []
@@ -78,8 +75,6 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
         spline_bond=per_bond("spline long"),
         stage=max(cost["stage"] - per_step, 1e-8),
         contact=max((seconds - cost["setup"] - evaluations * per_step) / contacts, 1e-8),
-        setup=cost["setup"],
-        table_row=max((cost["many rows"] - cost["few rows"]) / (_MANY_ROWS - _FEW_ROWS), 1e-10),
     )
 
 
@@ -103,7 +98,7 @@ def _time_step(particles: int, style: TableStyle | None) -> float:
     scene, numerics = _scene(particles, style), Numerics(scheme="verlet", timestep=1e-6)
     with (
         tempfile.TemporaryDirectory(prefix="chaincor-") as name,
-        LammpsChain(scene, numerics, _table(scene, style, _FEW_ROWS), Path(name)) as chain,
+        LammpsChain(scene, numerics, _table(scene, style, _ROWS), Path(name)) as chain,
     ):
         steps = _STEPS[particles]
         chain.run(max(steps // 20, 1))
@@ -128,16 +123,13 @@ def _time_stage() -> float:
         return (time.thread_time() - started) / (chain.stages_done - done)
 
 
-def _time_setup(rows: int | None) -> float:
-    """Return the seconds of setting a chain up, with its table written, read and certified."""
-    style: TableStyle | None = None if rows is None else "spline"
-    scene, numerics = _scene(100, style), Numerics(scheme="verlet", timestep=1e-6)
+def _time_setup() -> float:
+    """Return the seconds of setting a harmonic chain up, which a collision is timed with."""
     started = time.thread_time()
     with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
-        table = _table(scene, style, rows or _FEW_ROWS)
-        with LammpsChain(scene, numerics, table, Path(name)) as chain:
-            if table is not None:
-                certify_table(chain, table, scene.bond)
+        numerics = Numerics(scheme="verlet", timestep=1e-6)
+        with LammpsChain(_scene(100, None), numerics, None, Path(name)):
+            pass
     return time.thread_time() - started
 
 

@@ -16,7 +16,7 @@ from workflows import accuracy
 from workflows.answer import spread_of
 from workflows.engines import lammps, reference
 from workflows.engines.outcome import Outcome
-from workflows.error_bars import FINER_SHARE, REFLECT_SHARE, error_bar
+from workflows.error_bars import PROOF_STEPS, error_bar, proof_error
 from workflows.outputs import refuse_unusable_outputs
 from workflows.result import Collision, ErrorBar
 from workflows.scouting import scout, scouting_details
@@ -33,9 +33,9 @@ def collide(
     """
     Carry out one collision.
 
-    With explicit numerics the scene is run as it says, and once more at half the step for the
-    error bar. Otherwise the cheapest numerics that meet the tolerance are chosen, and the result
-    is proved by a second step.
+    With explicit numerics the scene is run as it says, and for the error bar again at half the
+    step and at two others. Otherwise the numerics that usually meet the tolerance most cheaply are
+    taken, and the result is proved by a second step.
 
     Parameters
     ----------
@@ -83,17 +83,17 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
         numerics = replace(numerics, bond_range=scouted.table_range(scene))
     timesteps = [numerics.timestep]
     if scene.error:
-        timesteps.append(0.5 * numerics.timestep)
+        timesteps += [share * numerics.timestep for share in PROOF_STEPS]
     if scene.engine == "lammps":
-        outcome, *finer = lammps.run_at_steps(scene, numerics, timesteps)
+        outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
     else:
-        outcome, *finer = (reference.run(scene, replace(numerics, timestep=h)) for h in timesteps)
+        outcome, *others = (reference.run(scene, replace(numerics, timestep=h)) for h in timesteps)
     found = scouting_details(scouted)
     step = None
-    if finer:
-        share = REFLECT_SHARE if numerics.wall == "reflect" else FINER_SHARE
-        step = share * abs(_restitution(scene, outcome) - _restitution(scene, finer[0]))
-        found["spread"] = spread_of(scene, outcome, finer[0])
+    if others:
+        eta = _restitution(scene, outcome)
+        step = proof_error(numerics.wall, [_restitution(scene, run) - eta for run in others])
+        found["spread"] = spread_of(scene, outcome, others[0])
     return outcome, error_bar(outcome, scene, step), found
 
 

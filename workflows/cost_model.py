@@ -1,6 +1,7 @@
-"""What a run costs, from measurements: used to choose the cheapest numerics for a tolerance."""
+"""What a run costs, from measurements: for forecasts only, a number never depends on it."""
 
 import json
+import sys
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import resources
@@ -35,10 +36,6 @@ class CostModel:
         Added by one stage of a composition: a ``timestep`` and a ``run 1`` command.
     contact : float
         Added by one contact with Verlet: blind windows, the shortened step, the reversal.
-    setup : float
-        A new instance with its data file, and what comes with every run.
-    table_row : float
-        Writing and reading one row of a bond table.
     """
 
     measured_on: str
@@ -48,8 +45,6 @@ class CostModel:
     spline_bond: float
     stage: float
     contact: float
-    setup: float
-    table_row: float
 
     def integration(
         self,
@@ -127,10 +122,29 @@ def cost_model() -> CostModel:
     Returns
     -------
     CostModel
-        Measured costs.
+        Measured costs. Where the file of this machine cannot be used, one line on stderr says so.
     """
+    path = user_cost_model_path()
     try:
-        return CostModel(**json.loads(user_cost_model_path().read_text()))
-    except (OSError, ValueError, TypeError):
-        text = resources.files("workflows").joinpath(_FILE).read_text()
-        return CostModel(**json.loads(text))
+        return CostModel(**json.loads(path.read_text()))
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError, TypeError) as error:
+        print(
+            f"chaincor: the cost model {path} cannot be used ({error}); expected what `chaincor "
+            "tradeoff --calibrate` writes: forecasts use the one that comes with the program",
+            file=sys.stderr,
+        )
+    return shipped_cost_model()
+
+
+def shipped_cost_model() -> CostModel:
+    """
+    Return the model that comes with the program.
+
+    Returns
+    -------
+    CostModel
+        Costs of the machine that it was measured on.
+    """
+    return CostModel(**json.loads(resources.files("workflows").joinpath(_FILE).read_text()))

@@ -2,49 +2,72 @@
 
 import math
 import sys
+from collections.abc import Sequence
 
 import numpy as np
 
 from analysis.modes import mode_energies
 from lammps_inputs.scene import Scene
-from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
+from workflows.engines.reference_steps import STEP_SCHEMES
+from workflows.measured import measured
 from workflows.result import ErrorBar
 
-# With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares below
-# are larger, because near-grazing contacts make the convergence irregular; they are what the
-# study of honest bars (tests/benchmarks/honest_bars.py) was found to need.
-COARSER_SHARE = {"verlet": 1.5, "order4": 0.6, "order6": 0.45, "order8": 0.4} | {
-    # 16383 times smaller in theory.
-    "extrapolated14": 1.0 / 32.0
-}
+# With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares
+# measured are larger, because near-grazing contacts make the convergence irregular.
+COARSER_SHARE: dict[str, float] = measured("coarser_share")
+# With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
+# and, as phases of contacts make errors irregular, two that are no simple fraction.
+PROOF_STEPS = (0.5, 0.54, 0.93)
+# Error over the largest difference to those runs. In theory it is 4/3 for order 2 and near 1 for
+# higher ones; the stock wall's error does not shrink regularly, and a difference says its size.
+PROOF_SHARE: dict[str, float] = measured("proof_share")
+# A step chosen for a tolerance is not believed to err by less than this share of it: where two runs
+# agree better than what they were chosen for, that is luck. With goals that are powers of ten, it
+# also makes bars shrink as tolerances do.
+LEAST_SHARE = 0.1
 
-# With the number at step h and a run at h/2 the difference is the error, less its 2^p-th part.
-FINER_SHARE = 1.5
-# The stock wall's error does not shrink regularly: a difference says only its size.
-REFLECT_SHARE = 3.0
+# |change of eta| * v0 / |force error|; the kinks of a linear table also cost the integrator its
+# order.
+TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity")
 
-# |change of eta| * v0 / |force error|: at most 0.5 for splines over potentials, speeds and rows
-# up to n = 100, more in long chains that break; the kinks of a linear table also cost the
-# integrator its order.
-TABLE_SENSITIVITY = {"spline": 2.0, "linear": 5.0}
-
-# LAMMPS holds absolute coordinates, up to n, rounded to n eps against displacements of order v0.
-# Largest |error of eta| / (n eps/v0) measured, n = 10 to 300, v0 = 1e-11 to 1e-3: below 6, and
-# below 15 where a drift of one stage is so short that its rounding is no longer random.
-ROUNDING_SENSITIVITY = 6.0
-SHORT_DRIFT_SENSITIVITY = 15.0
-SHORT_DRIFT = 1e3  # in units of n eps
-# Long chains that break amplify rounding, up to 1e7 times. The in-house engine, whose strains are
-# rounded to eps, tells how much; coordinates are rounded n/v0 times more coarsely.
-JITTER_SENSITIVITY = 6.0
-# At tolerances below so many times the plain rounding, its amplification must be looked at.
+# LAMMPS holds absolute coordinates, up to n, rounded to n eps against displacements of order v0:
+# |error of eta| / (n eps/v0). It is larger where a drift of one stage is so short that its rounding
+# is no longer random: below so many n eps.
+ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity")
+SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity")
+SHORT_DRIFT = 1e3
+# Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
+# tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
+# error over jitter.
+JITTER_SENSITIVITY: float = measured("jitter_sensitivity")
+# At tolerances below so many times the plain rounding, its amplification must be looked at. A
+# choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
+# agree any more, and the step's error says so.
 JITTER_MATTERS = 1e5
-# The arithmetic itself: the squared mean of n velocities over hundreds of contacts.
-ARITHMETIC_FLOOR = 1e-14
-# Single velocities and times feel a table and rounding more than their mean does; measured over
-# the reference cases.
-ARRAY_SENSITIVITY = 30.0
+# The arithmetic itself, a particle: the squared mean of n velocities over hundreds of contacts.
+ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
+# Single velocities and times feel a table and rounding more than their mean does.
+ARRAY_SENSITIVITY: float = measured("array_sensitivity")
+
+
+def proof_error(wall: str, differences: Sequence[float]) -> float:
+    """
+    Return the error of eta due to the step, from runs at `PROOF_STEPS` times the step.
+
+    Parameters
+    ----------
+    wall : str
+        ``event`` or ``reflect``.
+    differences : sequence of float
+        eta of each of those runs, less the number's.
+
+    Returns
+    -------
+    float
+        The largest difference, times the share measured for the wall.
+    """
+    return PROOF_SHARE[wall] * max(abs(difference) for difference in differences)
 
 
 def table_error(outcome: Outcome, scene: Scene) -> float:
@@ -115,10 +138,16 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
     float
         See :func:`rounding_error`.
     """
-    stage = None
-    if outcome.engine == "lammps" and outcome.timestep is not None:
-        stage = outcome.timestep * min(abs(w) for w in COMPOSITIONS[outcome.scheme].weights)
-    return rounding_error(outcome.engine, scene, stage)
+    if outcome.engine != "lammps" or outcome.timestep is None:
+        return rounding_error(outcome.engine, scene)
+    scheme = STEP_SCHEMES[outcome.scheme]
+    if not scheme.extrapolated:
+        shortest = outcome.timestep * float(np.min(np.abs(scheme.inner)))
+        return rounding_error(outcome.engine, scene, shortest)
+    # The mixture of runs with weights c_m adds their roundings up.
+    shortest = outcome.timestep / float(np.max(scheme.inner))
+    amplified = float(np.sum(np.abs(scheme.outer)))
+    return amplified * rounding_error(outcome.engine, scene, shortest)
 
 
 def jitter_error(engine: str, jitter: float, scene: Scene) -> float:

@@ -70,7 +70,7 @@ class Scouting:
             fly on until LAMMPS looks for the end.
         """
         longest = self.bond_max
-        nearly_broken = scene.bond.energy(longest - 1.0) > 0.6 * scene.bond.dissociation
+        nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
         if self.fragments > 1 or nearly_broken:
             flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
             longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight

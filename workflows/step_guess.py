@@ -8,16 +8,16 @@ from lammps_inputs.potential import Potential, compressed_strain
 from lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.reference_steps import STEP_SCHEMES
+from workflows.measured import measured
 
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
 _STABILITY_SHARE = 0.9
-# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). Typical errors of eta
-# at n = 100 with the steps of DEFAULT_TIMESTEPS; only the first guess depends on them.
-_USUAL_ERROR = {"verlet": 2e-6, "order4": 3e-6, "order6": 1e-7, "order8": 1e-9} | {
-    "extrapolated14": 5e-9
-}
-# The same for steps that only the in-house engine can take, up to where they are stable.
-_USUAL_STEPS: dict[str, float] = {**DEFAULT_TIMESTEPS, "extrapolated14": 0.8}
+# A bond that is compressed to a curvature k needs steps shorter by sqrt(k). The steps of
+# DEFAULT_TIMESTEPS, and one that only the in-house engine can take, with the errors of eta that
+# chains of about 100 have with them; only the first guess depends on these.
+USUAL_STEPS: dict[str, float] = {**DEFAULT_TIMESTEPS, "extrapolated14": 0.8}
+_USUAL_ERROR: dict[str, float] = measured("usual_error")
+# Up to where extrapolated steps are stable.
 _LARGEST_EXTRAPOLATED = 1.2
 
 
@@ -92,6 +92,6 @@ def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
         H.
     """
     order = STEP_SCHEMES[scheme].order
-    usual = _USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
+    usual = USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
     stable = largest_step(scheme, scene.bond.stiffness)
     return min(stable, usual / scene.bond.stiffness**0.5) / sharpness(scene)

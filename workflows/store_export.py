@@ -47,14 +47,14 @@ def export_store(store: Store, path: Path) -> None:
                 ) from None
 
 
-def to_pandas(store: Store) -> "pandas.DataFrame":
+def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     """
     Return all rows as a data frame.
 
     Parameters
     ----------
-    store : Store
-        The store.
+    store : Store or pathlib.Path or str
+        The store, or its file.
 
     Returns
     -------
@@ -64,8 +64,11 @@ def to_pandas(store: Store) -> "pandas.DataFrame":
     Raises
     ------
     StoreError
-        If pandas is missing.
+        If pandas is missing, or the file is not a store.
     """
+    if not isinstance(store, Store):
+        with Store(store, read_only=True) as opened:
+            return to_pandas(opened)
     try:
         import pandas as pd
     except ImportError:

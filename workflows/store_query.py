@@ -27,7 +27,8 @@ def query_rows(
     store : Store
         The store.
     columns : sequence of str
-        Names from :data:`~workflows.store_schema.PLAIN_COLUMNS`.
+        Names from :data:`~workflows.store_schema.PLAIN_COLUMNS`, or ``scene``, the JSON text of the
+        canonical scene.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
         ``failure=``, stands for a field that is not there.
@@ -106,6 +107,6 @@ def _number_or_text(value: str) -> float | str:
 
 
 def _quoted(name: str) -> str:
-    if name not in PLAIN_COLUMNS:
+    if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'

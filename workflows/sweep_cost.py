@@ -12,7 +12,7 @@ from workflows.accuracy_lammps import SHARPEST_LAMMPS, TRUTH_SHARE
 from workflows.cost_model import cost_model
 from workflows.durations import format_duration
 from workflows.engines.compositions import COMPOSITIONS
-from workflows.error_bars import COARSER_SHARE
+from workflows.error_bars import COARSER_SHARE, PROOF_STEPS
 from workflows.errors import CostError
 from workflows.step_guess import guess_step, sharpness
 from workflows.stored_collision import asked_tolerance
@@ -175,7 +175,7 @@ def refuse_endless(scene: Scene, most_seconds: float) -> None:
 
 def _given_seconds(scene: Scene, duration: float) -> float:
     numerics = Numerics.from_scene(scene)
-    works = 3.0 if scene.error else 1.0  # a second run has half the step
+    works = 1.0 + (sum(1.0 / k for k in PROOF_STEPS) if scene.error else 0.0)
     if scene.engine == "lammps":
         return _LAMMPS_SECONDS + works * cost_model().integration(scene, numerics, duration)
     stages = COMPOSITIONS[numerics.scheme].stages * duration / numerics.timestep

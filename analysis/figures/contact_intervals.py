@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def plot_contact_intervals(
-    contact_times: ArrayLike, *, stiffness: float = 1.0, ax: "Axes | None" = None
+    contact_times: ArrayLike, *, stiffness: float | None = 1.0, ax: "Axes | None" = None
 ) -> "Axes":
     """
     Draw the time between contacts against the number of the contact.
@@ -23,8 +23,8 @@ def plot_contact_intervals(
     ----------
     contact_times : array_like of shape (f,)
         Times of the contacts.
-    stiffness : float
-        U''(1), for the line of the n = 2 chain at low speed.
+    stiffness : float or None
+        U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into.
 
@@ -37,23 +37,29 @@ def plot_contact_intervals(
     intervals = contact_intervals(contact_times)
     number = np.arange(1, intervals.size + 1)
     ax.plot(number, intervals, color=BLUE, marker="o", markersize=2.8, linestyle="none")
-    ax.axhline(
-        PAIR_INTERVAL / stiffness**0.5,
-        color=BLACK,
-        linewidth=1.0,
-        linestyle="--",
-        label=r"$n = 2$, low speed: $\pi/\sqrt{2}$",
-    )
+    if stiffness is not None:
+        ax.axhline(
+            PAIR_INTERVAL / stiffness**0.5,
+            color=BLACK,
+            linewidth=1.0,
+            linestyle="--",
+            label=r"$n = 2$, low speed: $\pi/\sqrt{2}$",
+        )
     ax.margins(y=0.1)
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel(r"contact $q$")
     ax.set_ylabel(r"interval $t_{q+1} - t_q$ ($\sqrt{m/k}$)")
-    legend_above(ax)
+    if stiffness is not None:
+        legend_above(ax)
     return ax
 
 
 def plot_contact_speeds(
-    contact_speeds: ArrayLike, impact_velocity: float, *, ax: "Axes | None" = None
+    contact_speeds: ArrayLike,
+    impact_velocity: float,
+    *,
+    pair_line: bool = True,
+    ax: "Axes | None" = None,
 ) -> "Axes":
     """
     Draw the incoming speed of particle 1 against the number of the contact.
@@ -64,6 +70,8 @@ def plot_contact_speeds(
         Incoming speeds.
     impact_velocity : float
         Impact speed v0.
+    pair_line : bool
+        Whether to draw the estimate from the n = 2 chain, which is for equal masses.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into.
 
@@ -76,16 +84,18 @@ def plot_contact_speeds(
     speeds = np.asarray(contact_speeds, dtype=float) / impact_velocity
     number = np.arange(1, speeds.size + 1)
     ax.plot(number, speeds, color=VERMILION, marker="s", markersize=2.8, linestyle="none")
-    ax.axhline(
-        PAIR_SPEED,
-        color=BLACK,
-        linewidth=1.0,
-        linestyle="--",
-        label=r"$n = 2$ estimate: $\pi/2\sqrt{2}$",
-    )
+    if pair_line:
+        ax.axhline(
+            PAIR_SPEED,
+            color=BLACK,
+            linewidth=1.0,
+            linestyle="--",
+            label=r"$n = 2$ estimate: $\pi/2\sqrt{2}$",
+        )
     ax.margins(y=0.1)
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel(r"contact $q$")
     ax.set_ylabel(r"incoming speed $v_q/v_0$")
-    legend_above(ax)
+    if pair_line:
+        legend_above(ax)
     return ax

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
+from lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +17,9 @@ _WIDE = 30.0
 # More points than this are drawn without markers, more curves than this without a legend.
 _MANY_POINTS = 200
 _MANY_CURVES = 24
+# Letters side by side in a legend, and the height of its rows in inches.
+_LEGEND_WIDTH = 66
+_LEGEND_ROW = 0.19
 
 LABELS = {
     "speed": r"impact speed $v_0/v^*$",
@@ -35,12 +39,12 @@ def plot_curves(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw one curve for each name; points of the same x are averaged into the line.
+    Draw one curve for each name, through its points in the order given.
 
     Parameters
     ----------
     curves : mapping of str to (x, y)
-        Points in any order; an empty name has no entry in the legend.
+        Points along the curve; an empty name has no entry in the legend.
     x_name, y_name : str
         What the axes hold: names of columns.
     ax : matplotlib.axes.Axes, optional
@@ -51,30 +55,32 @@ def plot_curves(
     matplotlib.axes.Axes
         The axes; logarithmic where values span more than a factor of 30.
     """
+    own = ax is None
     ax = choose_axes(ax)
     every_x = np.concatenate([np.asarray(x, dtype=float) for x, _ in curves.values()])
     for number, (label, (x, y)) in enumerate(sorted(curves.items(), key=_natural)):
-        places, which = np.unique(np.asarray(x, dtype=float), return_inverse=True)
-        heights = np.asarray(y, dtype=float)
-        means = np.bincount(which, heights) / np.bincount(which)
-        colour = CYCLE[number % len(CYCLE)]
-        ax.plot(places, means, color=colour, linewidth=1.1, label=label or None)
-        few = len(heights) <= _MANY_POINTS
+        few = len(np.asarray(y)) <= _MANY_POINTS
         ax.plot(
             x,
-            heights,
-            color=colour,
-            linestyle="none",
+            y,
+            color=CYCLE[number % len(CYCLE)],
+            linewidth=1.1,
             marker=MARKERS[number % len(MARKERS)] if few else ",",
             markersize=4.0 if few else 1.0,
             rasterized=not few,
+            label=label or None,
         )
     if _is_wide(every_x):
         ax.set_xscale("log")
     ax.set_xlabel(LABELS.get(x_name, x_name.replace("_", " ")))
     ax.set_ylabel(LABELS.get(y_name, y_name.replace("_", " ")))
-    if 1 <= len([label for label in curves if label]) <= _MANY_CURVES:
-        legend_above(ax)
+    labels = [label for label in curves if label]
+    if 1 <= len(labels) <= _MANY_CURVES:
+        columns = max(1, min(3, _LEGEND_WIDTH // max(map(len, labels))))
+        legend_above(ax, columns)
+        if own:  # room for the legend besides that for the curves
+            rows = -(-len(labels) // columns)
+            ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
     return ax
 
 
@@ -87,12 +93,12 @@ def plot_heat_map(
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
-    Draw a quantity as colour over two axes; collisions at the same place are averaged.
+    Draw a quantity as colour over two axes.
 
     Parameters
     ----------
     x, y, colour : sequence of float
-        One entry a collision; places without any stay empty.
+        One entry a collision, one collision a place; places without any stay empty.
     labels : tuple of str
         Names of the three columns.
     ax : matplotlib.axes.Axes, optional
@@ -102,16 +108,23 @@ def plot_heat_map(
     -------
     matplotlib.axes.Axes
         The axes; logarithmic where values span more than a factor of 30.
+
+    Raises
+    ------
+    InputError
+        If two collisions lie at the same place.
     """
     ax = choose_axes(ax)
     columns, at_column = np.unique(np.asarray(x, dtype=float), return_inverse=True)
     rows, at_row = np.unique(np.asarray(y, dtype=float), return_inverse=True)
-    total = np.zeros((len(rows), len(columns)))
-    count = np.zeros_like(total)
-    np.add.at(total, (at_row, at_column), np.asarray(colour, dtype=float))
-    np.add.at(count, (at_row, at_column), 1.0)
-    mean = np.ma.masked_array(total, mask=count == 0.0) / np.maximum(count, 1.0)
-    mesh = ax.pcolormesh(_edges(columns), _edges(rows), mean, cmap="viridis", rasterized=True)
+    places = np.ma.masked_all((len(rows), len(columns)))
+    if len({*zip(at_row.tolist(), at_column.tolist(), strict=True)}) < at_row.size:
+        raise InputError(
+            f"several collisions lie at one place of {labels[0]} and {labels[1]}; expected one: "
+            "choose among them"
+        )
+    places[at_row, at_column] = np.asarray(colour, dtype=float)
+    mesh = ax.pcolormesh(_edges(columns), _edges(rows), places, cmap="viridis", rasterized=True)
     if _is_wide(columns):
         ax.set_xscale("log")
     if _is_wide(rows):

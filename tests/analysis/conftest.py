@@ -90,13 +90,16 @@ def harmonic500():
     return collide_harmonic(500)
 
 
-def frame_text(step, rows, columns, fmt="%.17g", time=None, upper=200.0):
+def frame_text(
+    step, rows, columns, fmt="%.17g", time=None, bounds=(-10.0, 200.0), box="ff pp pp", units=None
+):
     """Return one frame as LAMMPS writes it; the first column is the id."""
-    head = f"ITEM: TIME\n{float(time)!r}\n" if time is not None else ""
+    head = f"ITEM: UNITS\n{units}\n" if units is not None else ""
+    head += f"ITEM: TIME\n{float(time)!r}\n" if time is not None else ""
     lines = [" ".join([str(int(row[0])), *(fmt % value for value in row[1:])]) for row in rows]
     return (
         f"{head}ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(rows)}\n"
-        f"ITEM: BOX BOUNDS ff pp pp\n-10 {upper}\n-0.5 0.5\n-0.5 0.5\n"
+        f"ITEM: BOX BOUNDS {box}\n{bounds[0]!r} {bounds[1]!r}\n-0.5 0.5\n-0.5 0.5\n"
         f"ITEM: ATOMS {columns}\n" + "\n".join(lines) + "\n"
     )
 
@@ -119,6 +122,11 @@ class DumpWriter:
         reverse_ids=False,
         cut=0,
         time_item=False,
+        moving_box=False,
+        wrap=None,
+        box="ff pp pp",
+        units=None,
+        sideways=0.0,
     ):
         rng = np.random.default_rng(5)
         n = collision.particles
@@ -126,17 +134,24 @@ class DumpWriter:
         for time in times:
             u, v = collision.state(time)
             x = u + np.arange(n)
+            low, high = (-10.0 - time, 200.0 + time) if moving_box else (-10.0, 200.0)
+            images = np.zeros(n)
+            if wrap is not None:  # a periodic box from 0 on
+                low, high = 0.0, wrap
+                images = np.floor(x / wrap)
+            wrapped = x - images * (high - low)
             ids = np.arange(n, 0, -1) if reverse_ids else np.arange(1, n + 1)
             known = {
                 "id": ids,
                 "type": np.ones(n),
-                "x": x,
+                "x": wrapped,
                 "xu": x,
-                "xs": (x + 10.0) / 210.0,
+                "ix": images,
+                "xs": (wrapped - low) / (high - low),
                 "y": np.zeros(n),
                 "z": np.zeros(n),
                 "vx": v,
-                "vy": np.zeros(n),
+                "vy": np.full(n, sideways),
                 "vz": np.zeros(n),
                 "v_displacement": u,
                 "v_time": np.full(n, time),
@@ -145,7 +160,10 @@ class DumpWriter:
             if shuffle:
                 rng.shuffle(rows)
             step = round((time - times[0]) / timestep)
-            frames.append(frame_text(step, rows, columns, fmt, time if time_item else None))
+            written = time if time_item else None
+            frames.append(
+                frame_text(step, rows, columns, fmt, written, (float(low), float(high)), box, units)
+            )
         data = "".join(frames).encode()
         data = data[: len(data) - cut] if cut else data
         path = self.folder / name

@@ -33,6 +33,45 @@ def test_mode_energies_agree_with_the_sum_over_particles(n, seed, stiffness):
     )
 
 
+@given(st.integers(1, 30), st.integers(0, 2**32 - 1), st.floats(0.1, 10.0))
+def test_modes_of_unequal_masses_are_those_of_the_dense_eigenproblem(n, seed, stiffness):
+    rng = np.random.default_rng(seed)
+    masses = rng.uniform(0.5, 5.0, n)
+    u, v = rng.normal(size=(2, n))
+    spring = stiffness * np.diff(np.eye(n), axis=0).T @ np.diff(np.eye(n), axis=0)
+    root = np.sqrt(masses)
+    squares, shapes = np.linalg.eigh(spring / np.outer(root, root))
+    squares = np.maximum(squares, 0.0)
+    dense = 0.5 * ((shapes.T @ (root * v)) ** 2 + squares * (shapes.T @ (root * u)) ** 2)
+    # Eigenvalues are good to some n eps of the largest, 4 k/min(m), shapes to that over the gap to
+    # the next. Of masses drawn at random neighbours may lie close: sums over all are not mixed.
+    np.testing.assert_allclose(
+        mode_frequencies(n, stiffness, masses) ** 2, squares, atol=1e-13 * n * stiffness
+    )
+    split = energy_split(u, v, Harmonic(), masses)
+    fast = mode_energies(u, v, 1.0, masses)
+    assert fast.sum() == pytest.approx(float(split.total), rel=1e-11)
+    assert fast[0] == pytest.approx(float(split.translation), rel=1e-12)
+    gaps = np.diff(squares).min(initial=1.0)
+    if gaps > 1e-3:
+        # Shapes mix by n eps |K|/gap < 1e-13 n 10/1e-3; energies are up to 2 |K| n of them.
+        np.testing.assert_allclose(mode_energies(u, v, stiffness, masses), dense, atol=1e-7 * n)
+
+
+def test_equal_masses_are_the_transform_to_the_bit():
+    u, v = np.random.default_rng(2).normal(size=(2, 3, 9))
+    np.testing.assert_array_equal(mode_energies(u, v, 1.0, np.ones(9)), mode_energies(u, v))
+    np.testing.assert_array_equal(mode_frequencies(9, 2.0, np.ones(9)), mode_frequencies(9, 2.0))
+    np.testing.assert_array_equal(restitution(v, 0.1, np.ones(9)), restitution(v, 0.1))
+    # Twice the mass is half the stiffness of unit masses: frequencies by sqrt(2), energies by 2.
+    np.testing.assert_allclose(
+        mode_energies(u, v, 1.0, np.full(9, 2.0)), 2.0 * mode_energies(u, v, 0.5), rtol=1e-14
+    )
+    np.testing.assert_allclose(
+        mode_frequencies(9, 1.0, np.full(9, 2.0)), mode_frequencies(9, 0.5), rtol=1e-15
+    )
+
+
 def test_frames_are_transformed_together():
     u, v = np.random.default_rng(1).normal(size=(2, 5, 8))
     together = mode_energies(u, v)

@@ -2,7 +2,10 @@
 Are the error bars honest? Random scenes against a much tighter run.
 
     python -m tests.benchmarks.honest_bars [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
-        [--csv FILE]
+        [--kind named|user] [--csv FILE]
+
+Bonds of users (kinked, without tension, smooth, tables of few digits) are judged by an integrator
+that shares nothing with the engines, see ``kink_judge``.
 
 Prints, over all scenes that claim their tolerance: how often the true error is within the reported
 one, how often the reported one is within the tolerance, and the median of reported error over
@@ -12,6 +15,8 @@ tolerance; and each refusal with its reason.
 import argparse
 import csv
 import multiprocessing
+import tempfile
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -19,6 +24,7 @@ import numpy as np
 
 from lammps_inputs.errors import ChaincorError
 from lammps_inputs.scene import Scene
+from tests.benchmarks.user_scenes import UserCase, random_case
 from workflows.collision import collide
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
@@ -69,6 +75,22 @@ def random_scene(random: np.random.Generator, engine: str | None = None) -> Scen
 
 def try_scene(scene: Scene) -> Trial:
     """Run a scene and judge it by the in-house engine at a much tighter tolerance."""
+
+    def judged(bar):
+        share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)
+        judge = collide(scene.replace(engine="reference", tolerance=share))
+        return judge.restitution, judge.restitution_error
+
+    return _try(scene, judged)
+
+
+def try_case(case: UserCase) -> Trial:
+    """Run a scene with a user's bond and judge it by another integrator."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _try(case.scene(Path(folder)), lambda _bar: case.truth(Path(folder)))
+
+
+def _try(scene: Scene, judged: Callable[[float], tuple[float, float]]) -> Trial:
     common = {
         "potential": scene.label,
         "particles": scene.particles,
@@ -83,9 +105,8 @@ def try_scene(scene: Scene) -> Trial:
     except ChaincorError as error:
         reason = f"{type(error).__name__}: {error}"
         return Trial(**common, **nothing, seconds=0.0, refusal=reason)
-    judged = max(_JUDGE_SHARE * result.restitution_error, _SHARPEST_JUDGE)
     try:
-        judge = collide(scene.replace(engine="reference", tolerance=judged))
+        truth, judge_error = judged(result.restitution_error)
     except ChaincorError as error:
         reason = f"judge: {type(error).__name__}: {error}"
         return Trial(**common, **nothing, seconds=result.seconds_total, refusal=reason)
@@ -93,8 +114,8 @@ def try_scene(scene: Scene) -> Trial:
         **common,
         scheme=result.scheme,
         reported=result.restitution_error,
-        true=abs(result.restitution - judge.restitution),
-        judge_error=judge.restitution_error,
+        true=abs(result.restitution - truth),
+        judge_error=judge_error,
         met=bool(result.tolerance_met),
         seconds=result.seconds_total,
         refusal=None if result.tolerance_met else result.reason,
@@ -137,12 +158,15 @@ def report(trials: list[Trial]) -> bool:
     )
 
 
-def run_study(scenes: int, seed: int, workers: int, engine: str | None = None) -> list[Trial]:
+def run_study(
+    scenes: int, seed: int, workers: int, engine: str | None = None, kind: str = "named"
+) -> list[Trial]:
     """Draw and try scenes in processes of their own."""
     random = np.random.default_rng(seed)
-    drawn = [random_scene(random, engine) for _ in range(scenes)]
+    draw, attempt = (random_scene, try_scene) if kind == "named" else (random_case, try_case)
+    drawn = [draw(random, engine) for _ in range(scenes)]
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        return list(pool.imap(try_scene, drawn))
+        return list(pool.imap(attempt, drawn))
 
 
 def main() -> None:
@@ -152,9 +176,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
+    parser.add_argument("--kind", choices=["named", "user"], default="named", help="of bonds")
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args()
-    trials = run_study(arguments.scenes, arguments.seed, arguments.workers, arguments.engine)
+    trials = run_study(
+        arguments.scenes, arguments.seed, arguments.workers, arguments.engine, arguments.kind
+    )
     if arguments.csv:
         with arguments.csv.open("w", newline="") as file:
             writer = csv.DictWriter(file, fieldnames=list(asdict(trials[0])))

@@ -22,7 +22,7 @@ from workflows import cli
 # No input may take more processor time, whatever else the machine does meanwhile.
 HANG_SECONDS = 10.0
 # A process of its own is stopped by the clock, which a busy machine makes run ahead.
-_PATIENCE = 6.0
+_PATIENCE = 60.0
 _STATUSES = (0, 1, 2)
 _NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
 

@@ -51,7 +51,7 @@ class Call:
 
     def wait_until(self, happens):
         """Wait for something that must happen while the process runs."""
-        deadline = time.monotonic() + 120.0
+        deadline = time.monotonic() + 600.0
         while not happens():
             assert self.process.poll() is None, self.process.communicate()
             assert time.monotonic() < deadline
@@ -59,7 +59,7 @@ class Call:
 
     def end(self):
         """Return exit status, stdout and the lines of stderr; nothing temporary is left."""
-        out, err = self.process.communicate(timeout=120)
+        out, err = self.process.communicate(timeout=600)
         assert "Traceback" not in err, err
         assert list(self.temporary.iterdir()) == []
         return self.process.returncode, out, [line for line in err.splitlines() if line]

@@ -207,7 +207,7 @@ def test_lammps_itself_runs_a_job_with_a_hostile_name(folder, capsys):
         env=os.environ | {"LD_LIBRARY_PATH": str(library.parent)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=600,
         check=False,
     )
     assert "restitution = " in done.stdout, done.stdout[-500:]

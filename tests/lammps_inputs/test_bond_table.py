@@ -13,11 +13,13 @@ from lammps_inputs.bond_table import (
     MARGIN_BINS,
     MOST_ROWS,
     choose_rows,
+    rows_on_kinks,
     tabulate,
 )
 from lammps_inputs.bond_table_file import read_bond_table
 from lammps_inputs.errors import TableError
 from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from lammps_inputs.user_bond import UserBond
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0)]
 
@@ -179,3 +181,30 @@ def test_ends_move_out_by_a_tenth_of_their_own_distance_from_rest():
     assert table.lengths[-1] == pytest.approx(12.0, abs=bins)
     # Two particles never stretch their bond, except by rounding and the error of the step.
     assert tabulate(LennardJones(), (0.9, 1.0), rows=10_001).lengths[-1] > 1.001
+
+
+def test_rows_lie_on_kinks():
+    for kinks in ((0.0,), (0.03,), (0.099,), (-0.0123456789, 0.03), (-0.02, 0.0, 0.03)):
+        bond = UserBond(Harmonic().energy, Harmonic().force, kinks=kinks)
+        for rows in (51, 1000, 4001):
+            low, high = rows_on_kinks(bond, (0.9, 1.1), rows)
+            spacing = (high - low) / (rows - 1)
+            at = (1.0 + np.array(kinks) - low) / spacing
+            # Lengths are rounded to 2e-16, a part in 1e11 of 4000 rows.
+            assert at == pytest.approx(np.round(at), abs=1e-9 if len(kinks) < 3 else 0.1)
+            # A margin of four bins, moved by one or less, keeps three.
+            assert low < 0.9 + 1.01 * spacing
+            assert high > 1.1 - 1.01 * spacing
+
+
+def test_straight_tables_hold_a_kink():
+    bond = UserBond(
+        lambda s: 0.5 * s**2 + 2.0 * np.maximum(s - 0.03, 0.0) ** 2,
+        lambda s: -s - 4.0 * np.maximum(s - 0.03, 0.0),
+    )
+    table = tabulate(bond, (0.95, 1.08), "linear")
+    lengths = np.linspace(0.95, 1.08, 12347)
+    between = np.interp(lengths, table.lengths, table.forces)
+    # Piecewise linear, so that only rounding is left.
+    assert between == pytest.approx(bond.force(lengths - 1.0), abs=1e-14)
+    assert table.rows == FEWEST_ROWS

@@ -162,8 +162,8 @@ def test_compressed_root_doubles_the_harmonic_energy(bond):
 @given(b=st.floats(1e-90, 1e90))
 def test_toda_speed_scales_as_one_over_b(b):
     # U(s; b) = U(b s; 1)/b^2, so v* b is one number. The natural speed at small b belongs to a
-    # strain beyond -1: the potential does not mind, only a chain does.
-    assert Toda(b).natural_speed * b == pytest.approx(Toda(1.0).natural_speed, rel=1e-12)
+    # strain beyond -1: the potential does not mind, only a chain does. Both are rounded to 5e-13.
+    assert Toda(b).natural_speed * b == pytest.approx(Toda(1.0).natural_speed, rel=1.1e-12)
 
 
 @each_bond

@@ -1,6 +1,9 @@
 """Scenes: every bad input is one clear line; TOML and hashes are stable."""
 
 import math
+import os
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -13,6 +16,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import LennardJones, Power, Toda
 from lammps_inputs.scene import Scene
 from lammps_inputs.user_bond import UserBond
+from tests.elsewhere import old_processor
 
 BAD = [
     # fields, what the line must say
@@ -267,6 +271,34 @@ def test_hash_follows_meaning_not_spelling():
         base.replace(scheme="order4"),
     ]
     assert len({scene.sha256 for scene in [base, *other]}) == len(other) + 1
+
+
+_HASHES = """
+import numpy as np
+from lammps_inputs.scene import Scene
+from lammps_inputs.user_bond import UserBond
+
+own = UserBond(lambda s: np.exp(-s) - 1.0 + s, lambda s: np.expm1(-s))
+for fields in (
+    *({"potential": name} for name in ("lj", "toda", "log")),
+    *({"potential": "toda", "toda_b": 0.7 * k, "speed": 0.1 * k} for k in range(1, 6)),
+    *({"potential": "power", "power_order": 4, "power_c": 0.3 * k} for k in range(1, 6)),
+    {"potential": own, "velocity": 0.1},
+):
+    print(Scene(**fields).sha256)
+"""
+
+
+def test_hashes_are_those_of_another_processor():
+    # Else a store would not know its collisions again on another node of a cluster.
+    def hashes(environment):
+        command = [sys.executable, "-c", _HASHES]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return done.stdout.split()
+
+    here = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    assert len(set(hashes(here))) == 14
+    assert hashes(here | old_processor()) == hashes(here)
 
 
 def test_hash_of_objects_follows_their_force():

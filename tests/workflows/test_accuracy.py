@@ -63,6 +63,38 @@ def test_a_looser_tolerance_costs_less(engine):
     assert middle < 1.2 * tight
 
 
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"potential": "harmonic", "particles": 10, "velocity": 0.1},
+        {"potential": "lj", "particles": 12, "speed": 0.8},
+        {"potential": "log", "particles": 6, "speed": 0.3},
+    ],
+    ids=["harmonic", "lj", "log"],
+)
+def test_a_tighter_wish_never_widens_the_bar(fields, engine):
+    scene = Scene(engine=engine, **fields)
+    # Also between the powers of ten, and beyond rounding, where no wish is met.
+    tolerances = [10.0 ** (-0.5 * k) for k in range(12, 29)]
+    found = [collide(scene, tolerance=tolerance) for tolerance in tolerances]
+    bars = np.array([result.restitution_error for result in found])
+    assert np.all(np.diff(bars) <= 0.0), bars
+    met = np.array([result.tolerance_met for result in found])
+    assert np.all(bars[met] <= np.array(tolerances)[met])
+    assert not met[-1]
+    # Each bar holds: all etas agree with the tightest one.
+    etas = np.array([result.restitution for result in found])
+    assert np.all(np.abs(etas - etas[-1]) <= bars + bars[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-11, 1e-12])
+def test_the_default_scene_is_not_less_exact_for_being_asked_for_more(tolerance):
+    looser = collide(Scene(), tolerance=10.0 * tolerance)
+    assert collide(Scene(), tolerance=tolerance).restitution_error <= looser.restitution_error
+
+
 def test_a_tolerance_below_the_rounding_of_lammps_is_refused_with_an_honest_bar():
     scene = Scene(potential="lj", particles=20, speed=1e-6)
     result = collide(scene, tolerance=1e-10)

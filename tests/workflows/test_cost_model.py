@@ -8,6 +8,7 @@ import pytest
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows import cost_model as module
+from workflows.collision import collide
 from workflows.cost_model import CostModel
 
 MODEL = CostModel(
@@ -18,8 +19,6 @@ MODEL = CostModel(
     spline_bond=0.03,
     stage=5.0,
     contact=20.0,
-    setup=0.0,
-    table_row=0.0,
 )
 LJ = Scene(particles=101)
 
@@ -61,7 +60,30 @@ def test_the_users_own_model_is_preferred(user_file):
 
 
 @pytest.mark.parametrize("text", ["", "{}", '{"step": 1.0, "colour": 2}', "[1, 2]"])
-def test_a_broken_file_is_as_good_as_none(user_file, text):
+def test_a_broken_file_is_as_good_as_none_and_is_said_to_be(user_file, text, capsys):
     user_file.parent.mkdir()
     user_file.write_text(text)
+    assert module.cost_model() == module.shipped_cost_model()
     assert module.cost_model().measured_on != "never"
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1, "once, in one line"
+    assert str(user_file) in said
+    assert "--calibrate" in said
+
+
+def test_no_file_is_nothing_to_speak_of(user_file, capsys):
+    assert module.cost_model() == module.shipped_cost_model()
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_no_number_depends_on_the_cost_model(user_file, tolerance):
+    scene = Scene(potential="lj", particles=10, speed=0.4)
+    expected = collide(scene, tolerance=tolerance)
+    # Whatever costs nothing in one of these costs the earth in the other.
+    for dear in ("stage", "step"):
+        module.cost_model.cache_clear()
+        replace(MODEL, **{"stage": 1e-9, "step": 1e-9, dear: 1e3}).save(user_file)
+        found = collide(scene, tolerance=tolerance)
+        assert (found.scheme, found.timestep) == (expected.scheme, expected.timestep)
+        assert found.restitution == expected.restitution

@@ -41,7 +41,7 @@ def run_lmp(folder, *options):
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=600,
         check=False,
     )
 

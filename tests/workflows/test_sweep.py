@@ -229,19 +229,28 @@ def test_longer_faster_and_tighter_cost_more():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
-def test_the_forecast_is_right_within_a_small_factor(engine):
-    # Of 104 collisions that were measured when the forecast was made, 8 were off by more than two;
-    # the sum over several is better than each. Another processor may be twice as slow or as fast.
+def test_the_forecast_gives_each_collision_its_share(engine):
+    # How fast the machine is, is no matter of this test: forecasts are compared with each other,
+    # as the times are, the shortest of three that the processor spent. Of 104 collisions measured
+    # when the forecast was made, 8 were off by more than two: two of them are then off by four
+    # from each other.
     scenes = [
         Scene(potential=p, particles=n, speed=v, engine=engine)
         for p, n, v in (("lj", 100, 0.1), ("toda", 100, 1.0), ("log", 50, 0.5), ("lj", 200, 0.5))
     ]
     carry_out(scenes[0])  # loads compiled code
-    started = time.process_time()
-    for scene in scenes:
+    shares = [sweep_cost([scene]).seconds / _processor_time(scene) for scene in scenes]
+    assert max(shares) < 4.0 * min(shares)
+
+
+def _processor_time(scene):
+    """Return the shortest of three times of a collision."""
+    taken = []
+    for _ in range(3):
+        started = time.process_time()
         assert carry_out(scene).collision is not None
-    taken = time.process_time() - started
-    assert taken / 4.0 < sweep_cost(scenes).seconds < 4.0 * taken
+        taken.append(time.process_time() - started)
+    return min(taken)
 
 
 def test_the_longest_come_first_give_or_take_a_factor_of_two():

@@ -52,7 +52,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_final_velocities_are_enough():
-    found = run_user_integrator("mine:only_velocities", SCENE, timeout=60.0)
+    found = run_user_integrator("mine:only_velocities", SCENE, timeout=600.0)
     assert found.velocities.tolist() == [0.05] * 3
     assert found.contact_times is None
 
@@ -72,7 +72,7 @@ def test_final_velocities_are_enough():
 )
 def test_what_a_function_does_wrong_is_one_line(function, says):
     with pytest.raises(UserIntegratorError, match=says) as raised:
-        run_user_integrator(f"mine:{function}", SCENE, timeout=60.0)
+        run_user_integrator(f"mine:{function}", SCENE, timeout=600.0)
     assert "\n" not in str(raised.value)
 
 
@@ -92,7 +92,7 @@ def test_a_function_that_hangs_is_stopped():
 )
 def test_what_is_not_there(against, says):
     with pytest.raises(InputError, match=says):
-        run_user_integrator(against, SCENE, timeout=60.0)
+        run_user_integrator(against, SCENE, timeout=600.0)
 
 
 def test_files(folder):

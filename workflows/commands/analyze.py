@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lammps_inputs.errors import InputError
 from lammps_inputs.potential import Potential
 from lammps_inputs.potentials import NAMED_POTENTIALS
 
@@ -41,6 +42,12 @@ if TYPE_CHECKING:
     help="impact speed, absolute [default: from scene.toml or the first frame]",
 )
 @click.option(
+    "--masses",
+    metavar="M,...|FILE",
+    help="particle masses from the wall outwards, repeated along the chain: a list, or a file of "
+    "them [default: from dump or data file]",
+)
+@click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="OUT", help="write plots and CSV"
 )
 @click.option(
@@ -59,6 +66,7 @@ def analyze(
     dump: Path | None,
     timestep: float | None,
     velocity: float | None,
+    masses: str | None,
     output: Path | None,
     animation: Path | None,
     xyz: Path | None,
@@ -71,32 +79,45 @@ def analyze(
     DIR is the folder of a job: one made by 'chaincor inputs' or your own, with a dump of at least
     'id x vx' (text, gzip or binary) and, if you like, the data file. Lengths are in units of the
     natural bond length, the wall is at x = 0.
+
+    Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
+    finest is analysed and the others tell its error.
+
+    The exit status is 1 where the numbers contradict physics: restitution above 1, or momentum
+    that no wall explains. A note says so.
     """
     from analysis.exports import write_extended_xyz
-    from analysis.job import analyze_job, find_job
+    from analysis.job import Job, analyze_job
     from analysis.report import to_json_object, write_report
+    from analysis.step_error import analyze_folder
     from workflows.engines.ending import argue_end
 
-    job = find_job(folder, data=data, dump=dump)
-    with _progress(job.dump) as progress:
-        analysis = analyze_job(
-            job,
-            bond=_bond(bond_options),
-            impact_velocity=velocity,
-            timestep=timestep,
-            end_argument=argue_end,
-            progress=progress,
-        )
+    options: dict[str, Any] = {
+        "bond": _bond(bond_options),
+        "impact_velocity": velocity,
+        "timestep": timestep,
+        "masses": None if masses is None else _read_masses(masses),
+        "end_argument": argue_end,
+    }
+
+    def analyze_one(job: Job) -> "CollisionAnalysis":
+        with _progress(job.dump) as progress:
+            return analyze_job(job, progress=progress, **options)
+
+    run = analyze_folder(folder, data=data, dump=dump, analyze=analyze_one)
+    analysis = run.analysis
     if output is not None:
         write_report(analysis, output)
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
-        write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0)
+        write_extended_xyz(run.job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
     if as_json:
         click.echo(json.dumps(to_json_object(analysis), allow_nan=False))
     else:
         click.echo(describe(analysis))
+    if analysis.contradictions:
+        click.get_current_context().exit(1)
 
 
 def describe(analysis: "CollisionAnalysis") -> str:
@@ -121,10 +142,12 @@ def describe(analysis: "CollisionAnalysis") -> str:
     name = "unknown" if bond is None else bond.name
     contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
     error = analysis.restitution_error
+    data = f"format and reading +- {analysis.data_error:.1e}"
+    bar = f"error of the run not known, {data}" if error is None else f"+- {error:.1e} ({data})"
     lines = [
         f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
         "",
-        f"restitution (energy)   eta = {analysis.restitution:.12g} +- {error:.1e}",
+        f"restitution (energy)   eta = {analysis.restitution:.12g}   {bar}",
         f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
         f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
         f"f/n                    {statistics.per_particle:.4g}",
@@ -136,7 +159,7 @@ def describe(analysis: "CollisionAnalysis") -> str:
         ]
     lines += [
         f"incoming speed         {_number(statistics.mean_speed)} v0 on average",
-        f"momentum residual      {analysis.momentum_residual:.1e} n v0",
+        f"momentum residual      {analysis.momentum_residual:.1e} of that at impact",
     ]
     if analysis.energy_end is not None:
         share = 100.0 * float(analysis.energy_end.vibration / analysis.energy_end.total)
@@ -171,6 +194,21 @@ def _bond(options: dict[str, Any]) -> Potential | None:
     if "potential" not in given:
         raise SceneError(f"{', '.join(given)} given without --potential; expected its potential")
     return Scene(**given).bond
+
+
+def _read_masses(text: str) -> list[float]:
+    """Read ``1,2``, or the numbers in a file of that name."""
+    words = text
+    if Path(text).is_file():
+        words = Path(text).read_text(encoding="utf-8", errors="replace")
+    try:
+        return [float(word) for word in words.replace(",", " ").split()]
+    except ValueError:
+        shown = text if len(text) <= 60 else f"{text[:57]}..."
+        raise InputError(
+            f"masses '{shown}' are neither numbers nor a file of numbers; expected them from the "
+            "wall outwards, as --masses 1,2 or --masses FILE"
+        ) from None
 
 
 def _animate(analysis: "CollisionAnalysis", path: Path) -> None:

@@ -1,5 +1,7 @@
 """``chaincor plot``: curves and heat maps straight from a store."""
 
+import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +19,11 @@ if TYPE_CHECKING:
 @click.argument("store_path", metavar="STORE", type=click.Path(path_type=Path))
 @click.option("--x", default="speed", help="column along the axis [default: speed]")
 @click.option("--y", default="restitution", help="column up the axis [default: restitution]")
-@click.option("--by", help="one curve for each value of this column")
+@click.option(
+    "--by",
+    metavar="COL,...",
+    help="one curve for each value of these columns [default: whatever varies]",
+)
 @click.option("--colour", help="a heat map: this column as colour over x and y")
 @click.option("--where", multiple=True, metavar="COND", help="such as potential=lj or speed<0.5")
 @click.option(
@@ -36,7 +42,12 @@ def plot(
     where: tuple[str, ...],
     output: Path | None,
 ) -> None:
-    """Draw curves or a heat map from a store."""
+    """
+    Draw curves or a heat map from a store.
+
+    There is one curve for each combination of whatever the scenes differ in besides the axis;
+    scenes are never averaged.
+    """
     from analysis.atomic_write import written_aside
     from workflows.store import Store
 
@@ -55,37 +66,111 @@ def plot(
     click.echo(target)
 
 
-def _numbers(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> list[Any]:
+# A tighter tolerance takes the place of a looser one in a store, so it tells no rows apart.
+_NOT_THE_SCENE = {"tolerance"}
+# The same thing in two units.
+_IMPACT = {"speed", "velocity"}
+# Keys that say most come first, so that those which follow from them are not told.
+_FIRST = {"potential": -2, "particles": -1, "speed": 2, "velocity": 3}
+
+
+@dataclass(frozen=True)
+class _Row:
+    """One collision: the columns asked for, and the scene that they belong to."""
+
+    values: tuple[Any, ...]
+    scene: dict[str, Any]
+
+
+def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> list[_Row]:
     """Return the rows in which all columns have a value, the first ones as numbers."""
     from workflows.store_query import query_rows
 
-    rows = query_rows(store, names, where=[*where, *(f"{name}!=" for name in names)])
+    axes = names[:2]
+    conditions = [*where, *(f"{name}!=" for name in axes)]
+    rows = query_rows(store, (*names, "speed", "scene"), where=conditions)
     if not rows:
         raise StoreError(
-            f"no row of {store.path} has {' and '.join(names)}"
+            f"no row of {store.path} has {' and '.join(axes)}"
             f"{' where ' + ', '.join(where) if where else ''}; see `chaincor show`"
         )
-    for name, value in zip(names[:2], rows[0], strict=False):
+    for name, value in zip(axes, rows[0], strict=False):
         if not isinstance(value, int | float):
             raise StoreError(f"column '{name}' holds {value!r}; expected numbers along an axis")
-    return rows
+    return [
+        _Row(tuple(values), {**json.loads(scene), "speed": speed}) for *values, speed, scene in rows
+    ]
+
+
+def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
+    """Return by what the scenes differ, apart from what is along the axes: no key to spare."""
+    keys = _scene_keys(rows) - _NOT_THE_SCENE - set(axes)
+    # Over a quantity that came out, a curve is followed as the impact speed changes.
+    if _IMPACT & set(axes) or not _scene_keys(rows) & set(axes):
+        keys -= _IMPACT
+    if any(row.scene["speed"] is None for row in rows):
+        keys.discard("speed")
+    told: list[str] = []
+    groups = 1
+    for key in sorted(keys, key=lambda key: (_FIRST.get(key, 1), key)):
+        finer = len({tuple(row.scene.get(name) for name in (*told, key)) for row in rows})
+        if finer > groups:
+            told, groups = [*told, key], finer
+    return told
+
+
+def _scene_keys(rows: list[_Row]) -> set[str]:
+    """Return every key that a scene of the rows has."""
+    return {key for row in rows for key in row.scene}
 
 
 def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ...]) -> "Figure":
     from analysis.figures.store_plots import plot_curves
 
-    names = (x, y) if by is None else (x, y, by)
-    curves: dict[str, tuple[list[float], list[float]]] = {}
-    for first, second, *label in _numbers(store, names, where):
-        name = f"{by} = {label[0]}" if label else ""
-        xs, ys = curves.setdefault(name, ([], []))
-        xs.append(first)
-        ys.append(second)
+    asked = () if by is None else tuple(name.strip() for name in by.split(","))
+    rows = _rows(store, (x, y, *asked), where)
+    names = asked or tuple(_varying(rows, (x,)))
+    groups: dict[tuple[Any, ...], list[_Row]] = {}
+    for row in rows:
+        key = row.values[2:] if asked else tuple(row.scene.get(name) for name in names)
+        groups.setdefault(key, []).append(row)
+    curves = {}
+    for key, group in groups.items():
+        left = _varying(group, (x,))
+        if left:
+            raise StoreError(
+                f"--by {by} leaves {_named(left, group)} to vary within a curve; expected one "
+                f"scene apart from {x}: --by {','.join([*asked, *left])}, or choose by --where"
+            )
+        along = sorted(group, key=lambda row: (row.values[0], row.scene["velocity"]))
+        if x not in along[0].scene:
+            along.sort(key=lambda row: row.scene["velocity"])
+        label = ", ".join(f"{n} = {_shown(v)}" for n, v in zip(names, key, strict=True))
+        curves[label] = ([row.values[0] for row in along], [row.values[1] for row in along])
     return plot_curves(curves, x, y).figure  # type: ignore[return-value]
 
 
 def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":
     from analysis.figures.store_plots import plot_heat_map
 
-    rows = _numbers(store, (x, y, colour), where)
-    return plot_heat_map(*zip(*rows, strict=True), labels=(x, y, colour)).figure  # type: ignore
+    rows = _rows(store, (x, y, colour), (*where, f"{colour}!="))
+    left = _varying(rows, (x, y))
+    if left:
+        raise StoreError(
+            f"besides {x} and {y} the scenes differ in {_named(left, rows)}; expected one at each "
+            "place: choose by --where"
+        )
+    values = zip(*(row.values for row in rows), strict=True)
+    return plot_heat_map(*values, labels=(x, y, colour)).figure  # type: ignore
+
+
+def _named(names: list[str], rows: list[_Row]) -> str:
+    return " and ".join(
+        f"{name} ({len({row.scene.get(name) for row in rows})} values)" for name in names
+    )
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)[:24]

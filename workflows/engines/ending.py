@@ -40,6 +40,8 @@ QUIET_ROUND_TRIPS = 1.1
 # crossing, and for so many crossings however late contacts come.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 1000.0
+# A piece that approaches the wall is waited for, if it arrives within so many crossings.
+ARRIVAL_CROSSINGS = 300.0
 
 LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.
@@ -268,6 +270,7 @@ class EndWatch:
         self._last_contact = -math.inf
         self._calm_since = 0.0
         self._first_size = 0
+        self._arrival = 0.0
 
     def look(
         self,
@@ -294,9 +297,9 @@ class EndWatch:
         """
         if last_contact != self._last_contact:
             self._last_contact = self._calm_since = last_contact
-            self._first_size = self._particles
+            self._first_size, self._arrival = self._particles, 0.0
         bond = self._bond
-        late = now > longest_collision(self._particles, bond.stiffness, last_contact)
+        late = now > self.followed_until(last_contact)
         if float(np.sum(velocities)) <= 0.0:
             return None
         pieces = find_pieces(first_displacement, strains, velocities, bond)
@@ -311,7 +314,33 @@ class EndWatch:
             return Ending("argued")
         if not late:
             return None
-        return Ending("argued") if pieces.speeds[0] > 0.0 else Ending("open", approach(pieces))
+        speed = float(pieces.speeds[0])
+        if speed > 0.0:
+            return Ending("argued")
+        if speed < 0.0:
+            arrival = now + 1.1 * float(pieces.displacements[0]) / -speed
+            crossing = self._particles / bond.stiffness**0.5
+            if now < arrival < ARRIVAL_CROSSINGS * crossing:
+                self._arrival = arrival
+                return None
+        return Ending("open", approach(pieces))
+
+    def followed_until(self, last_contact: float) -> float:
+        """
+        Return until when the collision is followed.
+
+        Parameters
+        ----------
+        last_contact : float
+            Time of the last contact so far.
+
+        Returns
+        -------
+        float
+            Time since the first contact; later where a piece is under way to the wall.
+        """
+        longest = longest_collision(self._particles, self._bond.stiffness, last_contact)
+        return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
         """

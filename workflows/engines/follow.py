@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.ending import Ending, EndWatch, longest_collision
+from workflows.engines.ending import Ending, EndWatch
 from workflows.engines.kernels import kernels_for
 from workflows.engines.reference_chain import Chain
 from workflows.engines.reference_look_ahead import LookAhead
@@ -79,7 +79,6 @@ def follow(
     chain.ledger.strain_min = shortest - 1.0
     look_ahead = LookAhead(scene, chain, kernels, scheme, step, start=now)
     watch = EndWatch(scene.particles, bond)
-    longest = longest_collision(scene.particles, bond.stiffness, last_contact)
     time = now
     while True:
         ending = watch.look(
@@ -91,7 +90,7 @@ def follow(
         if settled is not None:
             coast, ending = settled
             return Flight(coast.time, ending)
-        if time > longest:
+        if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now

@@ -26,6 +26,7 @@ from workflows.engines.ending import Ending
 from workflows.engines.outcome import Outcome
 from workflows.engines.reference_outcome import LastContact, finish, run_single_particle
 from workflows.errors import CrossingError, TimestepError
+from workflows.measured import measured
 
 SCHEME = "hard-sphere"
 
@@ -38,7 +39,7 @@ _FASTEST_TRIPLE = 1e6
 # From there twenty reach v*, where a triple of any bond with a v* is soft.
 _MOST_HALVINGS = 40
 # The loss falls with at least this power of the speed, for all bonds that were measured.
-_LEAST_POWER = 3.0
+_LEAST_POWER: float = measured("sphere_power")
 
 
 def run(scene: Scene) -> Outcome:
@@ -116,12 +117,12 @@ def deviation(scene: Scene) -> float:
     if scene.bond.natural_speed is not None:
         velocity = min(velocity, _FASTEST_TRIPLE * scene.bond.natural_speed)
     triple = scene.replace(particles=3, speed=None, velocity=velocity)
-    loss = _vibration(triple)
+    loss = vibration(triple)
     for _ in range(_MOST_HALVINGS):
         if loss is not None:
             break
         triple = triple.replace(velocity=0.5 * triple.impact_velocity)
-        loss = _vibration(triple)
+        loss = vibration(triple)
     if loss is None:
         raise TimestepError(
             f"no step resolves three particles with {scene.label} bonds, at velocity "
@@ -133,8 +134,21 @@ def deviation(scene: Scene) -> float:
     return 0.5 * (particles - 1) * (particles - 2) * max(loss, _LEAST_LOSS)
 
 
-def _vibration(scene: Scene) -> float | None:
-    """Return the share of the energy that does not come back, None where it cannot be stepped."""
+def vibration(scene: Scene) -> float | None:
+    """
+    Return the share of the energy that does not come back.
+
+    Parameters
+    ----------
+    scene : Scene
+        Three particles.
+
+    Returns
+    -------
+    float or None
+        Energy of their vibration after the collision over that before; None where the bonds are
+        too short to be stepped.
+    """
     from workflows.engines import stiff
 
     try:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from workflows.engines.reference_stages import (
     looped_start,
 )
 from workflows.engines.reference_steps import StepScheme, composed_leap, extrapolated_leap
+
+# Loops of so many forces stay loaded: named ones come back from disk, others are compiled again.
+_KEPT = 64
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
     return _kernels_for(bond, scheme.extrapolated)
 
 
-@cache
+@lru_cache(maxsize=_KEPT)
 def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
@@ -101,7 +104,7 @@ def _array_leap(bond: Potential, extrapolated: bool) -> Callable:
     return composed_leap(array_start(bond), stage, array_drift)
 
 
-@cache
+@lru_cache(maxsize=_KEPT)
 def _compile(function: Callable, keep: bool, extrapolated: bool) -> Callable:
     # Per function, not per bond: toda bonds of any steepness share their loops.
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
@@ -123,7 +126,7 @@ def _compile(function: Callable, keep: bool, extrapolated: bool) -> Callable:
     return compiler.compile(advance)
 
 
-@cache
+@lru_cache(maxsize=_KEPT)
 def _compile_coast(function: Callable, keep: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stage = compiler.register(looped_stage(compiler.register(function)))

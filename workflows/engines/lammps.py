@@ -33,17 +33,19 @@ from workflows.errors import (
     TimestepError,
     ToleranceError,
 )
+from workflows.measured import measured
 
 # A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
-# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came.
+# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came. A
+# guess that is too narrow is noticed and widened: these decide costs only.
 _GUESS_ENERGY = 1.6
 _GUESS_STRETCH = 3.0
 _WIDENING = 1.5
 _MOST_WIDENINGS = 12
-# Bonds are looked at now and then; a tenth of the longest one's stretch may be missed.
-_UNSEEN = 0.25
 # Folder of what is kept, but not used by the engine.
 _KEPT = "kept"
+# Bonds are looked at now and then: this share of the longest one's stretch may be missed.
+_UNSEEN: float = measured("unseen_stretch")
 # A harmonic bond is the same at every length.
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
@@ -264,7 +266,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     n, v0 = scene.particles, scene.impact_velocity
     # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
     speed = (2.0 * n) ** 0.5 * v0
-    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, 0.0)
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2

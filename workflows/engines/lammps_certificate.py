@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lammps_inputs.bond_table import MARGIN_BINS, BondTable
 from lammps_inputs.potential import Potential
@@ -11,6 +12,7 @@ from workflows.engines.lammps_chain import LammpsChain
 
 _FILE = "certificate.table"
 _MOST_LENGTHS = 4001
+_ROWS_AT_KINK, _LENGTHS_AT_KINK = 4, 66
 
 
 @dataclass(frozen=True)
@@ -99,24 +101,43 @@ def _largest_errors(
     chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
 ) -> tuple[float, float, float, float]:
     """Return the errors of force and energy inside, and the same at the edges."""
-    asked = _lengths_asked(table)
     first, last = float(table.lengths[0]), float(table.lengths[-1])
-    inset = 0.25 * table.spacing
+    inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
+    everywhere = (first + inset, last - inset, last - first - 2 * inset)
+    parts = [_errors(chain, bond_type, bond, everywhere, _lengths_asked(table))]
+    # What a kink does to a table is over within a few rows, which may lie between those lengths.
+    near = _ROWS_AT_KINK * table.spacing
+    for kink in bond.kinks:
+        low, high = max(1.0 + kink - near, first + inset), min(1.0 + kink + near, last - inset)
+        if low < high:
+            parts.append(_errors(chain, bond_type, bond, (low, high, high - low), _LENGTHS_AT_KINK))
+    lengths, force, energy = np.concatenate(parts, axis=1)
+    inside = (lengths > first + margin) & (lengths < last - margin)
+    largest = [float(np.max(e[inside], initial=0.0)) for e in (force, energy)]
+    at_edges = [float(np.max(e[~inside], initial=0.0)) for e in (force, energy)]
+    return largest[0], largest[1], at_edges[0], at_edges[1]
+
+
+def _errors(
+    chain: LammpsChain,
+    bond_type: int,
+    bond: Potential,
+    span: tuple[float, float, float],
+    asked: int,
+) -> NDArray[np.float64]:
+    """Return lengths between the first and the last, so wide apart, and the errors there."""
+    first, last, width = span
     file = chain.folder / _FILE
     chain.commands(
-        f"bond_write {bond_type} {asked} {first + inset!r} {last - inset!r} "
-        f'"{file.as_posix()}" CERTIFICATE'
+        f'bond_write {bond_type} {asked} {first!r} {last!r} "{file.as_posix()}" CERTIFICATE'
     )
     rows = [line.split() for line in file.read_text().splitlines()]
     file.unlink()
     data = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
     _, _, energies, forces = data.T
     # The file rounds lengths to 15 digits; LAMMPS itself used these.
-    lengths = (first + inset) + (last - first - 2 * inset) / (asked - 1) * np.arange(asked)
+    lengths = first + width / (asked - 1) * np.arange(asked)
     strains = lengths - 1.0
-    margin = MARGIN_BINS * table.spacing
-    inside = (lengths > first + margin) & (lengths < last - margin)
-    errors = (np.abs(forces - bond.force(strains)), np.abs(energies - bond.energy(strains)))
-    force, energy = (float(np.max(e[inside], initial=0.0)) for e in errors)
-    edge_force, edge_energy = (float(np.max(e[~inside], initial=0.0)) for e in errors)
-    return force, energy, edge_force, edge_energy
+    return np.array(
+        [lengths, np.abs(forces - bond.force(strains)), np.abs(energies - bond.energy(strains))]
+    )

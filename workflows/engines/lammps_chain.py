@@ -9,14 +9,16 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.bond_table import FAR_BACK, FAR_OUT, FAR_START, NEAR_END, BondTable
+from lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
 from lammps_inputs.chain_data import format_chain_data, initial_chain
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from lammps_inputs.script import DATA_FILE, DUMP_FILE, LOG_FILE, TABLE_FILE, number, render_setup
 from workflows.engines.interrupts import steps_at_once
+from workflows.engines.lammps_guard import WallGuard
 from workflows.engines.lammps_library import load_lammps, name_lammps_error
 from workflows.engines.reference_steps import STEP_SCHEMES
+from workflows.errors import RunError
 
 _RUN_ONE = b"run 1 pre no post no"
 # A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
@@ -81,6 +83,9 @@ class LammpsChain:
         self._failed = self._lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
+            # Composed schemes take guarded steps only to look ahead, well clear of the wall.
+            stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
+            self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
         except Exception:
             self.close()
             raise
@@ -168,14 +173,43 @@ class LammpsChain:
             if self._far is not None:
                 self._change_tables()
 
+    @property
+    def guard_position(self) -> float:
+        """Where :meth:`run_guarded` stops particle 1: so near the wall that it is to be asked."""
+        return self._guard.position
+
+    def run_guarded(self, steps: int) -> bool:
+        """
+        Take full Verlet steps as long as they end clear of the wall.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Returns
+        -------
+        bool
+            False where a step ended at the wall or behind it, or failed: the state is then useless.
+        """
+        self._guard.watch(True)
+        try:
+            self.run(steps)
+        except RunError:
+            return False
+        finally:
+            self._guard.watch(False)
+        return True
+
     def _steps_within_tables(self) -> int:
-        """Return how many Verlet steps no bond can use to outrun its table."""
+        """Return how many Verlet steps no bond needs at least to be due for its other table."""
         assert self._far is not None
         lengths = np.diff(self.x)
-        room = NEAR_END - np.max(lengths, where=~self._far, initial=-np.inf)
-        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_START)
+        room = FAR_OUT - np.max(lengths, where=~self._far, initial=-np.inf)
+        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_BACK)
         fastest = float(np.max(np.abs(np.diff(self.v))))
-        # Half the room: bonds may speed up while they fall together.
+        # Half the room: bonds may speed up while they fall together. The step of the change is then
+        # the same however steps are divided into runs.
         return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
 
     def verlet(self, duration: float) -> None:
@@ -274,6 +308,8 @@ class LammpsChain:
         timestep : float
             The composed step H.
         """
+        if timestep != self.timestep and len(self.weights) == 1:
+            self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
         self._full_step = self._encode(timestep)

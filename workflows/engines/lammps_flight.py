@@ -4,10 +4,9 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from numpy.polynomial import Polynomial
-
 from workflows.engines.lammps_blind import BlindBound
 from workflows.engines.lammps_chain import LammpsChain
+from workflows.engines.lammps_crossing import RESOLUTION, first_crossing, foretold_crossing
 from workflows.errors import LostAtomsError, TimestepError
 
 
@@ -26,10 +25,6 @@ class Contact:
 
     time: float
     speed: float
-
-
-# Newton's method on a quintic that is nearly straight.
-_NEWTON_STEPS = 4
 
 
 class Flight(ABC):
@@ -74,7 +69,12 @@ class VerletFlight(Flight):
 
     Before each step its end is known exactly, x + v h + f h^2/2; a step that would end behind the
     wall is a contact. With the event wall that step is cut at the wall and particle 1 reversed
-    there; with the reflecting wall LAMMPS's own fix mirrors it.
+    there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
+    reflecting wall LAMMPS's own fix mirrors what ends behind it.
+
+    Many steps are taken at once where a bound promises that there is no contact in them. LAMMPS
+    itself watches them: if one ends nearer to the wall than a contact can be, all are taken back
+    and asked for one by one.
 
     Parameters
     ----------
@@ -100,6 +100,12 @@ class VerletFlight(Flight):
         chain, h = self.chain, self.chain.timestep
         return float(chain.x[0] + h * (chain.v[0] + 0.5 * h * chain.f[0]))
 
+    def _dips(self) -> bool:
+        """Return whether particle 1 reaches the wall and turns within the next step."""
+        chain = self.chain
+        v, a = float(chain.v[0]), float(chain.f[0])
+        return v < 0.0 < v + chain.timestep * a and v * v > 2.0 * float(chain.x[0]) * a
+
     def advance(self, limit: float) -> Contact | None:
         """Run blind while the bound allows it, and ask before each step where it does not."""
         chain, h = self.chain, self.chain.timestep
@@ -114,7 +120,7 @@ class VerletFlight(Flight):
                 if taken == last or steps * h > self._NEAR:
                     continue
             ahead = self._next_position()
-            if ahead < 0.0:
+            if ahead < 0.0 or (not self.reflect and self._dips()):
                 return self._reflect() if self.reflect else self._hit()
             if not math.isfinite(ahead):
                 raise LostAtomsError(
@@ -130,12 +136,14 @@ class VerletFlight(Flight):
         chain, bound = self.chain, self.bound
         assert bound is not None
         bound.look(chain.x, chain.v, chain.f, chain.timestep)
-        steps = min(int(self._share * bound.safe_time() / chain.timestep), most)
+        safe = bound.safe_time(chain.guard_position)
+        steps = min(int(self._share * safe / chain.timestep), most)
         if steps < 2:
+            if safe >= 2.0 * chain.timestep:
+                self._share = min(1.0, 2.0 * self._share)
             return 0
         state = chain.snapshot()
-        chain.run(steps)
-        if bound.held(float(chain.x[0]), steps * chain.timestep):
+        if chain.run_guarded(steps):
             self._share = min(1.0, 2.0 * self._share)
             return steps
         self._share *= 0.25
@@ -192,27 +200,27 @@ class ComposedFlight(Flight):
     def advance(self, limit: float) -> Contact | None:
         """Step, and look ahead and back over each step for a contact."""
         chain, step = self.chain, self.chain.timestep
-        if chain.x[0] == 0.0 and chain.v[0] < 0.0:
-            return self._reverse()
         earlier: list[float] | None = None
         now = self._first_particle()
         while self.time < limit:
+            if now[0] == 0.0 and now[1] < 0.0:
+                return self._reverse()
             before = chain.snapshot()
             if earlier is not None:
-                foretold = _foretold_crossing(earlier, now, step)
+                foretold = foretold_crossing(earlier, now, step)
                 if foretold is not None:
-                    taken = self._step_to_wall(foretold)
+                    taken = self._go_to_wall(now, foretold)
                     if taken is not None and taken <= step:
                         self.time += taken
                         return self._reverse()
                     chain.restore(before)
             chain.step()
             after = self._first_particle()
-            guess = _first_crossing(now, after, step)
+            guess = first_crossing(now, after, step)
             if guess is not None:
                 whole = chain.snapshot()
                 chain.restore(before)
-                taken = self._step_to_wall(guess)
+                taken = self._go_to_wall(now, guess)
                 if taken is not None:
                     self.time += taken
                     return self._reverse()
@@ -231,6 +239,18 @@ class ComposedFlight(Flight):
     def _first_particle(self) -> list[float]:
         chain = self.chain
         return [float(chain.x[0]), float(chain.v[0]), float(chain.f[0])]
+
+    def _go_to_wall(self, now: list[float], guess: float) -> float | None:
+        """Return the time to the first contact, having gone there; None where none is found."""
+        state = self.chain.snapshot()
+        taken = self._step_to_wall(guess)
+        if taken is not None:
+            # The way there must have been in front of the wall.
+            first = first_crossing(now, [0.0, *self._first_particle()[1:]], taken)
+            if first is not None and first < (1.0 - 2.0 * RESOLUTION) * taken:
+                self.chain.restore(state)
+                return self._step_to_wall(first)
+        return taken
 
     def _step_to_wall(self, guess: float) -> float | None:
         """Return the time to the wall, having gone there; None where no contact is found."""
@@ -261,63 +281,3 @@ class ComposedFlight(Flight):
         chain.x[0] = 0.0
         chain.v[0] = speed
         return Contact(self.time, speed)
-
-
-def _first_crossing(start: list[float], end: list[float], step: float) -> float | None:
-    """
-    Return when x(t) first reaches zero within a step, or None where it does not.
-
-    x(t) is the quintic through position, velocity and acceleration at both ends. A start at the
-    wall (x = 0, moving away) is no crossing.
-    """
-    (x0, v0, _), (x1, v1, _) = start, end
-    if x1 >= 0.0 and min(x0, x1) > step * (abs(v0) + abs(v1)):
-        return None
-    if not math.isfinite(x1):
-        raise LostAtomsError(
-            f"particle 1 is at {x1}; expected a finite number: use a smaller timestep"
-        )
-    if x1 >= 0.0 and not (v0 < 0.0 < v1 or (x0 == 0.0 and v1 > v0)):
-        return None
-    c = _quintic(start, end, step)
-    if x0 == 0.0:
-        c = c[1:]  # divide the departure out
-    roots: list[complex] = Polynomial(c).roots().tolist()
-    real = [z.real for z in roots if abs(z.imag) < 1e-9 and 0.0 < z.real <= 1.0 + 1e-9]
-    if real:
-        return min(real) * step
-    return step if x1 < 0.0 else None
-
-
-def _quintic(start: list[float], end: list[float], step: float) -> list[float]:
-    """Return the coefficients, in t/step, of the quintic through both ends of a step."""
-    (x0, v0, a0), (x1, v1, a1), h = start, end, step
-    c = [x0, v0 * h, 0.5 * a0 * h * h]
-    p = x1 - sum(c)
-    q = v1 * h - c[1] - 2.0 * c[2]
-    r = 0.5 * (a1 * h * h) - c[2]
-    return [*c, 10.0 * p - 4.0 * q + r, -15.0 * p + 7.0 * q - 2.0 * r, 6.0 * p - 3.0 * q + r]
-
-
-def _foretold_crossing(start: list[float], end: list[float], step: float) -> float | None:
-    """
-    Return when particle 1 will reach the wall in the step after one just done, if it clearly will.
-
-    The quintic of the step done is continued into the next one.
-    """
-    x1, v1, _ = end
-    if v1 >= 0.0 or x1 + 2.0 * v1 * step > 0.0:
-        return None
-    c = _quintic(start, end, step)
-    if sum(ck * 2.0**k for k, ck in enumerate(c)) > 0.02 * v1 * step:
-        return None  # it may just not get there
-    part = 1.0 - x1 / (v1 * step)
-    for _ in range(_NEWTON_STEPS):
-        value = slope = 0.0
-        for ck in reversed(c):
-            slope = slope * part + value
-            value = value * part + ck
-        if slope >= 0.0:
-            return None
-        part -= value / slope
-    return (part - 1.0) * step if 1.0 < part <= 2.0 else None

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
-from workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
+from workflows.engines.ending import Ending, EndWatch, quiet_time
 from workflows.engines.kernels import kernels_for
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.reference_chain import Chain
@@ -24,8 +24,17 @@ from workflows.engines.reference_outcome import (
 )
 from workflows.engines.reference_steps import STEP_SCHEMES
 
+# A run that is compared with another goes on for so long after the other's last contact, in units
+# of 1/sqrt(U''): longer than contacts follow one another, and than times differ by.
+KNOWN_MARGIN = 5.0
 
-def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
+
+def run(
+    scene: Scene,
+    numerics: Numerics,
+    frame_interval: float | None = None,
+    known: Outcome | None = None,
+) -> Outcome:
     """
     Carry a chain through its collision, step by step.
 
@@ -38,6 +47,9 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     frame_interval : float, optional
         Time between snapshots. Each is reached by a copy of the chain, so that asking for
         frames changes no result.
+    known : Outcome, optional
+        The same collision at another step, whose end was seen: this run is compared with it, and
+        goes only a little beyond its last contact.
 
     Returns
     -------
@@ -69,7 +81,7 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
     frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
     started = time.perf_counter()
     ending, duration, evaluations = _collide(
-        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames
+        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames, known
     )
     seconds = time.perf_counter() - started
     ledger = chain.ledger
@@ -94,16 +106,18 @@ def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -
 
 
 def _collide(
-    scene: Scene, chain, kernels, scheme, step, look_ahead, frames
+    scene: Scene, chain, kernels, scheme, step, look_ahead, frames, known: Outcome | None
 ) -> tuple[Ending, float, int]:
     """Step until the end; return it, when that is, and the force evaluations it took."""
     bond, ledger = scene.bond, chain.ledger
     particles, stiffness = scene.particles, bond.stiffness
     watch = EndWatch(particles, bond)
+    if known is not None:
+        ledger.argue_after = ledger.patience = math.inf
+        until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
     while True:
-        last_step = math.ceil(
-            longest_collision(particles, stiffness, float(ledger.last_contact)) / step
-        )
+        longest = until if known else watch.followed_until(float(ledger.last_contact))
+        last_step = math.ceil(longest / step)
         status = chain.advance(kernels, int(min(last_step + 1, frames.next_step())), step, scheme)
         if status in (motion.OUTSIDE, motion.CROWDED):
             raise strain_error(
@@ -118,6 +132,8 @@ def _collide(
             continue
         now, last = float(ledger.steps * step), float(ledger.last_contact)
         late = ledger.steps > last_step
+        if late and known is not None:
+            return known.ending, now, int(ledger.evaluations)
         if status == motion.ARGUE or late:
             ending = watch.look(
                 now, last, float(ledger.wall_distance), chain.strain, chain.velocity
@@ -131,7 +147,7 @@ def _collide(
                 return ending, coast.time, int(coast.chain.ledger.evaluations)
             ledger.argue_after = watch.next_look(now, last) - last
         if status == motion.DONE:
-            if late and longest_collision(particles, stiffness, float(ledger.last_contact)) < now:
+            if late and watch.followed_until(last) < now:
                 raise unfinished_error(scene, now)
             frames.record()
 

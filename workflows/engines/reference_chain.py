@@ -10,7 +10,7 @@ from lammps_inputs.scene import Scene
 from workflows.engines import reference_motion as motion
 from workflows.engines.interrupts import steps_at_once
 from workflows.engines.kernels import Kernels
-from workflows.engines.reference_outcome import PATIENCE
+from workflows.engines.reference_outcome import PATIENCE, allowed_strains
 from workflows.engines.reference_steps import StepScheme
 
 
@@ -70,7 +70,7 @@ class Chain:
         ledger.momentum = (2 - particles) * speed
         ledger.patience = PATIENCE
         ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * scene.bond.stiffness)
-        ledger.strain_floor, ledger.strain_ceiling = _allowed_strains(scene)
+        ledger.strain_floor, ledger.strain_ceiling = allowed_strains(scene.bond)
         ledger.contacts = 1
         ledger.step_evaluations = scheme.evaluations
         blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
@@ -180,9 +180,3 @@ class Chain:
             )
             if status != motion.DONE or self.ledger.steps >= goal:
                 return status
-
-
-def _allowed_strains(scene: Scene) -> tuple[float, float]:
-    """Strains at which a run must stop; harmonic particles may pass through each other."""
-    floor = -math.inf if scene.bond.anharmonic_order is None else -1.0
-    return floor, getattr(scene.bond, "barrier_strain", math.inf)

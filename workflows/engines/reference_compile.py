@@ -1,5 +1,6 @@
 """How a bond's force becomes part of compiled loops, and how these are kept between processes."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import FunctionType
@@ -7,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numba.core.errors import NumbaError
+from numba.core.types import Number
 from numba.extending import register_jitable
 
 from lammps_inputs.potential import Potential
@@ -15,6 +16,10 @@ from lammps_inputs.potential import Potential
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
 # time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+
+
+# Tells apart the loops of users' forces, which may share a name.
+_COUNT = itertools.count()
 
 
 @dataclass(frozen=True)
@@ -53,16 +58,18 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
-    user_force = getattr(bond, "_force", None)
+    user_force = getattr(bond, "users_force", None)
     if not isinstance(user_force, FunctionType):
         return None
     single = njit(user_force, **OPTIONS)
     strains = np.linspace(-0.25, 0.25, 11)
     try:
         compiled = [float(single(strain)) for strain in strains]
-    except (NumbaError, TypeError, ValueError):
+        # Loops need a number: np.where of a number, for one, is an array.
+        plain = all(isinstance(s.return_type, Number) for s in single.nopython_signatures)
+    except Exception:  # also whatever the function itself raises
         return None
-    if not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
+    if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
     def function(strain, _p, _q):
@@ -109,7 +116,7 @@ class LoopCompiler:
         """
         function = force.function
         label = f"{function.__module__}.{function.__qualname__}"
-        return cls(label if force.keep else f"{label}-{id(function)}", force.keep)
+        return cls(label if force.keep else f"{label}-{next(_COUNT)}", force.keep)
 
     def register(self, function: Callable) -> Callable:
         """

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lammps_inputs.potential import Potential
 from lammps_inputs.scene import Scene
 from workflows.engines.ending import Ending
 from workflows.engines.outcome import Frames, Outcome
 from workflows.engines.pieces import count_fragments
 from workflows.errors import (
     BarrierError,
+    BondRangeError,
     CrossingError,
     RunError,
     TimestepError,
@@ -179,6 +181,25 @@ def run_single_particle(
     )
 
 
+def allowed_strains(bond: Potential) -> tuple[float, float]:
+    """
+    Return the strains at which a run must stop.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bonds; harmonic particles may pass through each other.
+
+    Returns
+    -------
+    tuple of float
+        Where particles meet or the bond's own data end, and its barrier or that end.
+    """
+    free = bond.anharmonic_order is None and bond.strain_min == -math.inf
+    floor = -math.inf if free else max(-1.0, bond.strain_min)
+    return floor, min(getattr(bond, "barrier_strain", math.inf), bond.strain_max)
+
+
 def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
     """
     Name what is wrong with the strains of a chain.
@@ -198,7 +219,8 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
     -------
     RunError
         `BarrierError` if a bond is beyond its energy barrier, `CrossingError` if a bond that can
-        be shorter than nothing is, `TimestepError` if one that cannot is, or is not a number.
+        be shorter than nothing is, `BondRangeError` if one has left its own data, `TimestepError`
+        if it cannot be there, or is not a number.
     """
     bond = scene.bond
     barrier = getattr(bond, "barrier_strain", math.inf)
@@ -208,10 +230,18 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
             f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
             "without bound; lower the speed"
         )
-    if low <= -1.0 and bond.strain_min == -math.inf:
+    with np.errstate(all="ignore"):
+        holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
+    if low <= -1.0 and not holds:
         return CrossingError(
             f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
             f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
+        )
+    if -1.0 < bond.strain_min >= low or high >= bond.strain_max:
+        return BondRangeError(
+            f"a {scene.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time {time:.6g}, "
+            f"but its data reach from {1.0 + bond.strain_min:.6g} to {1.0 + bond.strain_max:.6g}; "
+            "expected data for every bond: extend the table, or lower the speed"
         )
     return TimestepError(
         f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from workflows.engines.reference_contact import build_contact_search
 from workflows.engines.reference_outcome import (
     PATIENCE,
     LastContact,
+    allowed_strains,
     displacements_from,
     finish,
     run_single_particle,
@@ -150,7 +151,7 @@ def _build(rates: Callable) -> Callable:
     return adaptive.build_flight(rates, build_contact_search, lambda function: function)
 
 
-@cache
+@lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
 def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
@@ -197,9 +198,9 @@ class _Flight:
         ledger.longest = longest_collision(scene.particles, stiffness, 0.0)
         ledger.frame_interval = math.inf if self._interval is None else self._interval
         ledger.next_frame = 0.0 if self._interval is not None else math.inf
-        harmonic = scene.bond.anharmonic_order is None
-        ledger.floor = -math.inf if harmonic or self._bond.logarithmic else -1.0
-        ledger.ceiling = getattr(scene.bond, "barrier_strain", math.inf)
+        floor, ceiling = allowed_strains(scene.bond)
+        ledger.floor = -math.inf if self._bond.logarithmic else floor
+        ledger.ceiling = ceiling
         ledger.contacts = 1
         # A guess only: steps that are too large are refused and shrink.
         ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
@@ -232,8 +233,7 @@ class _Flight:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         ledger, scene = self.ledger, self._scene
-        particles, stiffness = scene.particles, scene.bond.stiffness
-        watch = EndWatch(particles, scene.bond)
+        watch = EndWatch(scene.particles, scene.bond)
         while True:
             status = self._advance()
             now, last = float(ledger.time), float(ledger.last_contact)
@@ -245,9 +245,9 @@ class _Flight:
                     return ending
                 ledger.argue_after = watch.next_look(now, last) - last
                 if status == adaptive.LATE:
-                    if now > longest_collision(particles, stiffness, last):
+                    if now > watch.followed_until(last):
                         raise unfinished_error(scene, now)
-                    ledger.longest = 1.01 * longest_collision(particles, stiffness, last)
+                    ledger.longest = 1.01 * watch.followed_until(last)
             else:
                 raise self._failure(status)
 

@@ -17,7 +17,7 @@ from workflows.reproduce.health import examine_points
 from workflows.reproduce.judging import Judged
 from workflows.reproduce.measurements import Measurements
 from workflows.reproduce.rules import Verdict
-from workflows.reproduce.slips import Slip
+from workflows.reproduce.slip import Slip
 from workflows.reproduce.tables import point_record
 from workflows.reproduce.typesetting import format_number, format_value, typeset
 

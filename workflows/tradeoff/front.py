@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Engine, Scene, Scheme
 from workflows.error_bars import rounding_error
+from workflows.measured import measured
 from workflows.tradeoff.measurement import Measurement
 from workflows.tradeoff.settings import Series, Setting, time_unit
 
 # An error that a setting promises is this many times the worst that was measured. Between scenes,
-# errors at equal steps (in units of the fastest bond) scatter: over 130 scenes of five potentials,
-# 20 to 200 particles and 0.03 to 1 v*, 95 in 100 are below these reserves times those of lj at
-# 0.4 v* (contacts graze the wall, or nearly). At order 8 a reserve of 20 costs a third of the step.
-RESERVE: dict[Scheme, float] = {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
+# errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or
+# nearly: 95 in 100 scenes are below these reserves.
+RESERVE: dict[Scheme, float] = measured("promise_reserve")
 LOOSEST_DECADE, TIGHTEST_DECADE = 2, 13
 
 

@@ -171,6 +171,31 @@ class WideChain:
         for _ in range(steps):
             self.verlet(self.timestep)
 
+    @property
+    def guard_position(self) -> float:
+        """Where :meth:`run_guarded` stops particle 1."""
+        return 0.0
+
+    def run_guarded(self, steps: int) -> bool:
+        """
+        Take full Verlet steps as long as they end in front of the wall.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Returns
+        -------
+        bool
+            False where a step ended behind it.
+        """
+        for _ in range(steps):
+            self.verlet(self.timestep)
+            if self.x[0] < 0.0:
+                return False
+        return True
+
     def verlet(self, duration: float) -> None:
         """
         Take one Verlet step: kick, drift, kick.

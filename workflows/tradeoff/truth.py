@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from analysis.modes import mode_energies
 from lammps_inputs.potentials import Harmonic
 from lammps_inputs.scene import Scene
-from workflows.convergence import Converged, converge, eta_of, run_in_house
+from workflows.convergence import MODAL_ERROR, Converged, converge, eta_of, run_in_house
 from workflows.engines import modal
+from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.outcome import Outcome
 from workflows.error_bars import COARSER_SHARE
 from workflows.errors import RunError
@@ -17,8 +18,6 @@ from workflows.scouting import Scouting, scouting_from
 
 # Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
 _GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
-# The exact propagator of harmonic chains, against itself in higher precision.
-_MODAL_ERROR = 1e-13
 
 
 @dataclass(frozen=True)
@@ -96,13 +95,15 @@ def find_truth(scene: Scene) -> Truth:
     """
     if isinstance(scene.bond, Harmonic):
         exact = modal.run(scene)
-        found = Converged(exact, eta_of(scene, exact), _MODAL_ERROR, exact.seconds)
+        found = Converged(exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
         return _truth_from(scene, found, exact, "exact modes")
     found = _converge_far(scene)
     step = found.outcome.timestep
     assert step is not None
-    coarse = run_in_house(scene, "order8", 2.0 * step)
-    return _truth_from(scene, found, coarse, f"in-house engine, order 8, H = {step:.4g}")
+    composition = COMPOSITIONS[found.outcome.scheme]
+    coarse = run_in_house(scene, composition.name, 2.0 * step)
+    source = f"in-house engine, order {composition.order}, H = {step:.4g}"
+    return _truth_from(scene, found, coarse, source)
 
 
 def _converge_far(scene: Scene) -> Converged:
@@ -115,7 +116,9 @@ def _converge_far(scene: Scene) -> Converged:
 
 
 def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) -> Truth:
-    outcome, share = found.outcome, COARSER_SHARE["order8"]
+    outcome = found.outcome
+    # Modes have no steps; any share of no difference will do.
+    share = COARSER_SHARE.get(outcome.scheme, 1.0)
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(
         restitution=found.restitution,

@@ -174,7 +174,9 @@ def test_the_energy_of_a_return_is_not_overestimated(bond, size):
         np.full(size - 1, displacement / weights.sum()),
         jac=lambda strains: -bond.force(strains),
         constraints={"type": "eq", "fun": lambda s: weights @ s - displacement},
-        options={"ftol": 1e-14},
+        # The search line's own rounding shows at 1e-14 of the energy; a search asked for that
+        # much stops with or without success, as the processor's last bits will have it.
+        options={"ftol": 1e-10},
     )
     assert found.success
     least = found.fun + 0.5 * drift**2 * size / (size - 1)

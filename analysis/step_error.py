@@ -1,0 +1,258 @@
+"""The error of a whole run, estimated from a second run of the same collision at another step."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from analysis.caveats import find_contradictions
+from analysis.job import (
+    Job,
+    analyze_job,
+    find_job,
+    find_jobs_below,
+    has_dump,
+    uses_reflecting_wall,
+)
+from analysis.results import CollisionAnalysis
+from analysis.timestep import read_first_timestep
+from lammps_inputs.errors import InputError
+from lammps_inputs.scene import Scene
+
+# Order of a run with the impact-located wall: that of its scheme.
+_ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
+# Error over what difference and drift say, largest of 79 pairs of random jobs with the
+# impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
+# tests/benchmarks/analyzed_bars.py, which also counts the truths inside the bars.
+EVENT_RESERVE = 4.0
+REFLECT_RESERVE = 8.0
+# Scene keys that two runs of one collision may differ in.
+_NUMERICS = ("timestep", "tolerance", "error")
+
+
+@dataclass(frozen=True)
+class SteppedRun:
+    """
+    A job and its analysis.
+
+    Attributes
+    ----------
+    job : Job
+        Files of the job.
+    analysis : CollisionAnalysis
+        What its dump says.
+    """
+
+    job: Job
+    analysis: CollisionAnalysis
+
+    @property
+    def step(self) -> float | None:
+        """Step of the run; None where neither log nor script tells it."""
+        return read_first_timestep(self.job.logs, self.job.scripts)
+
+    @property
+    def order(self) -> int | None:
+        """Order of convergence: 0 for the stock wall, None where it is not known."""
+        if uses_reflecting_wall(self.job):
+            return 0
+        if self.job.scene is None:
+            return None
+        return _ORDERS[Scene.from_file(self.job.scene).scheme or "verlet"]
+
+
+def analyze_folder(
+    folder: Path | str,
+    *,
+    data: Path | None = None,
+    dump: Path | None = None,
+    analyze: Callable[[Job], CollisionAnalysis] = analyze_job,
+) -> SteppedRun:
+    """
+    Analyse the job in a folder, and the same collision at other steps in folders below it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Folder of a job, or of several folders of jobs.
+    data, dump : pathlib.Path, optional
+        Files of the one job to take.
+    analyze : callable
+        Analyses one job; :func:`~analysis.job.analyze_job` with its options.
+
+    Returns
+    -------
+    SteppedRun
+        That at the finest step, its `restitution_error` estimated where the others tell it.
+
+    Raises
+    ------
+    InputError
+        If there is no job, or only jobs below that are not one collision.
+    """
+    named = data is not None or dump is not None
+    below = () if named else find_jobs_below(folder)
+    if named or not below or has_dump(folder):
+        job = find_job(folder, data=data, dump=dump)
+        own = SteppedRun(job, analyze(job))
+        others = [SteppedRun(other, analyze(other)) for other in below]
+        left_out = {run.job.dump.parent: _difference(own, run) for run in others}
+        notes = tuple(
+            f"the job in {path} is another collision and was left out: it differs in {what}"
+            for path, what in left_out.items()
+            if what is not None
+        )
+        own = replace(own, analysis=_with_notes(own.analysis, notes))
+        return estimate_error([own, *(r for r in others if not left_out[r.job.dump.parent])])
+    runs = [SteppedRun(job, analyze(job)) for job in below]
+    for other in runs[1:]:
+        refuse_other_collisions(runs[0], other)
+    return estimate_error(runs)
+
+
+def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
+    r"""
+    Return the run at the finest step, with its error as another step shows it.
+
+    With the impact-located wall and a scheme of order p the runs at steps h and H > h differ by
+    :math:`d = c (H^p - h^p)`, so that the finer one is off by :math:`|d|/((H/h)^p - 1)`. With the
+    stock wall the error is of first order and irregular, so that a difference tells its size only.
+    Either may be small by chance; the drift of the energy, which is of the same order, is seldom
+    small by the same chance. So the bar is a measured multiple of the larger of them,
+
+    .. math:: 4 \max\left(\frac{|d|}{(H/h)^p - 1}, |D_h|, \frac{|D_H|}{(H/h)^p}\right)
+              \quad\text{and}\quad 8 \max(|d|, |D_h|, |D_H|, |D_H - D_h|),
+
+    with the impact-located and the stock wall. The digits of both dumps are added.
+
+    Parameters
+    ----------
+    runs : sequence of SteppedRun
+        Runs of one collision, the one asked for first.
+
+    Returns
+    -------
+    SteppedRun
+        `restitution_error` is null where there is one run only, where steps, their order or the
+        bond are not known, contacts are not the same, or a dump ends too early; a caveat says why.
+    """
+    every = [run.step for run in runs]
+    steps = sorted({step for step in every if step is not None})
+    if len(runs) == 1 or None in every or len(steps) < 2:
+        return _without(runs[0], _why_alone(runs, steps))
+    fine, coarse = (next(run for run in runs if run.step == step) for step in steps[:2])
+    order = fine.order
+    why = _why_incomparable(fine, coarse)
+    if why is not None:
+        return _without(fine, why)
+    assert order is not None
+    return replace(fine, analysis=_with_error(fine.analysis, _bar(fine, coarse, order)))
+
+
+def refuse_other_collisions(first: SteppedRun, other: SteppedRun) -> None:
+    """
+    Refuse two jobs that are not the same collision at different steps.
+
+    Parameters
+    ----------
+    first, other : SteppedRun
+        The runs.
+
+    Raises
+    ------
+    InputError
+        Naming what differs.
+    """
+    difference = _difference(first, other)
+    if difference is not None:
+        raise InputError(
+            f"{first.job.dump.parent} and {other.job.dump.parent} differ in {difference}; expected "
+            "runs of one collision at different steps: name the folder of one job"
+        )
+
+
+def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
+    a, b = first.analysis, other.analysis
+    if a.particles != b.particles:
+        return f"the number of particles ({a.particles} and {b.particles})"
+    # Speeds read off a dump have its digits.
+    if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
+        return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
+    if not np.allclose(a.masses, b.masses, rtol=1e-5, atol=0.0):
+        return "the masses"
+    if (first.job.scene is None) != (other.job.scene is None):
+        return "scene.toml, which one of them lacks"
+    if first.job.scene is None or other.job.scene is None:
+        return None
+    one, two = (
+        Scene.from_file(path).canonical_fields for path in (first.job.scene, other.job.scene)
+    )
+    keys = sorted(k for k in {*one, *two} if k not in _NUMERICS and one.get(k) != two.get(k))
+    return None if not keys else f"{keys[0]} ({one.get(keys[0])} and {two.get(keys[0])})"
+
+
+def _bar(fine: SteppedRun, coarse: SteppedRun, order: int) -> float:
+    difference = abs(fine.analysis.restitution - coarse.analysis.restitution)
+    digits = fine.analysis.data_error + coarse.analysis.data_error
+    drift, coarse_drift = fine.analysis.energy_drift, coarse.analysis.energy_drift
+    assert drift is not None
+    assert coarse_drift is not None
+    if order == 0:
+        drifts = (abs(drift), abs(coarse_drift), abs(drift - coarse_drift))
+        return REFLECT_RESERVE * max(difference, *drifts) + digits
+    assert fine.step is not None
+    assert coarse.step is not None
+    ratio = (coarse.step / fine.step) ** order
+    # Where the difference is within the digits, these say what is known.
+    error = max(difference / (ratio - 1.0), abs(drift), abs(coarse_drift) / ratio)
+    return EVENT_RESERVE * error + digits * (1.0 + EVENT_RESERVE / (ratio - 1.0))
+
+
+def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
+    """Return the analysis with its error, within which restitution may lie above 1."""
+    contradictions = find_contradictions(analysis.restitution, error, analysis.detection)
+    gone = set(analysis.contradictions) - set(contradictions)
+    return replace(
+        analysis,
+        restitution_error=error,
+        contradictions=contradictions,
+        caveats=tuple(caveat for caveat in analysis.caveats if caveat not in gone),
+    )
+
+
+def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
+    if len(runs) == 1:
+        return "one run does not tell the error of its own integration"
+    if len(steps) == 1:
+        return f"all runs have the step {steps[0]:g}"
+    return "neither log nor script tells the step of every run"
+
+
+def _with_notes(analysis: CollisionAnalysis, notes: tuple[str, ...]) -> CollisionAnalysis:
+    return replace(analysis, caveats=(*analysis.caveats, *notes))
+
+
+def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
+    a, b = fine.analysis, coarse.analysis
+    if fine.order is None or fine.order != coarse.order:
+        return "the jobs do not tell with which wall and scheme they ran"
+    if a.contacts is None or a.contacts != b.contacts:
+        return (
+            f"the runs at steps {fine.step:g} and {coarse.step:g} do not show the same number of "
+            "contacts"
+        )
+    if not (a.finished and b.finished):
+        return "the collision is not over in the last frame"
+    if a.energy_drift is None or b.energy_drift is None:
+        return "without the potential (--potential) the drift of the energy is not known"
+    return None
+
+
+def _without(run: SteppedRun, why: str) -> SteppedRun:
+    caveat = (
+        f"restitution_error is not known: {why}; a second job of the same collision at half the "
+        "step, in a folder of its own beside or below, would tell it. data_error covers the format "
+        "of the dump and reading it"
+    )
+    return replace(run, analysis=_with_notes(run.analysis, (caveat,)))

@@ -1,0 +1,100 @@
+"""What makes two scenes the same: one way to write their fields, and a hash of it."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lammps_inputs.potential import Potential
+
+if TYPE_CHECKING:
+    from lammps_inputs.scene import Scene
+
+DEFAULT_TOLERANCE = 1e-6
+OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
+
+
+def canonical_fields(scene: "Scene") -> dict[str, Any]:
+    """
+    Return everything that decides the result, in one way of many to write it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    dict
+        Ready for JSON. Where outputs are written is left out, and what is the default is written
+        as if it were given.
+    """
+    defaults = {"potential": scene.label, "particles": scene.particles, "engine": scene.engine}
+    fields = defaults | {
+        key: value for key, value in plain_fields(scene).items() if key not in OUTPUT_KEYS
+    }
+    if isinstance(scene.potential, Potential):
+        fields["potential"] = f"object {scene.label} {_force_digest(scene.potential)}"
+    fields.pop("speed", None)
+    fields["velocity"] = scene.impact_velocity
+    if scene.potential == "toda":
+        fields["toda_b"] = scene.bond.parameters[0]
+    if scene.bond_file is not None:
+        fields["bond_file"] = hashlib.sha256(scene.bond_file.read_bytes()).hexdigest()
+    if not scene.explicit and scene.tolerance is None:
+        fields["tolerance"] = DEFAULT_TOLERANCE
+    if scene.explicit and not scene.error:
+        fields["error"] = False  # such a result lacks what others have
+    return fields
+
+
+def plain_fields(scene: "Scene") -> dict[str, Any]:
+    """
+    Return the fields that were set, as TOML and JSON know them.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+
+    Returns
+    -------
+    dict
+        Paths as text.
+    """
+    values = {key: getattr(scene, key) for key in type(scene).model_fields}
+    return {
+        key: str(value) if isinstance(value, Path) else value
+        for key, value in values.items()
+        if key in scene.model_fields_set and value is not None
+    }
+
+
+def hash_of(fields: dict[str, Any]) -> str:
+    """
+    Return the hash of fields.
+
+    Parameters
+    ----------
+    fields : dict
+        From :func:`canonical_fields`, or some of them.
+
+    Returns
+    -------
+    str
+        SHA-256 in hexadecimal.
+    """
+    canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def _force_digest(bond: Potential) -> str:
+    """Hash the force of a potential that has no name, at strains that every bond allows."""
+    strains = np.linspace(max(-0.5, 0.9 * bond.strain_min), min(0.5, 0.9 * bond.strain_max), 101)
+    forces = np.array(bond.force(strains), dtype=float)
+    forces[np.abs(forces) < 1e-12 * bond.stiffness] = 0.0
+    # Ten digits: the last ones of 17 depend on the processor, as does what remains of a zero.
+    text = " ".join(f"{force:.9e}" for force in forces)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

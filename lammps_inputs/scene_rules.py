@@ -1,0 +1,90 @@
+"""What the fields of a scene must fulfil together."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lammps_inputs.scene import Scene
+
+NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
+# Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
+VERLET_STABILITY_LIMIT = 2.0
+
+# Shorter steps would take days to the end of the smallest collision, and drown in rounding.
+SHORTEST_TIMESTEP = 1e-9
+
+
+def check_together(scene: "Scene") -> None:
+    """
+    Refuse fields that do not go together.
+
+    Parameters
+    ----------
+    scene : Scene
+        Each of its fields is valid by itself.
+
+    Raises
+    ------
+    ValueError
+        One line: what was given, what is expected.
+    """
+    _check_parameters(scene)
+    _check_speed(scene)
+    _check_numerics(scene)
+
+
+def _check_parameters(scene: "Scene") -> None:
+    owners = {"toda_b": "toda", "power_order": "power", "power_c": "power"}
+    owners["bond_file"] = "table"
+    for key, owner in owners.items():
+        if getattr(scene, key) is not None and scene.potential != owner:
+            raise ValueError(f"{key} goes with potential '{owner}', not '{scene.label}'")
+    if scene.potential == "power" and (scene.power_order is None or scene.power_c is None):
+        raise ValueError("potential 'power' needs power_order and power_c")
+    if scene.potential == "table" and scene.bond_file is None:
+        raise ValueError("potential 'table' needs bond_file")
+    _ = scene.bond  # raises for impossible parameters
+
+
+def _check_speed(scene: "Scene") -> None:
+    if scene.speed is not None and scene.velocity is not None:
+        raise ValueError("speed and velocity are both given; give one")
+    if scene.speed is not None and scene.bond.natural_speed is None:
+        raise ValueError(
+            f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
+        )
+    if not 1e-150 < scene.impact_velocity < 1e150:
+        raise ValueError(
+            f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
+            "floating point can square"
+        )
+
+
+def _check_numerics(scene: "Scene") -> None:
+    given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
+    if scene.tolerance is not None and given:
+        raise ValueError(
+            f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "
+            "numerics by itself: drop one or the other"
+        )
+    if scene.engine == "reference":
+        for key in ("table", "table_points", "save", "dump"):
+            if getattr(scene, key) is not None:
+                raise ValueError(
+                    f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps"
+                )
+        if scene.wall == "reflect":
+            raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+    if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
+        raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
+    if scene.timestep is not None:
+        if scene.timestep < SHORTEST_TIMESTEP / scene.bond.stiffness**0.5:
+            raise ValueError(
+                f"timestep is {scene.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
+                "shorter one would not come to an end"
+            )
+        limit = VERLET_STABILITY_LIMIT / (2.0 * scene.bond.stiffness**0.5)
+        if scene.timestep >= limit:
+            raise ValueError(
+                f"timestep is {scene.timestep:g}; expected less than {limit:g}, where the "
+                "integration of the chain's fastest mode becomes unstable"
+            )

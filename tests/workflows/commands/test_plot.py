@@ -1,0 +1,121 @@
+"""chaincor plot draws one curve for each scene, and averages none."""
+
+import numpy as np
+import pytest
+
+from lammps_inputs.scene import Scene
+from workflows import collide
+from workflows.attempt import Attempt
+from workflows.cli import main
+from workflows.store import Store
+
+SPEEDS = (0.02, 0.05, 0.1)
+
+
+@pytest.fixture(scope="module")
+def collisions():
+    """Two potentials, three lengths, three speeds: 18 collisions by the in-house engine."""
+    scenes = [
+        Scene(potential=potential, particles=n, velocity=v, engine="reference", tolerance=1e-6)
+        for potential in ("lj", "toda")
+        for n in (2, 3, 5)
+        for v in SPEEDS
+    ]
+    return [Attempt(scene, collide(scene), None, "here") for scene in scenes]
+
+
+@pytest.fixture
+def store_path(collisions, tmp_path):
+    with Store(tmp_path / "s.sqlite") as store:
+        store.record(collisions)
+    return tmp_path / "s.sqlite"
+
+
+@pytest.fixture
+def plot(store_path, capsys, monkeypatch):
+    """Run the command and return its exit status, its message, and the curves it drew."""
+    drawn = {}
+
+    def keep(curves, *names, **options):
+        drawn.update(curves)
+        return original(curves, *names, **options)
+
+    from analysis.figures import store_plots
+
+    original = store_plots.plot_curves
+    monkeypatch.setattr(store_plots, "plot_curves", keep)
+
+    def run(*arguments):
+        drawn.clear()
+        with pytest.raises(SystemExit) as leave:
+            main(["plot", str(store_path), *arguments])
+        return leave.value.code, capsys.readouterr().err, dict(drawn)
+
+    return run
+
+
+def test_without_by_there_is_a_curve_for_each_combination_of_what_varies(plot, collisions):
+    status, _, curves = plot("--x", "velocity")
+    assert status == 0
+    assert set(curves) == {
+        f"potential = {p}, particles = {n}" for p in ("lj", "toda") for n in (2, 3, 5)
+    }
+    for attempt in collisions:
+        scene = attempt.scene
+        x, y = curves[f"potential = {scene.potential}, particles = {scene.particles}"]
+        assert tuple(x) == SPEEDS
+        # Every point is a collision's own number, not a mean.
+        assert y[x.index(scene.velocity)] == attempt.collision.restitution
+
+
+def test_a_by_that_leaves_something_to_vary_is_refused_by_name(plot):
+    status, error, curves = plot("--x", "velocity", "--by", "potential")
+    assert (status, curves) == (2, {})
+    assert "particles (3 values)" in error
+    assert "--by potential,particles" in error
+    assert error.count("\n") == 1
+    status, _, curves = plot("--x", "velocity", "--by", "potential,particles")
+    assert (status, len(curves)) == (0, 6)
+    status, _, curves = plot("--x", "velocity", "--by", "potential", "--where", "particles=3")
+    assert (status, sorted(curves)) == (0, ["potential = lj", "potential = toda"])
+
+
+def test_the_impact_speed_tells_curves_apart_over_other_axes(plot):
+    status, _, curves = plot("--x", "particles", "--where", "potential=lj")
+    assert status == 0
+    assert len(curves) == 3
+    assert all(name.startswith("speed = ") for name in curves)
+    assert all(list(x) == [2, 3, 5] for x, _ in curves.values())
+
+
+def test_over_a_result_points_are_followed_by_impact_speed(plot, collisions):
+    status, _, curves = plot("--x", "contacts", "--where", "potential=lj")
+    assert status == 0
+    assert set(curves) == {"particles = 2", "particles = 3", "particles = 5"}
+    for n in (2, 3, 5):
+        own = [a.collision for a in collisions if a.scene.particles == n]
+        own = [c for c in own if c.potential == "lj"]
+        assert curves[f"particles = {n}"] == (
+            [c.contacts for c in own],
+            [c.restitution for c in own],
+        )
+
+
+def test_a_heat_map_over_several_scenes_is_refused(plot):
+    status, error, _ = plot("--x", "velocity", "--y", "particles", "--colour", "restitution")
+    assert status == 2
+    assert "besides velocity and particles the scenes differ in potential (2 values);" in error
+    assert error.count("\n") == 1
+    options = ("--colour", "restitution", "--where", "potential=lj")
+    assert plot("--x", "velocity", "--y", "particles", *options)[0] == 0
+
+
+def test_a_heat_map_never_averages():
+    from analysis.figures.store_plots import plot_heat_map
+    from lammps_inputs.errors import InputError
+
+    axes = plot_heat_map([1, 2, 1], [1, 1, 2], [5, 6, 7], labels=("x", "y", "c"))
+    mesh = axes.collections[0].get_array()
+    np.testing.assert_array_equal(np.ma.compressed(mesh), [5, 6, 7])
+    with pytest.raises(InputError, match="several collisions"):
+        plot_heat_map([1, 2, 1], [1, 1, 1], [5, 6, 7], labels=("x", "y", "c"))
