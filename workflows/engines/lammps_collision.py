@@ -108,6 +108,8 @@ class ChainCollision:
                 self._take_frame()
             if now >= self.overdue:
                 self._ask_what_comes()
+        if self.frames_at_contacts:
+            self._take_frame()  # the end
 
     def _bounce_once(self) -> None:
         contact = None
@@ -189,7 +191,7 @@ class ChainCollision:
         if self.doubt > self.ending.missed_momentum:
             self.ending = Ending("open", self.doubt)
         self.flown_on = now
-        if self.frame_interval is not None:
+        if self.frame_interval is not None or self.frames_at_contacts:
             quiet = quiet_time(self.scene.particles, self.bond.stiffness)
             self.flown_on = min(self.ended_at, last + quiet)
 
