@@ -142,11 +142,13 @@ def converge(scene: Scene, goal: float) -> Converged:
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
     step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
     coarse: Outcome | None = None
+    known: Outcome | None = None
     refusals: list[RunError] = []
     seconds = 0.0
     for _ in range(_MOST_HALVINGS):
         try:
-            fine = run_in_house(scene, scheme, step)
+            fine = run_in_house(scene, scheme, step, known)
+            known = known or fine
         except RunError as error:
             refusals.append(error)
             if is_believed(refusals):

@@ -23,7 +23,8 @@ def has_caveat(analysis, words):
 
 
 def test_a_perfect_dump_gives_all_digits(harmonic20, dump_writer):
-    analysis = analyze(dump_writer.write(harmonic20, TIMES), bond=Harmonic())
+    path = dump_writer.write(harmonic20, TIMES)
+    analysis = analyze(path, bond=Harmonic(), end_argument=lambda *_: "proved")
     u, v = harmonic20.state(TIMES[-1])
     assert analysis.restitution == float(restitution(v, analysis.velocity))
     assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)

@@ -27,7 +27,6 @@ from numba import njit
 
 from lammps_inputs.errors import ChaincorError
 from lammps_inputs.scene import Scene
-from tests.benchmarks.late_contacts import draw_scene as draw_late
 from workflows.collision import collide
 
 # J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
@@ -176,6 +175,27 @@ def stiffest(scene: Scene, bond_min: float) -> float:
         ),
     }[scene.potential]()
     return math.sqrt(max(1.0, curvature))
+
+
+def draw_late(seed: int, index: int, engine: str) -> Scene:
+    """Return a scene whose chain may hit the wall late: five of seven are lj, 1.2 to 1.8 v*."""
+    random = np.random.default_rng([seed, index, 5])
+    n = round(math.exp(random.uniform(math.log(5.0), math.log(160.0))))
+    turn = index % 7
+    if turn < 5:
+        speed = float(random.uniform(1.2, 1.8))
+        return Scene(potential="lj", particles=n, speed=speed, engine=engine)
+    name = ("toda", "log", "power")[(index // 7 + turn) % 3]
+    fields: dict[str, Any] = {"potential": name, "particles": n, "engine": engine}
+    if name == "toda":
+        fields["toda_b"] = float(random.choice([5.0, 10.0, 30.0]))
+    speed = random.uniform(0.6, 1.8)
+    if name == "power":
+        order = int(random.integers(3, 8))
+        odd = order % 2 == 1
+        fields |= {"power_order": order, "power_c": -1.0 if odd else 1.0}
+        speed = random.uniform(0.03, 0.3) if odd else speed
+    return Scene(**fields, speed=float(speed))
 
 
 def draw_breaking(seed: int, index: int, engine: str) -> Scene:

@@ -30,10 +30,13 @@ class Flight:
         Of the next contact, or at which the end is seen; since the first contact.
     ending : Ending or None
         None where a contact comes.
+    doubt : float
+        Momentum of contacts that hardly different motions have or have not.
     """
 
     time: float
     ending: Ending | None
+    doubt: float = 0.0
 
 
 def follow(
@@ -85,18 +88,18 @@ def follow(
             time, last_contact, float(chain.ledger.wall_distance), chain.strain, chain.velocity
         )
         if ending is not None:
-            return Flight(time, ending)
+            return Flight(time, look_ahead.doubted(ending))
         settled = look_ahead.settle()
         if settled is not None:
             coast, ending = settled
-            return Flight(coast.time, ending)
+            return Flight(coast.time, look_ahead.doubted(ending))
         if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now
         status = chain.advance(kernels, math.ceil(until / step), step, scheme)
         if chain.ledger.contacts > 1:
-            return Flight(now + float(chain.contacts[0, 1]), None)
+            return Flight(now + float(chain.contacts[0, 1]), None, look_ahead.doubt)
         if status != motion.DONE:
             low, high = float(chain.ledger.strain_min), float(chain.ledger.strain_max)
             raise strain_error(scene, low, high, time, f"take a smaller timestep than {step:g}")

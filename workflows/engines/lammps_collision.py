@@ -73,6 +73,8 @@ class ChainCollision:
         self.overdue = np.inf
         # When the end was seen, and until when frames are wanted nevertheless.
         self.ended_at = 0.0
+        # Momentum of late contacts that hardly different motions have or have not.
+        self.doubt = 0.0
         self.flown_on = np.inf
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -182,11 +184,14 @@ class ChainCollision:
             shortest=self.shortest_seen,
         )
         self.overdue = next_event.time + self.patience
+        self.doubt = max(self.doubt, next_event.doubt)
         if next_event.ending is None:
             return
         self.ending, self.ended_at, self.overdue = next_event.ending, next_event.time, np.inf
+        if self.doubt > self.ending.missed_momentum:
+            self.ending = Ending("open", self.doubt)
         self.flown_on = now
-        if self.frame_interval is not None:
+        if self.frame_interval is not None or self.frames_at_contacts:
             quiet = quiet_time(self.scene.particles, self.bond.stiffness)
             self.flown_on = min(self.ended_at, last + quiet)
 

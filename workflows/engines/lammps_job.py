@@ -114,18 +114,17 @@ def kept_files(
         engine do not suit a script, which has one table and follows the chain longer.
     """
     files = {}
-    scouted, bond_range = None, None
+    scouted = None
     if outcome is not None:
         last, contacts = float(outcome.contact_times[-1]), len(outcome.contact_times)
         scouted = ScoutedEnd(last, contacts, outcome.ending.kind)
     if table is not None:
         bond_range = _range_in_flight(scene, table, outcome)
-    if table is not None and (
-        table.far is not None or bond_range != (float(table.lengths[0]), table.longest)
-    ):
-        table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
-        files[TABLE_FILE] = table.to_text()
-        files[DATA_FILE] = format_chain_data(*initial_chain(scene.particles, scene.impact_velocity))
+        if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
+            table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
+            files[TABLE_FILE] = table.to_text()
+            data = format_chain_data(*initial_chain(scene.particles, scene.impact_velocity))
+            files[DATA_FILE] = data
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme != "verlet":

@@ -139,12 +139,13 @@ def _collide(
                 now, last, float(ledger.wall_distance), chain.strain, chain.velocity
             )
             if ending is not None:
-                return ending, now, int(ledger.evaluations)
+                return look_ahead.doubted(ending), now, int(ledger.evaluations)
             settled = look_ahead.settle()
             if settled is not None:
                 coast, ending = settled
                 frames.record_until(coast.time)
-                return ending, coast.time, int(coast.chain.ledger.evaluations)
+                evaluations = int(coast.chain.ledger.evaluations)
+                return look_ahead.doubted(ending), coast.time, evaluations
             ledger.argue_after = watch.next_look(now, last) - last
         if status == motion.DONE:
             if late and watch.followed_until(last) < now:

@@ -9,6 +9,7 @@ from scipy.optimize import minimize
 from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import Harmonic, LennardJones, Toda
 from lammps_inputs.scene import Scene
+from workflows.engines import ending as ending_module
 from workflows.engines import reference
 from workflows.engines.ending import (
     RISK_ALLOWED,
@@ -106,7 +107,19 @@ def test_silence_counts_anew_after(reason):
     assert watch.look(2.6 * quiet, last, *broken).kind == "argued"
 
 
-def test_nothing_is_argued_while_the_first_piece_approaches():
+def test_a_piece_under_way_to_the_wall_is_waited_for():
+    # Its mean has 50 to go at 0.05: 1000, and a tenth more.
+    state = hot_piece(-0.05, energy=1e-4)
+    watch, late = EndWatch(7, LJ), 1.01 * longest_collision(7, 1.0, 0.0)
+    assert watch.look(late, 0.0, *state) is None
+    assert watch.followed_until(0.0) == pytest.approx(late + 1100.0)
+    # It comes no nearer: all in all it is waited for no longer than 300 crossings of 7.
+    assert watch.look(1050.0 + late, 0.0, *state) is None
+    assert watch.look(2200.0 + late, 0.0, *state).kind == "open"
+
+
+def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
+    monkeypatch.setattr(ending_module, "ARRIVAL_CROSSINGS", 0.0)
     # The momentum is that of a particle far away; no silence makes up for the direction.
     state = hot_piece(-0.05, energy=1e-4)
     assert state[2].sum() > 0.0

@@ -247,5 +247,7 @@ def test_impatience_changes_nothing(monkeypatch):
     for patience in (1.0, 10.0):
         monkeypatch.setattr(lammps_collision, "_PATIENCE", patience)
         outcome = lammps.run(scene, numerics)
-        np.testing.assert_array_equal(outcome.velocities, plain.velocities)
-        np.testing.assert_array_equal(outcome.contact_times, plain.contact_times)
+        # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
+        # whose errors grow by some hundred times where the chain breaks.
+        assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
+        assert np.abs(outcome.contact_times - plain.contact_times).max() < 1e-8

@@ -7,7 +7,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.scene import Scene
 from lammps_inputs.user_bond import UserBond
 from tests.reference_cases import CASES, case_name, case_scene
-from workflows.engines import reference, reference_motion
+from workflows.engines import ending, reference, reference_motion
 from workflows.engines.compositions import COMPOSITIONS
 from workflows.engines.kernels import kernels_for
 from workflows.engines.reference_chain import Chain
@@ -220,7 +220,7 @@ def test_named_failures(fields, step, error, words):
 
 
 def test_cap_on_the_length(monkeypatch):
-    monkeypatch.setattr(reference, "longest_collision", lambda _n, _k, _last: 10.0)
+    monkeypatch.setattr(ending, "longest_collision", lambda _n, _k, _last: 10.0)
     with pytest.raises(UnfinishedCollisionError, match=r"10(\.\d)? after the first contact"):
         reference.run(Scene(particles=20), Numerics(scheme="order6", timestep=0.1))
 

@@ -7,7 +7,7 @@ from lammps_inputs.numerics import Numerics
 from lammps_inputs.potentials import LennardJones, Logarithmic
 from lammps_inputs.scene import Scene
 from lammps_inputs.user_bond import UserBond
-from workflows.engines import modal, reference, stiff
+from workflows.engines import ending, modal, reference, stiff
 from workflows.engines.reference_adaptive import array_rates, log_length_bond, looped_rates
 from workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
 
@@ -111,7 +111,8 @@ def test_named_failures(fields, error):
 
 
 def test_cap_on_the_length(monkeypatch):
-    monkeypatch.setattr(stiff, "longest_collision", lambda _n, _k, _last: 3.0)
+    for module in (ending, stiff):
+        monkeypatch.setattr(module, "longest_collision", lambda _n, _k, _last: 3.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
         stiff.run(Scene(particles=20), 1e-8)
 
