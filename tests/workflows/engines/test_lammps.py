@@ -245,7 +245,7 @@ def test_impatience_changes_nothing(monkeypatch):
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
     plain = lammps.run(scene, numerics)
     for patience in (1.0, 10.0):
-        monkeypatch.setattr(lammps_collision, "_PATIENCE", patience)
+        monkeypatch.setattr(lammps_collision, "PATIENCE", patience)
         outcome = lammps.run(scene, numerics)
         # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
         # whose errors grow by some hundred times where the chain breaks.
