@@ -87,7 +87,7 @@ def test_a_bond_over_its_barrier():
 @pytest.mark.parametrize("scheme", ["verlet", "order8"])
 def test_a_collision_that_does_not_end(monkeypatch, scheme):
     monkeypatch.setattr(lammps_collision, "longest_collision", lambda _n, _k, _last: 0.0)
-    monkeypatch.setattr(lammps_collision, "_PATIENCE", 0.5)  # shorter than between contacts
+    monkeypatch.setattr(lammps_collision, "PATIENCE", 0.5)  # shorter than between contacts
     line = failure(
         UnfinishedCollisionError, Scene(particles=20), Numerics(scheme=scheme, timestep=0.05)
     )
