@@ -163,7 +163,7 @@ def stiffest(scene: Scene, bond_min: float) -> float:
     s = bond_min - 1.0
     curvature = {
         "lj": lambda: (13.0 * bond_min**-14.0 - 7.0 * bond_min**-8.0) / 6.0,
-        "toda": lambda: math.exp(-scene.toda_b * s),
+        "toda": lambda: math.exp(-(scene.toda_b or 10.0) * s),
         "log": lambda: bond_min**-2.0,
         "harmonic": lambda: 1.0,
         "power": lambda: (
