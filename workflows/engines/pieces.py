@@ -29,7 +29,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potential import Potential, bond_strains
+from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
 
 Array = NDArray[np.float64]
 

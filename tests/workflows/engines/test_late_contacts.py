@@ -2,10 +2,10 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.collision import collide
-from workflows.commands.run import describe
-from workflows.engines import ending
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.commands.run import describe
+from chaincor.workflows.engines import ending
 
 # By three integrators that share no code with the engines; all digits shown are theirs.
 LATE = {
