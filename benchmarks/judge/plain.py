@@ -1,7 +1,7 @@
 """
 A plain judge for many scenes: small fixed steps of another scheme, simply run on.
 
-    python -m benchmarks.plain_judge -o FILE [--count 3500] [--seed 1] [--draw late|breaking]
+    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1] [--draw late|breaking]
         [--tolerance 1e-6] [--engine reference|lammps] [--processes 1]
 
 The state is particle 1's distance from the wall, the strains and the velocities. Steps are Blanes
