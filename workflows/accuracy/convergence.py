@@ -219,7 +219,8 @@ def jitter(scene: Scene) -> float:
     step = guess_step(scene, "order8", _JITTER_GOAL)
     for last in (False,) * _MOST_HALVINGS + (True,):
         try:
-            plain = run_in_house(scene, "order8", step)
+            numerics = Numerics(scheme="order8", timestep=step)
+            plain = stepping.run(scene, numerics, follow=False)
             worst = 0.0
             for ulps in (-5.0, 3.0):
                 velocity = v0 * (1.0 + ulps * sys.float_info.epsilon)

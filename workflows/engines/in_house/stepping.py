@@ -34,6 +34,7 @@ def run(
     numerics: Numerics,
     frame_interval: float | None = None,
     known: Outcome | None = None,
+    follow: bool = True,
 ) -> Outcome:
     """
     Carry a chain through its collision, step by step.
@@ -50,6 +51,9 @@ def run(
     known : Outcome, optional
         The same collision at another step, whose end was seen: this run is compared with it, and
         goes only a little beyond its last contact.
+    follow : bool
+        Whether an end that is not proved is followed on. Without, silence for as long as sound
+        needs to cross the chain and come back ends the run: for runs that are only compared.
 
     Returns
     -------
@@ -81,7 +85,7 @@ def run(
     frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
     started = time.perf_counter()
     ending, duration, evaluations = _collide(
-        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames, known
+        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames, known, follow
     )
     seconds = time.perf_counter() - started
     ledger = chain.ledger
@@ -106,7 +110,7 @@ def run(
 
 
 def _collide(
-    scene: Scene, chain, kernels, scheme, step, look_ahead, frames, known: Outcome | None
+    scene: Scene, chain, kernels, scheme, step, look_ahead, frames, known: Outcome | None, follow
 ) -> tuple[Ending, float, int]:
     """Step until the end; return it, when that is, and the force evaluations it took."""
     bond, ledger = scene.bond, chain.ledger
@@ -140,6 +144,8 @@ def _collide(
             )
             if ending is not None:
                 return look_ahead.doubted(ending), now, int(ledger.evaluations)
+            if not follow and now - last > quiet_time(particles, stiffness):
+                return Ending("argued"), now, int(ledger.evaluations)
             settled = look_ahead.settle()
             if settled is not None:
                 coast, ending = settled
