@@ -239,7 +239,7 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
             f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
             f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
         )
-    # Beyond its data a bond has no force: strains are no numbers then, and the last are from before.
+    # Beyond its data a bond has no force: strains are no numbers then; the last are from before.
     first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
     if (bond.strain_min > -1.0 and low <= first) or high >= last:
         return BondRangeError(
