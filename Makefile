@@ -24,7 +24,7 @@ check: .venv/ready-check  ## formatting, lint, types
 	$(BIN)/mypy
 
 bench: .venv/ready-bench  ## ratios against peers, measured in one run
-	$(BIN)/python -m tests.benchmarks
+	$(BIN)/python -m benchmarks
 
 docs: .venv/ready-docs  ## the documentation site, in site/; a warning or a broken link fails
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/doctrees docs site

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError
 
 
 @contextmanager

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
-from analysis.contact_detection import DetectedContacts
-from analysis.dump_frame import DumpFrame
-from analysis.start import Start
-from lammps_inputs.potential import Potential
+from chaincor.analysis.contact_detection import DetectedContacts
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.start import Start
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 # float64 keeps 16 digits: a coarser column was printed with fewer.
 _ALL_DIGITS = 1e-14

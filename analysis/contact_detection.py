@@ -23,8 +23,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.chain_frames import ChainState
-from lammps_inputs.potential import Potential
+from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 # A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.
 _SMALLEST_SPEED = 1e-9

@@ -14,8 +14,8 @@ but the zero of the translation: so that one is exact and costs no digits of the
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.restitution import bond_strains, centre_of_mass_velocity
-from lammps_inputs.potential import Potential
+from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 
 def mode_frequencies(

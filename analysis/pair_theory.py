@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from lammps_inputs.errors import InputError
-from lammps_inputs.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError
 
 _QUADRATURE_NODES = 64
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lammps_inputs.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 
 def centre_of_mass_velocity(

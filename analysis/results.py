@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.contact_detection import DetectedContacts
-from analysis.contacts import ContactStatistics
-from analysis.restitution import EnergySplit
-from lammps_inputs.potential import Potential
+from chaincor.analysis.contact_detection import DetectedContacts
+from chaincor.analysis.contacts import ContactStatistics
+from chaincor.analysis.restitution import EnergySplit
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class CollisionAnalysis:
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
         Error of the whole number, from a second run at another step: see
-        :func:`~analysis.step_error.estimate_error`. None where that cannot be told.
+        :func:`~chaincor.analysis.step_error.estimate_error`. None where that cannot be told.
     data_error : float
         What the format of the dump and reading it may have changed: how far eta can be from that
         of the run as LAMMPS held it. The error of the run itself is not in it.

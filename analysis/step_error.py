@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from analysis.caveats import find_contradictions
-from analysis.job import (
+from chaincor.analysis.caveats import find_contradictions
+from chaincor.analysis.dumps.timestep import read_first_timestep
+from chaincor.analysis.job_folder import (
     Job,
     analyze_job,
     find_job,
@@ -15,16 +16,15 @@ from analysis.job import (
     has_dump,
     uses_reflecting_wall,
 )
-from analysis.results import CollisionAnalysis
-from analysis.timestep import read_first_timestep
-from lammps_inputs.errors import InputError
-from lammps_inputs.scene import Scene
+from chaincor.analysis.results import CollisionAnalysis
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 
 # Order of a run with the impact-located wall: that of its scheme.
 _ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
 # impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
-# tests/benchmarks/analyzed_bars.py, which also counts the truths inside the bars.
+# benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
 EVENT_RESERVE = 4.0
 REFLECT_RESERVE = 8.0
 # Scene keys that two runs of one collision may differ in.
@@ -79,7 +79,7 @@ def analyze_folder(
     data, dump : pathlib.Path, optional
         Files of the one job to take.
     analyze : callable
-        Analyses one job; :func:`~analysis.job.analyze_job` with its options.
+        Analyses one job; :func:`~chaincor.analysis.job_folder.analyze_job` with its options.
 
     Returns
     -------

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.modes import mode_frequencies
+from chaincor.analysis.modes import mode_frequencies
 
 # NH eqs. (8)-(10): interval, contacts per particle and incoming speed of the n = 2 chain,
 # assumed for every contact of a long one.

@@ -28,7 +28,7 @@ extensions = [
     "command_line",
     "scene_fields",
 ]
-exclude_patterns = ["_build", "examples", "reference/api/*/modules.rst"]
+exclude_patterns = ["_build", "examples", "reference/api/modules.rst"]
 # Docstrings name classes without their module. Where two modules have one of that name, the plain
 # name is shown without a link.
 suppress_warnings = ["ref.python"]
@@ -47,15 +47,16 @@ html_show_sphinx = False
 
 apidoc_modules = [
     {
-        "path": f"../{package}",
-        "destination": f"reference/api/{package}",
+        "path": "../chaincor",
+        "destination": "reference/api",
+        "exclude_patterns": ["**/__main__.py"],
+        "follow_links": True,
         "separate_modules": True,
         "include_private": False,
         "implicit_namespaces": False,
         "max_depth": 3,
         "automodule_options": {"members", "show-inheritance"},
     }
-    for package in ("lammps_inputs", "analysis", "workflows")
 ]
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

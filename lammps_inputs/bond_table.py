@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.errors import TableError
-from lammps_inputs.potential import Potential
-from lammps_inputs.scene import TableStyle
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import TableError
+from chaincor.lammps_inputs.scene import TableStyle
 
 # Sections of the table file, one for each bond type.
 KEYWORDS = ("CHAIN", "FAR")

@@ -128,7 +128,7 @@ def explanation_of(command: str) -> Explanation:
 
 @cache
 def _texts() -> dict:
-    text = files("lammps_inputs").joinpath("explanations.toml").read_text(encoding="utf-8")
+    text = files("chaincor.lammps_inputs").joinpath("explanations.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
 

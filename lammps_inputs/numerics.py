@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from lammps_inputs.scene import (
+from chaincor.lammps_inputs.scene import (
     DEFAULT_REFLECT_TIMESTEP,
     DEFAULT_TIMESTEPS,
     Scene,
@@ -27,7 +27,7 @@ class Numerics:
         ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     scheme : str
         ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also
-        ``extrapolated12`` and so on, see ``workflows.engines.reference_steps``.
+        ``extrapolated12`` and so on, see ``chaincor.workflows.engines.schemes``.
     timestep : float
         The composed step H.
     table : str

@@ -14,9 +14,8 @@ from pydantic import (
     model_validator,
 )
 
-from lammps_inputs.errors import SceneError
-from lammps_inputs.potential import Potential
-from lammps_inputs.potentials import (
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import (
     NAMED_POTENTIALS,
     Harmonic,
     LennardJones,
@@ -24,11 +23,12 @@ from lammps_inputs.potentials import (
     Power,
     Toda,
 )
-from lammps_inputs.scene_file import parse_toml, read_scene_fields
-from lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
-from lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
-from lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
-from lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.scene_file import parse_toml, read_scene_fields
+from chaincor.lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
+from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
+from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
+from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
 
 PotentialName = Literal["harmonic", "lj", "toda", "log", "power", "table"]
 Engine = Literal["lammps", "reference"]
@@ -176,7 +176,7 @@ class Scene(BaseModel):
         if isinstance(self.potential, Potential):
             return self.potential
         if self.potential == "table":
-            from lammps_inputs.bond_table_file import read_bond_table
+            from chaincor.lammps_inputs.bonds.table_file import read_bond_table
 
             assert self.bond_file is not None
             return read_bond_table(self.bond_file)

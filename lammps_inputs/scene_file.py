@@ -4,7 +4,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import SceneError
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lammps_inputs.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 if TYPE_CHECKING:
-    from lammps_inputs.scene import Scene
+    from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
 OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")

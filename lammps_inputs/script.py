@@ -5,10 +5,10 @@ from functools import cache
 from pathlib import PurePosixPath
 from typing import Any, Literal
 
-from lammps_inputs.bond_table import KEYWORDS, BondTable
-from lammps_inputs.errors import SceneError
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
 
 DATA_FILE = "chain.data"
 TABLE_FILE = "bond.table"
@@ -61,7 +61,7 @@ def _environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     return Environment(
-        loader=PackageLoader("lammps_inputs", "templates"),
+        loader=PackageLoader("chaincor.lammps_inputs", "templates"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
 
 CASES: list[dict[str, Any]] = json.loads(
     (Path(__file__).parent / "reference_values.json").read_text()

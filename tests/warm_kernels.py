@@ -9,9 +9,9 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows.engines import reference
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house import stepping
 
 # From the one that takes longest; fast log chains take the adaptive steps as well.
 BONDS = (
@@ -27,9 +27,9 @@ def compile_loops(fields: dict) -> None:
     """Run every kind of step of a bond for one short collision."""
     scene = Scene(particles=5, **fields)
     for scheme in ("order8", "extrapolated14"):
-        reference.run(scene, Numerics(scheme=scheme, timestep=0.1))
+        stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
     if fields["potential"] == "log":
-        from workflows.collision import collide
+        from chaincor.workflows.collision import collide
 
         collide(scene.replace(engine="reference", speed=3.0), tolerance=1e-6)
 

@@ -11,7 +11,7 @@ from types import FrameType
 
 import click
 
-from lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.errors import ChaincorError
 
 # name -> one line of help, so that `chaincor --help` need not import any command.
 _COMMANDS = {
@@ -34,7 +34,7 @@ _LONGEST_LINE = 700
 
 
 class _LazyGroup(click.Group):
-    """A group whose commands are imported from ``workflows.commands`` when they are called."""
+    """A group whose commands, one module each in ``commands/``, are imported when called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(_COMMANDS)
@@ -42,7 +42,7 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in _COMMANDS:
             return None
-        module = importlib.import_module(f"workflows.commands.{cmd_name}")
+        module = importlib.import_module(f"chaincor.workflows.commands.{cmd_name}")
         return getattr(module, cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -60,7 +60,7 @@ class _LazyGroup(click.Group):
 
 def _print_version(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
     if value and not ctx.resilient_parsing:
-        from workflows.versions import versions
+        from chaincor.workflows.versions import versions
 
         for name, version in versions().items():
             click.echo(f"{name} {version}")

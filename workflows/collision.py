@@ -8,20 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from analysis.modes import mode_energies
-from analysis.restitution import momentum_residual, restitution
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from workflows import accuracy
-from workflows.answer import spread_of
-from workflows.engines import lammps, reference
-from workflows.engines.outcome import Outcome
-from workflows.error_bars import PROOF_STEPS, error_bar, proof_error
-from workflows.outputs import refuse_unusable_outputs
-from workflows.result import Collision, ErrorBar
-from workflows.scouting import scout, scouting_details
-from workflows.sweep_cost import refuse_endless
-from workflows.versions import versions
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import momentum_residual, restitution
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.accuracy import meet
+from chaincor.workflows.accuracy.answer import spread_of
+from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
+from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.outputs import refuse_unusable_outputs
+from chaincor.workflows.result import Collision, ErrorBar
+from chaincor.workflows.versions import versions
 
 # A collision of a day is seldom meant.
 MOST_SECONDS = 86400.0
@@ -71,7 +72,7 @@ def collide(
         asked, reason = None, None
     else:
         asked = scene.tolerance or DEFAULT_TOLERANCE
-        met = accuracy.meet(scene, asked)
+        met = meet.meet(scene, asked)
         outcome, bar, found, reason = met.outcome, met.bar, met.details, met.reason
     return _result(scene, outcome, bar, asked, reason, found, started)
 
@@ -87,7 +88,7 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     if scene.engine == "lammps":
         outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
     else:
-        outcome, *others = (reference.run(scene, replace(numerics, timestep=h)) for h in timesteps)
+        outcome, *others = (stepping.run(scene, replace(numerics, timestep=h)) for h in timesteps)
     found = scouting_details(scouted)
     step = None
     if others:

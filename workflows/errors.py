@@ -1,6 +1,6 @@
 """Failures of a run, each with a name, and a message that says what to do."""
 
-from lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.errors import ChaincorError, InputError
 
 
 class RunError(ChaincorError):

@@ -5,17 +5,17 @@ import tempfile
 from pathlib import Path
 from typing import Literal
 
-from lammps_inputs.bond_table import tabulate
-from lammps_inputs.chain_data import format_chain_data, initial_chain
-from lammps_inputs.errors import InputError
-from lammps_inputs.explain import explain_data, explain_script, explain_table
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene
-from lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
-from workflows.engines.lammps import guess_bond_range
-from workflows.engines.lammps_job import flown_on, job_script
-from workflows.scouting import Scouting, scout
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from chaincor.workflows.accuracy.scouting import Scouting, scout
+from chaincor.workflows.engines.lammps.engine import guess_bond_range
+from chaincor.workflows.engines.lammps.kept_script import flown_on, job_script
 
 
 def write_job(

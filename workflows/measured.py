@@ -1,7 +1,7 @@
 """
 Constants that decide error bars and choices, measured and not chosen.
 
-``python -m tests.benchmarks.calibrate_bars`` measures them over random scenes and writes
+``python -m benchmarks.bars.calibrate`` measures them over random scenes and writes
 ``measured.toml``: each with its value, the quantile of what was found and the reserve on it that
 make the value, the number of samples and the seed that drew them.
 """
@@ -25,7 +25,9 @@ def measurements() -> dict[str, dict[str, Any]]:
         Name to ``value``, ``found``, ``quantile``, ``reserve``, ``samples``, ``seed`` and
         ``what``.
     """
-    return tomllib.loads(resources.files("workflows").joinpath(FILE).read_text())["constants"]
+    return tomllib.loads(resources.files("chaincor.workflows").joinpath(FILE).read_text())[
+        "constants"
+    ]
 
 
 def measured(name: str) -> Any:

@@ -1,7 +1,7 @@
 """Files a collision is asked to write: refused before it runs where they cannot be written."""
 
-from lammps_inputs.errors import InputError
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 
 
 def refuse_unusable_outputs(scene: Scene) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import written_aside
 
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (

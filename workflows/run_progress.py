@@ -5,7 +5,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-from workflows.durations import format_duration
+from chaincor.workflows.durations import format_duration
 
 # What is over sooner needs no word.
 _QUIET_SECONDS = 2.0

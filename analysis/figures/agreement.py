@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.figures.style import CYCLE, GREY, MARKERS, choose_axes, legend_above
+from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS, choose_axes, legend_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.atomic_write import written_aside
-from analysis.figures.style import BLACK, GREY, new_figure
-from lammps_inputs.errors import InputError
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.figures.style import BLACK, GREY, new_figure
+from chaincor.lammps_inputs.errors import InputError
 
 _FRAMES_PER_SECOND = 25
 

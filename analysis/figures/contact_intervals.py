@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.contacts import contact_intervals
-from analysis.figures.style import BLACK, BLUE, VERMILION, choose_axes, legend_above
-from analysis.theory import PAIR_INTERVAL, PAIR_SPEED
+from chaincor.analysis.contacts import contact_intervals
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, choose_axes, legend_above
+from chaincor.analysis.theory import PAIR_INTERVAL, PAIR_SPEED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

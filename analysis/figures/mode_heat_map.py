@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.figures.style import choose_axes
+from chaincor.analysis.figures.style import choose_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.figures.style import BLACK, CYCLE, MARKERS, choose_axes, legend_above
-from analysis.theory import harmonic_dissipation_law
+from chaincor.analysis.figures.style import BLACK, CYCLE, MARKERS, choose_axes, legend_above
+from chaincor.analysis.theory import harmonic_dissipation_law
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

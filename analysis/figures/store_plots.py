@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
-from lammps_inputs.errors import InputError
+from chaincor.analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
+from chaincor.lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
+from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

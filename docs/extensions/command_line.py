@@ -20,7 +20,7 @@ class CommandHelp(SphinxDirective):
         list of docutils.nodes.Node
             Sections.
         """
-        from workflows.cli import program
+        from chaincor.workflows.cli import program
 
         context = click.Context(program, info_name="chaincor", max_content_width=96)
         sections: list[nodes.Node] = []

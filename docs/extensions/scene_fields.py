@@ -17,7 +17,7 @@ class SceneFields(SphinxDirective):
         list of docutils.nodes.Node
             One definition list.
         """
-        from lammps_inputs.scene import Scene
+        from chaincor.lammps_inputs.scene import Scene
 
         entries = nodes.definition_list()
         for name, field in Scene.model_fields.items():

@@ -1,7 +1,7 @@
 import pytest
 
-from analysis.atomic_write import folder_aside, written_aside
-from lammps_inputs.errors import InputError
+from chaincor.analysis.atomic_write import folder_aside, written_aside
+from chaincor.lammps_inputs.errors import InputError
 
 
 def test_files_appear_together_and_others_stay(tmp_path):

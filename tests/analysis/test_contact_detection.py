@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from analysis.chain_frames import ChainState
-from analysis.contact_detection import ContactDetector, reintegrate_contacts
-from lammps_inputs.potentials import Harmonic
+from chaincor.analysis.contact_detection import ContactDetector, reintegrate_contacts
+from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
 
 def detect(collision, times, bond):

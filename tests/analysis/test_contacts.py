@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.contacts import contact_intervals, contact_statistics
+from chaincor.analysis.contacts import contact_intervals, contact_statistics
 
 
 def test_statistics_of_a_short_list():

@@ -1,7 +1,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.history import Thinned
+from chaincor.analysis.history import Thinned
 
 
 @given(st.integers(0, 500), st.integers(2, 20))

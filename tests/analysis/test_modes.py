@@ -3,11 +3,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.contacts import contact_statistics
-from analysis.modes import anharmonic_remainder, mode_amplitudes, mode_energies, mode_frequencies
-from analysis.restitution import energy_split, restitution
-from analysis.theory import contact_mode_energies
-from lammps_inputs.potentials import Harmonic, LennardJones
+from chaincor.analysis.contacts import contact_statistics
+from chaincor.analysis.modes import (
+    anharmonic_remainder,
+    mode_amplitudes,
+    mode_energies,
+    mode_frequencies,
+)
+from chaincor.analysis.restitution import energy_split, restitution
+from chaincor.analysis.theory import contact_mode_energies
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 
 def naive_energies(u, v, stiffness):

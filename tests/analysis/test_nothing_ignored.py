@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from analysis.chain_frames import ChainLayout
-from analysis.collision import analyze_frames
-from analysis.dumps import Dump
-from analysis.job import analyze_job, find_job
-from analysis.universe import to_mdanalysis, universe_frames
-from lammps_inputs.errors import InputError
-from lammps_inputs.potentials import Harmonic
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.universe import to_mdanalysis, universe_frames
+from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.errors import InputError
 from tests.analysis.conftest import collide_harmonic
 
 TIMES = np.arange(0.0, 90.0, 1.0)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from analysis.pair_theory import anharmonic_coefficient, pair_interval, pair_interval_slope
-from lammps_inputs.errors import InputError
-from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.analysis.pair_theory import anharmonic_coefficient, pair_interval, pair_interval_slope
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.errors import InputError
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0), Power(4, 1.0), Power(5, -2.0)]
 IDS = [f"{b.name}-{b.anharmonic_order}" for b in BONDS]

@@ -3,13 +3,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.restitution import (
+from chaincor.analysis.restitution import (
     energy_split,
     kinematic_restitution,
     momentum_residual,
     restitution,
 )
-from lammps_inputs.potentials import Harmonic, LennardJones
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 
 def test_restitution_is_the_ratio_of_energies_and_e_that_of_speeds():

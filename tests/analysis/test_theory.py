@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from analysis.pair_theory import pair_interval_slope
-from analysis.theory import (
+from chaincor.analysis.pair_theory import pair_interval_slope
+from chaincor.analysis.theory import (
     HARMONIC_DISSIPATION_COEFFICIENT,
     PAIR_CONTACTS_PER_PARTICLE,
     PAIR_INTERVAL,
@@ -17,7 +17,7 @@ from analysis.theory import (
     harmonic_dissipation_law,
     low_speed_dissipation_slope,
 )
-from lammps_inputs.potentials import LennardJones
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
 
 
 def test_coefficient_of_the_law_is_its_integral():

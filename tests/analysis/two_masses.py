@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from lammps_inputs.scene import Scene
-from workflows.engines.lammps_library import find_mpi_library
-from workflows.job import write_job
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.job import write_job
 
 PARTICLES = 20
 VELOCITY = 0.1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks.calibrate_bars import CONSTANTS, SCHEMES, Constant, draw
-from tests.benchmarks.scheme_costs import best_table
-from workflows.measured import measured, measurements
+from benchmarks.bars.calibrate import CONSTANTS, SCHEMES, Constant, draw
+from benchmarks.bars.scheme_costs import best_table
+from chaincor.workflows.measured import measured, measurements
 
 # Another seed than any file's: scenes that the constant was not made by.
 SEED = 99

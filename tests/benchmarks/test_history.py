@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.benchmarks import __main__ as standing
+from benchmarks import __main__ as standing
 
 COST, GAIN, PEER = (
     "event over bare run, n 100, lj 0.4",

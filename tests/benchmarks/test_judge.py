@@ -8,8 +8,8 @@ import pytest
 from numba import njit
 from scipy.optimize import brentq
 
-from tests.benchmarks import judge_steps
-from tests.benchmarks.judge import JudgeRefusal, Law, UserLaw, judge, judge_collision
+from benchmarks.judge import steps
+from benchmarks.judge.judge import JudgeRefusal, Law, UserLaw, judge, judge_collision
 from tests.reference_cases import CASES, case_name
 
 LJ_SPEED = 0.128489059895
@@ -24,9 +24,9 @@ def slow_if_long(case):
     return pytest.param(case, marks=marks, id=case_name(case))
 
 
-@pytest.mark.parametrize("module", ["judge", "judge_laws", "judge_steps", "judge_collocation"])
+@pytest.mark.parametrize("module", ["judge", "laws", "steps", "collocation"])
 def test_it_shares_no_code_with_the_engines(module):
-    source = (Path(__file__).parent / f"{module}.py").read_text()
+    source = (Path(__file__).parents[2] / "benchmarks" / "judge" / f"{module}.py").read_text()
     imported = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -35,7 +35,7 @@ def test_it_shares_no_code_with_the_engines(module):
             imported |= {f"{node.module}.{alias.name}" for alias in node.names}
     allowed = ("numpy", "numba", "dataclasses", "collections", "math", "typing")
     foreign = {name for name in imported if name.split(".")[0] not in allowed}
-    assert {name for name in foreign if not name.startswith("tests.benchmarks.judge_")} == set()
+    assert {name for name in foreign if not name.startswith("benchmarks.judge.")} == set()
 
 
 @pytest.mark.parametrize("case", [slow_if_long(case) for case in CASES])
@@ -200,9 +200,7 @@ def test_the_first_root_of_a_step(roots, first):
     degree = 16
     padded = np.zeros(degree + 1)
     padded[: a.size] = a / np.sign(a[0])
-    basis = judge_steps.bernstein_basis(degree)
-    found = judge_steps.first_root(
-        padded, degree, basis, np.zeros((48, degree + 1)), np.zeros((48, 2))
-    )
+    basis = steps.bernstein_basis(degree)
+    found = steps.first_root(padded, degree, basis, np.zeros((48, degree + 1)), np.zeros((48, 2)))
     # Two roots 1e-7 apart move by 1e-16/1e-7 when the coefficients round.
     assert found == pytest.approx(first, abs=1e-8)

@@ -76,12 +76,12 @@ class _Shell:
     """Runs console blocks as a user's terminal would, with this source tree installed."""
 
     def __init__(self, folder: Path) -> None:
-        from workflows.engines.lammps_library import find_mpi_library
+        from chaincor.workflows.engines.lammps.library import find_mpi_library
 
         commands = folder / ".bin"
         commands.mkdir()
         chaincor = commands / "chaincor"
-        program = "from workflows.cli import main; main()"
+        program = "from chaincor.workflows.cli import main; main()"
         chaincor.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{program}" "$@"\n')
         chaincor.chmod(0o755)
         self.environment = os.environ | {

@@ -6,16 +6,16 @@ import re
 
 import pytest
 
-import analysis
-import lammps_inputs
-import workflows
-from lammps_inputs.errors import ChaincorError
+import chaincor.analysis
+import chaincor.lammps_inputs
+import chaincor.workflows
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.workflows.cli import main
 from tests.docs.documents import ROOT
-from workflows.cli import main
 
 
 def named_errors():
-    for package in (lammps_inputs, analysis, workflows):
+    for package in (chaincor.lammps_inputs, chaincor.analysis, chaincor.workflows):
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             importlib.import_module(module.name)
     found, queue = set(), [ChaincorError]

@@ -2,9 +2,9 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
 from tests.docs.documents import ROOT
-from workflows.collision import collide
 
 EXAMPLES = sorted((ROOT / "docs" / "examples").glob("*.toml"))
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from random import Random
 from typing import Any
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
 from tests.extremes.materials import SCENES, SWEEPS, materials
 
 NASTY_TEXTS = (

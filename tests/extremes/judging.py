@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from chaincor.workflows import cli
 from tests.extremes.cases import Case
-from workflows import cli
 
 # No input may take more processor time, whatever else the machine does meanwhile.
 HANG_SECONDS = 10.0
@@ -79,7 +79,7 @@ def call_as_process(case: Case, hang_seconds: float = _PATIENCE * HANG_SECONDS) 
     """Call the command line as users do: in a process of its own."""
     with _prepared(case) as (folder, temporary):
         started = time.perf_counter()
-        code = "from workflows.cli import main; main()"
+        code = "from chaincor.workflows.cli import main; main()"
         environment = os.environ | {"TMPDIR": str(temporary)}
         environment["PYTHONPATH"] = str(Path(__file__).parents[2])
         status: int | None = None

@@ -8,13 +8,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from lammps_inputs.bond_table import tabulate
-from lammps_inputs.potentials import LennardJones
-from lammps_inputs.scene import Scene
-from workflows.attempt import carry_out
-from workflows.job import write_job
-from workflows.result import Collision
-from workflows.store import Store
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job import write_job
+from chaincor.workflows.result import Collision
+from chaincor.workflows.store.attempt import carry_out
+from chaincor.workflows.store.results_store import Store
 
 SCENES = (
     'potential = "lj"\nparticles = 3\nspeed = 0.4\ntolerance = 1e-4\nengine = "reference"\n',

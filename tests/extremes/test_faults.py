@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from tests.benchmarks.sweep_kills import read_rows
-from workflows.attempt import carry_out
-from workflows.store import Store
+from benchmarks.sweeps.kills import read_rows
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.store.attempt import carry_out
+from chaincor.workflows.store.results_store import Store
 
 ROOT = Path(__file__).parents[2]
-_MAIN = [sys.executable, "-c", "from workflows.cli import main; main()"]
+_MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()"]
 # A second in LAMMPS, after a short scouting.
 LONG = ("--particles", "100", "--scheme", "verlet", "--timestep", "0.002", "--no-error")
 SHORT = ("--particles", "3", "--scheme", "verlet", "--no-error")

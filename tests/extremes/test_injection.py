@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lammps_inputs.bond_table import tabulate
-from lammps_inputs.potentials import LennardJones
-from lammps_inputs.scene import Scene
-from lammps_inputs.script import SCRIPT_FILE
-from lammps_inputs.user_bond import UserBond
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import SCRIPT_FILE
+from chaincor.workflows import cli
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.job import write_job
+from chaincor.workflows.store.results_store import Store
 from tests.extremes.cases import toml_text
-from workflows import cli
-from workflows.collision import collide
-from workflows.engines.lammps_chain import LammpsChain
-from workflows.engines.lammps_library import find_mpi_library
-from workflows.job import write_job
-from workflows.store import Store
 
 # Each would leave a file `pwned` where it is carried out, or end or divert the script.
 ATTACKS = (

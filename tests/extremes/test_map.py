@@ -2,9 +2,9 @@
 
 import pytest
 
-from tests.benchmarks.extremes_cells import Cell, Found, all_cells
-from tests.benchmarks.extremes_map import Map
-from tests.benchmarks.extremes_verdicts import verdict, verdicts
+from benchmarks.extremes.cells import Cell, Found, all_cells
+from benchmarks.extremes.map import Map
+from benchmarks.extremes.verdicts import verdict, verdicts
 
 CELL = Cell("lj", 10, 0.4)
 

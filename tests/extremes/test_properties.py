@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lammps_inputs.potentials import Power
-from lammps_inputs.scene import Scene
-from workflows.collision import collide
-from workflows.sweep_file import read_sweep
+from chaincor.lammps_inputs.bonds.potentials import Power
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.sweep.file import read_sweep
 
 ETA_TOLERANCE = 1e-7
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lammps_inputs.bond_table import (
+from chaincor.lammps_inputs.bond_table import (
     FEWEST_ROWS,
     FORCE_TARGET,
     MARGIN_BINS,
@@ -16,10 +16,10 @@ from lammps_inputs.bond_table import (
     rows_on_kinks,
     tabulate,
 )
-from lammps_inputs.bond_table_file import read_bond_table
-from lammps_inputs.errors import TableError
-from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from lammps_inputs.user_bond import UserBond
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import TableError
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0)]
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from lammps_inputs.chain_data import format_chain_data, initial_chain
-from workflows.engines.lammps_library import load_lammps
+from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.workflows.engines.lammps.library import load_lammps
 
 # Coordinates inside the box of the file, in any order and of any size down to 1e-300.
 finite = {"allow_nan": False, "allow_infinity": False, "allow_subnormal": False}

@@ -6,10 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from lammps_inputs.bond_table import tabulate
-from lammps_inputs.chain_data import format_chain_data, initial_chain
-from lammps_inputs.explain import explain_data, explain_script, explain_table, explanation_of
-from lammps_inputs.potentials import LennardJones
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.explain import (
+    explain_data,
+    explain_script,
+    explain_table,
+    explanation_of,
+)
 
 GOLDEN = sorted((Path(__file__).parents[1] / "golden").glob("*-*.in"))
 JOBS = [path for path in GOLDEN if not path.name.startswith("setup")]

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lammps_inputs.errors import InputError, PotentialError, SceneError
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import LennardJones, Power, Toda
-from lammps_inputs.scene import Scene
-from lammps_inputs.user_bond import UserBond
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import InputError, PotentialError, SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
 from tests.elsewhere import old_processor
 
 BAD = [
@@ -275,8 +275,8 @@ def test_hash_follows_meaning_not_spelling():
 
 _HASHES = """
 import numpy as np
-from lammps_inputs.scene import Scene
-from lammps_inputs.user_bond import UserBond
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
 
 own = UserBond(lambda s: np.exp(-s) - 1.0 + s, lambda s: np.expm1(-s))
 for fields in (

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lammps_inputs.bond_table import tabulate
-from lammps_inputs.errors import SceneError
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from lammps_inputs.script import ScoutedEnd, number, render_job, render_setup
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import ScoutedEnd, number, render_job, render_setup
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 # Values that do not come from elsewhere in the program: the text alone is under test here.

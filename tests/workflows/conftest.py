@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from workflows.attempt import Attempt, Failure
-from workflows.collision import collide
-from workflows.result import Collision, ErrorBar
-from workflows.store import Store
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision, ErrorBar
+from chaincor.workflows.store.attempt import Attempt, Failure
+from chaincor.workflows.store.results_store import Store
 
 
 @pytest.fixture(scope="session")

@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.collision import analyze_frames
-from analysis.dumps import Dump
-from analysis.restitution import restitution
-from lammps_inputs.errors import InputError, SceneError
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows import job
-from workflows.collision import collide
-from workflows.engines import lammps
-from workflows.engines.ending import argue_end
-from workflows.engines.lammps_library import find_mpi_library
-from workflows.errors import RunError
-from workflows.job import scout_job, write_job
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows import job
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.ending import argue_end
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.job import scout_job, write_job
 
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job import write_job
 from tests.workflows.test_job import run_lmp, unexpected_warnings
-from workflows.job import write_job
 
 
 def results(text):

@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.collision import collide
-from workflows.result import ARRAY_FIELDS, ErrorBar
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import ARRAY_FIELDS, ErrorBar
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,8 @@
 
 import time
 
-from workflows import run_progress
-from workflows.run_progress import show_elapsed
+from chaincor.workflows import run_progress
+from chaincor.workflows.run_progress import show_elapsed
 
 
 def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lammps_inputs.errors import InputError
-from lammps_inputs.potential import Potential
-from lammps_inputs.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
-    from analysis.results import CollisionAnalysis
+    from chaincor.analysis.results import CollisionAnalysis
 
 
 @click.command()
@@ -86,11 +86,11 @@ def analyze(
     The exit status is 1 where the numbers contradict physics: restitution above 1, or momentum
     that no wall explains. A note says so.
     """
-    from analysis.exports import write_extended_xyz
-    from analysis.job import Job, analyze_job
-    from analysis.report import to_json_object, write_report
-    from analysis.step_error import analyze_folder
-    from workflows.engines.ending import argue_end
+    from chaincor.analysis.analysis_files import to_json_object, write_report
+    from chaincor.analysis.dumps.other_formats import write_extended_xyz
+    from chaincor.analysis.job_folder import Job, analyze_job
+    from chaincor.analysis.step_error import analyze_folder
+    from chaincor.workflows.engines.ending import argue_end
 
     options: dict[str, Any] = {
         "bond": _bond(bond_options),
@@ -185,8 +185,8 @@ def _number(value: float | None) -> str:
 
 def _bond(options: dict[str, Any]) -> Potential | None:
     """Return the bond the options name, checked as in a scene; None where they name none."""
-    from lammps_inputs.errors import SceneError
-    from lammps_inputs.scene import Scene
+    from chaincor.lammps_inputs.errors import SceneError
+    from chaincor.lammps_inputs.scene import Scene
 
     given = {key: value for key, value in options.items() if value is not None}
     if not given:
@@ -212,8 +212,8 @@ def _read_masses(text: str) -> list[float]:
 
 
 def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
-    from analysis.figures.animation import animate_collision
-    from analysis.report import describe as caption
+    from chaincor.analysis.analysis_files import describe as caption
+    from chaincor.analysis.figures.animation import animate_collision
 
     history = analysis.history
     # A little beyond the last contact there is nothing more to see.

@@ -13,7 +13,7 @@ import click
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool) -> None:
     """Say whether this machine can run chaincor, and what is missing."""
-    from workflows.health import examine
+    from chaincor.workflows.machine import examine
 
     findings = examine()
     healthy = all(finding.good for finding in findings)

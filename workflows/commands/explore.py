@@ -32,8 +32,8 @@ def explore(output: Path, particles: int) -> None:
     from rich.console import Console
     from rich.progress import Progress
 
-    from analysis.atomic_write import written_aside
-    from workflows.explore import explore_page
+    from chaincor.analysis.atomic_write import written_aside
+    from chaincor.workflows.pictures.sliders import explore_page
 
     console = Console(stderr=True)
     with Progress(console=console, disable=not console.is_terminal, transient=True) as bar:

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import scene_from, scene_options
 
 
 @click.command()
@@ -27,7 +27,7 @@ def inputs(
 
     The job steps with Verlet, with the event wall (default) or the reflecting one.
     """
-    from workflows.job import write_job
+    from chaincor.workflows.job import write_job
 
     scene = scene_from(scene_file, options)
     files = write_job(scene, Path(output), dump=frames, explain=explain, replace_existing=force)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workflows.errors import StoreError
+from chaincor.workflows.errors import StoreError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from workflows.store import Store
+    from chaincor.workflows.store.results_store import Store
 
 
 @click.command()
@@ -48,8 +48,8 @@ def plot(
     There is one curve for each combination of whatever the scenes differ in besides the axis;
     scenes are never averaged.
     """
-    from analysis.atomic_write import written_aside
-    from workflows.store import Store
+    from chaincor.analysis.atomic_write import written_aside
+    from chaincor.workflows.store.results_store import Store
 
     if by is not None and colour is not None:
         raise click.UsageError("--by makes curves and --colour a heat map; give one")
@@ -84,7 +84,7 @@ class _Row:
 
 def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> list[_Row]:
     """Return the rows in which all columns have a value, the first ones as numbers."""
-    from workflows.store_query import query_rows
+    from chaincor.workflows.store.query import query_rows
 
     axes = names[:2]
     conditions = [*where, *(f"{name}!=" for name in axes)]
@@ -125,7 +125,7 @@ def _scene_keys(rows: list[_Row]) -> set[str]:
 
 
 def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ...]) -> "Figure":
-    from analysis.figures.store_plots import plot_curves
+    from chaincor.analysis.figures.store_plots import plot_curves
 
     asked = () if by is None else tuple(name.strip() for name in by.split(","))
     rows = _rows(store, (x, y, *asked), where)
@@ -151,7 +151,7 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
 
 
 def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":
-    from analysis.figures.store_plots import plot_heat_map
+    from chaincor.analysis.figures.store_plots import plot_heat_map
 
     rows = _rows(store, (x, y, colour), (*where, f"{colour}!="))
     left = _varying(rows, (x, y))

@@ -41,9 +41,9 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
     What is finished is kept in a results store beside the report, and never computed twice: an
     interrupted run goes on where it was.
     """
-    from workflows.reproduce.plan import FULL, QUICK
-    from workflows.reproduce.reproduce import reproduce_paper
-    from workflows.reproduce.runners import run_into_store
+    from chaincor.workflows.reproduce.plan import FULL, QUICK
+    from chaincor.workflows.reproduce.reproduction import reproduce_paper
+    from chaincor.workflows.reproduce.runners import run_into_store
 
     folder.mkdir(parents=True, exist_ok=True)
     runner = run_into_store(folder / STORE_FILE, workers, progress=not as_json)
@@ -72,7 +72,7 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
     str
         The curves of eta as a table, the verdicts, the times.
     """
-    from workflows.reproduce.typesetting import format_number, format_value
+    from chaincor.workflows.reproduce.typesetting import format_number, format_value
 
     health = contents["health"]
     lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]

@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from workflows.commands.scene_options import scene_from, scene_options
-from workflows.result import Collision
+from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.result import Collision
 
 
 @click.command()
@@ -37,16 +37,16 @@ def run(
 
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
     """
-    from workflows.collision import MOST_SECONDS, collide
-    from workflows.run_progress import show_elapsed
-    from workflows.sweep_cost import expected_seconds
+    from chaincor.workflows.accuracy.expected_cost import expected_seconds
+    from chaincor.workflows.collision import MOST_SECONDS, collide
+    from chaincor.workflows.run_progress import show_elapsed
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
     terminal = None
     if watched:
-        from workflows.watch import find_terminal
+        from chaincor.workflows.pictures.watch import find_terminal
 
         terminal = find_terminal()
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
@@ -60,11 +60,11 @@ def run(
         click.echo(describe(result))
     # The number is out before pictures are made, which may fail or be stopped.
     if animate is not None:
-        from workflows.motion import write_animation
+        from chaincor.workflows.pictures.recording import write_animation
 
         write_animation(scene, result.last_contact_time, animate)
     if terminal is not None:
-        from workflows.watch import watch
+        from chaincor.workflows.pictures.watch import watch
 
         watch(scene, result.last_contact_time, terminal)
     if result.tolerance_met is False:

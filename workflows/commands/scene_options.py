@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import click
 
-from lammps_inputs.potential import Potential
-from lammps_inputs.scene import Scene
-from lammps_inputs.scene_file import read_scene_fields
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_file import read_scene_fields
 
 
 def _plain_types(annotation: Any) -> list[Any]:

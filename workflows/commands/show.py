@@ -44,8 +44,8 @@ def show(
     as_json: bool,
 ) -> None:
     """Show a store of results as a table."""
-    from workflows.store import Store
-    from workflows.store_query import count_rows, query_rows
+    from chaincor.workflows.store.query import count_rows, query_rows
+    from chaincor.workflows.store.results_store import Store
 
     names = columns.split(",") if columns else list(_COLUMNS)
     order = sort.split(",") if sort else ()

@@ -21,7 +21,7 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 
     Where both have a row, the tighter result stays. The STOREs are not changed.
     """
-    from workflows.store_merge import merge_stores
+    from chaincor.workflows.store.merge import merge_stores
 
     rows = merge_stores(target, list(sources))
     click.echo(f"{target}: {rows} rows")
@@ -32,8 +32,8 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 @click.argument("target", metavar="FILE", type=_PATH)
 def export(source: Path, target: Path) -> None:
     """Write all rows of STORE to FILE: .csv, or .parquet with chaincor[export]."""
-    from workflows.store import Store
-    from workflows.store_export import export_store
+    from chaincor.workflows.store.export import export_store
+    from chaincor.workflows.store.results_store import Store
 
     with Store(source, read_only=True) as opened:
         export_store(opened, target)

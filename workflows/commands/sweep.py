@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workflows.durations import format_duration
+from chaincor.workflows.durations import format_duration
 
 if TYPE_CHECKING:
-    from workflows.sweep import SweepSummary
-    from workflows.sweep_cost import SweepCost
-    from workflows.sweep_file import Sweep
-    from workflows.sweep_plan import SweepPlan
+    from chaincor.workflows.sweep.cost import SweepCost
+    from chaincor.workflows.sweep.execution import SweepSummary
+    from chaincor.workflows.sweep.file import Sweep
+    from chaincor.workflows.sweep.todo import SweepPlan
 
 _MOST_POINTS_SHOWN = 30
 
@@ -83,12 +83,12 @@ def sweep(
     command once more. SWEEP.toml has a base [scene] and [axes] over its fields; see
     docs/sweeps.md.
     """
-    from workflows import sweep_file as files
-    from workflows import sweep_points as points
-    from workflows.store import Store
-    from workflows.sweep import run_plan
-    from workflows.sweep_cost import sweep_cost
-    from workflows.sweep_plan import plan_sweep
+    from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.sweep import file as files
+    from chaincor.workflows.sweep import points
+    from chaincor.workflows.sweep.cost import sweep_cost
+    from chaincor.workflows.sweep.execution import run_plan
+    from chaincor.workflows.sweep.todo import plan_sweep
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
@@ -136,13 +136,13 @@ def sweep(
 @contextlib.contextmanager
 def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
     if scheduler is not None:
-        from workflows.cluster import DaskCluster
+        from chaincor.workflows.sweep.cluster import DaskCluster
 
         with DaskCluster(scheduler) as cluster:
             yield cluster, cluster.in_flight
         return
-    from workflows.pool import ProcessPool
-    from workflows.sweep import TASKS_PER_WORKER
+    from chaincor.workflows.sweep.execution import TASKS_PER_WORKER
+    from chaincor.workflows.sweep.pool import ProcessPool
 
     with ProcessPool(workers) as pool:
         yield pool, TASKS_PER_WORKER * workers

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
@@ -46,10 +46,10 @@ def tradeoff(
     if calibrate:
         _calibrate(as_json)
         return
-    from workflows.tradeoff.description import describe_study
-    from workflows.tradeoff.progress import study_progress
-    from workflows.tradeoff.report import to_dict, write_study
-    from workflows.tradeoff.study import measure_tradeoff
+    from chaincor.workflows.tradeoff.description import describe_study
+    from chaincor.workflows.tradeoff.study import measure_tradeoff
+    from chaincor.workflows.tradeoff.study_files import to_dict, write_study
+    from chaincor.workflows.tradeoff.study_progress import study_progress
 
     scene = scene_from(scene_file, options)
     with study_progress() as progress:
@@ -65,8 +65,8 @@ def tradeoff(
 def _calibrate(as_json: bool) -> None:
     from dataclasses import asdict
 
-    from workflows.calibrate import calibrate
-    from workflows.cost_model import user_cost_model_path
+    from chaincor.workflows.accuracy.calibrate import calibrate
+    from chaincor.workflows.accuracy.cost_model import user_cost_model_path
 
     model = calibrate()
     path = user_cost_model_path()

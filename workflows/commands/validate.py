@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from workflows.commands.scene_options import scene_from, scene_options
-from workflows.validate import Validation
+from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.validation.comparison import Validation
 
 
 @click.command()
@@ -44,7 +44,7 @@ def validate(
 
     Exit status 1 where they differ by more than their error bars together.
     """
-    from workflows import validate as validation
+    from chaincor.workflows.validation import comparison as validation
 
     scene = scene_from(scene_file, options)
     scenes = validation.grid_around(scene) if grid else [scene]
@@ -55,7 +55,7 @@ def validate(
         else:
             results.append(validation.validate_user(each, against, timeout=timeout))
     if plot is not None:
-        from workflows.validation_plot import save_validation_plot
+        from chaincor.workflows.validation.drawing import save_validation_plot
 
         save_validation_plot(results, Path(plot))
     agrees = all(result.agrees for result in results)

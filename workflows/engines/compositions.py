@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from lammps_inputs.scene import Scheme
+from chaincor.lammps_inputs.scene import Scheme
 
 # First half and centre of each palindrome; the centre makes the sum of the weights exactly one.
 # order4: five stages of Suzuki (1990), Phys. Lett. A 146, 319: w = 1/(4 - 4^(1/3)).

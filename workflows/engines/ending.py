@@ -30,8 +30,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potential import Potential
-from workflows.engines.pieces import Pieces, cut, escape_risk, reach
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.pieces import Pieces, cut, escape_risk, reach
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1

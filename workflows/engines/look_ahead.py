@@ -15,9 +15,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potential import Potential
-from lammps_inputs.scene import Scene
-from workflows.engines.ending import Ending, EndWatch, look_interval
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending, EndWatch, look_interval
 
 # Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
 # they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.

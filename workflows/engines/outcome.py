@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from workflows.engines.ending import Ending
+from chaincor.workflows.engines.ending import Ending
 
 
 @dataclass(frozen=True)

@@ -24,16 +24,19 @@ bond has only the rest of the energy to move with.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.potential import Potential, bond_strains
+from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
 
 Array = NDArray[np.float64]
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
 _PAID = 0.9
+# Bounds are worked out for energies on a ladder of this ratio, and kept.
+_LADDER = math.log(1.03)
 # Part of the present speed of separation that must be left when all pulls are counted.
 _LEFT = 0.5
 # The pull is reckoned with gaps that the pull itself makes smaller.
@@ -91,11 +94,7 @@ def reach(bond: Potential, energy: float, particles: int) -> float:
         return 0.0
     if energy >= bond.dissociation:
         return math.inf
-    lowest, longest = bond_strains(bond, energy)
-    strains = np.linspace(lowest, longest, 66)
-    strains = strains[strains != 0.0]
-    with np.errstate(divide="ignore"):  # a bond compressed to nothing
-        softest = min(bond.stiffness, 2.0 * float(np.min(bond.energy(strains) / strains**2)))
+    longest, softest = _extent(bond, _on_ladder(bond, energy))
     squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
     total = 0.5 * (particles - 1)
     far = total * longest
@@ -103,8 +102,26 @@ def reach(bond: Potential, energy: float, particles: int) -> float:
         far = min(far, math.sqrt(2.0 * energy * squares / softest))
     if longest <= bond.convex_strain:
         mean = energy * (particles - 1) / (particles * total)
-        far = min(far, total * bond_strains(bond, mean)[1])
+        far = min(far, total * _extent(bond, _on_ladder(bond, mean))[0])
     return far
+
+
+def _on_ladder(bond: Potential, energy: float) -> float:
+    """Return an energy that is a little higher, one of few; never one that breaks the bond."""
+    rung = math.ceil(math.log(energy / bond.stiffness) / _LADDER)
+    higher = bond.stiffness * math.exp(rung * _LADDER)
+    return higher if higher < bond.dissociation else energy
+
+
+@lru_cache(maxsize=8192)
+def _extent(bond: Potential, energy: float) -> tuple[float, float]:
+    """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
+    lowest, longest = bond_strains(bond, energy)
+    strains = np.linspace(lowest, longest, 66)
+    strains = strains[strains != 0.0]
+    with np.errstate(divide="ignore"):  # a bond compressed to nothing
+        softest = 2.0 * float(np.min(bond.energy(strains) / strains**2))
+    return longest, min(bond.stiffness, softest)
 
 
 def escape_risk(

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workflows.reproduce.figures.spectra import half_of_vibration
-from workflows.reproduce.findings.lengths import last_exponents
-from workflows.reproduce.findings.long_limit import describe_limits, slope_limits
-from workflows.reproduce.findings.low_speed import lj_increases
-from workflows.reproduce.findings.speeds import minima
-from workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.figures.spectra import half_of_vibration
+from chaincor.workflows.reproduce.findings.lengths import last_exponents
+from chaincor.workflows.reproduce.findings.long_limit import describe_limits, slope_limits
+from chaincor.workflows.reproduce.findings.low_speed import lj_increases
+from chaincor.workflows.reproduce.findings.speeds import minima
+from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 # An exponent above this, half of the harmonic one, is nearer to a constant.
 _CONSTANT = -1.0 / 3.0

@@ -2,14 +2,18 @@
 
 from dataclasses import dataclass
 
-from workflows.reproduce.findings.finding import Finding
-from workflows.reproduce.findings.harmonic import HarmonicLaw, harmonic_findings, harmonic_law
-from workflows.reproduce.findings.lengths import length_findings
-from workflows.reproduce.findings.low_speed import low_speed_findings
-from workflows.reproduce.findings.speeds import speed_findings
-from workflows.reproduce.hard_spheres import run_hard_spheres
-from workflows.reproduce.measurements import Measurements
-from workflows.reproduce.rules import RULES, Judgement, judge
+from chaincor.workflows.reproduce.exact_hard_spheres import run_hard_spheres
+from chaincor.workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.findings.harmonic import (
+    HarmonicLaw,
+    harmonic_findings,
+    harmonic_law,
+)
+from chaincor.workflows.reproduce.findings.lengths import length_findings
+from chaincor.workflows.reproduce.findings.low_speed import low_speed_findings
+from chaincor.workflows.reproduce.findings.speeds import speed_findings
+from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.rules import RULES, Judgement, judge
 
 
 @dataclass(frozen=True)

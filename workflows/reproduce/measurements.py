@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from workflows.accuracy_lammps import SHARPEST_LAMMPS
-from workflows.reproduce.plan import Plan
-from workflows.reproduce.studies import Study, studies
-from workflows.step_guess import sharpness
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.reproduce.studies import Study, studies
 
 # The in-house value should not be what limits the comparison.
 _SHARPER = 0.1

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
 
 # The paper's five speeds of its figure of 1 - eta against n, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)

@@ -9,17 +9,17 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from analysis.atomic_write import written_aside
-from workflows.reproduce.beyond import remarks
-from workflows.reproduce.figures.figure import Figure
-from workflows.reproduce.findings.low_speed import increases
-from workflows.reproduce.health import examine_points
-from workflows.reproduce.judging import Judged
-from workflows.reproduce.measurements import Measurements
-from workflows.reproduce.rules import Verdict
-from workflows.reproduce.slip import Slip
-from workflows.reproduce.tables import point_record
-from workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.workflows.reproduce.beyond import remarks
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.findings.low_speed import increases
+from chaincor.workflows.reproduce.judging import Judged
+from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.rules import Verdict
+from chaincor.workflows.reproduce.slips.slip import Slip
+from chaincor.workflows.reproduce.tables import point_record
+from chaincor.workflows.reproduce.trust import examine_points
+from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
 
 _CLASS = {
     Verdict.REPRODUCED: "good",
@@ -185,7 +185,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
         From :func:`write_figures`.
     """
     environment = Environment(
-        loader=PackageLoader("workflows.reproduce"),
+        loader=PackageLoader("chaincor.workflows.reproduce"),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
         undefined=StrictUndefined,
         trim_blocks=True,

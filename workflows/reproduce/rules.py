@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.findings.finding import Finding
 
 # Share of the points a number rests on.
 _DISAGREEMENTS_ALLOWED = 0.05

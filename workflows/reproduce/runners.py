@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from lammps_inputs.scene import Scene
-from workflows.attempt import carry_out
-from workflows.reproduce.measurements import Answer, Runner
-from workflows.sweep import run_scenes
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.measurements import Answer, Runner
+from chaincor.workflows.store.attempt import carry_out
+from chaincor.workflows.sweep.execution import run_scenes
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
-from workflows.reproduce.plan import PAPER_ORDERS, PAPER_SIZE_SPEEDS, Plan
+from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
+from chaincor.workflows.reproduce.plan import PAPER_ORDERS, PAPER_SIZE_SPEEDS, Plan
 
 CURVE_POTENTIALS = ("lj", "toda", "log")
 # The interval of the chain of two is read off the contacts; eta there is nearly 1 whatever happens.

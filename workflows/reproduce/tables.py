@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from workflows.reproduce.measurements import Point
+from chaincor.workflows.reproduce.measurements import Point
 
 
 @dataclass(frozen=True)

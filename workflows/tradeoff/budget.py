@@ -5,20 +5,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from analysis.restitution import restitution
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene
-from workflows.convergence import eta_of
-from workflows.engines import lammps
-from workflows.engines.outcome import Outcome
-from workflows.tradeoff.oracles import (
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.tradeoff.oracles import (
     lepton_formula,
     restitution_with_exact_bonds,
     restitution_without_rounding,
     wider_floats,
 )
-from workflows.tradeoff.truth import Truth
+from chaincor.workflows.tradeoff.truth import Truth
 
 # Seconds per force call of bond_style lepton, and per step in NumPy: for planning.
 _LEPTON_CALL = 2e-4

@@ -1,8 +1,8 @@
 """A study in words: the cheapest settings, the error by cause, the advice."""
 
-from workflows.tradeoff.budget import CAUSES
-from workflows.tradeoff.front import describe, format_seconds
-from workflows.tradeoff.study import Tradeoff
+from chaincor.workflows.tradeoff.budget import CAUSES
+from chaincor.workflows.tradeoff.front import describe, format_seconds
+from chaincor.workflows.tradeoff.study import Tradeoff
 
 
 def _column(value: float | None) -> str:

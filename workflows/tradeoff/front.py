@@ -4,12 +4,12 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Engine, Scene, Scheme
-from workflows.error_bars import rounding_error
-from workflows.measured import measured
-from workflows.tradeoff.measurement import Measurement
-from workflows.tradeoff.settings import Series, Setting, time_unit
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Engine, Scene, Scheme
+from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.measured import measured
+from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.settings import Series, Setting, time_unit
 
 # An error that a setting promises is this many times the worst that was measured. Between scenes,
 # errors at equal steps (in units of the fastest bond) scatter, as contacts graze the wall or

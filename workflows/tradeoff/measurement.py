@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lammps_inputs.scene import Scene
-from workflows.cost_model import cost_model
-from workflows.errors import RunError
-from workflows.tradeoff.settings import STOCK_PHASES, Setting, run_setting
-from workflows.tradeoff.truth import Deviation, Truth, deviation_from
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.settings import STOCK_PHASES, Setting, run_setting
+from chaincor.workflows.tradeoff.truth import Deviation, Truth, deviation_from
 
 # A ladder ends where the error has been this many times the floor's or less.
 _FLOOR_SHARE = 3.0

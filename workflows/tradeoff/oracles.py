@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.restitution import restitution
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows.engines.compositions import COMPOSITIONS
-from workflows.engines.lammps_blind import BlindBound
-from workflows.engines.lammps_chain import LammpsChain
-from workflows.engines.lammps_flight import ComposedFlight, Flight, VerletFlight
-from workflows.engines.outcome import Outcome
-from workflows.errors import RunError
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.lammps.blind import BlindBound
+from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import RunError
 
 State = tuple[NDArray, NDArray, NDArray]
 

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Engine, Scene, Scheme, TableStyle, Wall
-from workflows.engines import lammps, reference
-from workflows.engines.outcome import Outcome
-from workflows.step_guess import sharpness
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Engine, Scene, Scheme, TableStyle, Wall
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.outcome import Outcome
 
 _ENGINE_NAMES = {"lammps": "LAMMPS", "reference": "in-house"}
 # Force error of the linear tables that are compared with splines, in units of v0: some thousands
@@ -117,7 +118,7 @@ def run_setting(scene: Scene, series: Series, numerics: Numerics) -> Outcome:
     Outcome
         Raw outcome.
     """
-    return (lammps if series.engine == "lammps" else reference).run(scene, numerics)
+    return (lammps if series.engine == "lammps" else stepping).run(scene, numerics)
 
 
 def time_unit(scene: Scene, wall: Wall) -> float:

@@ -5,14 +5,15 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import DEFAULT_TOLERANCE, Engine, Scene
-from workflows.error_bars import rounding_error
-from workflows.errors import RunError
-from workflows.tradeoff.budget import ErrorBudget, measure_budget
-from workflows.tradeoff.front import CheapestRow, cheapest_settings, give_advice
-from workflows.tradeoff.measurement import Measurement, measure_ladders
-from workflows.tradeoff.settings import (
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Engine, Scene
+from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.bond_tables import TablePoint, measure_tables
+from chaincor.workflows.tradeoff.budget import ErrorBudget, measure_budget
+from chaincor.workflows.tradeoff.front import CheapestRow, cheapest_settings, give_advice
+from chaincor.workflows.tradeoff.measurement import Measurement, measure_ladders
+from chaincor.workflows.tradeoff.settings import (
     STOCK_PHASES,
     STOCK_TIMESTEP,
     Series,
@@ -20,8 +21,7 @@ from workflows.tradeoff.settings import (
     study_settings,
     time_unit,
 )
-from workflows.tradeoff.tables import TablePoint, measure_tables
-from workflows.tradeoff.truth import Truth, find_truth
+from chaincor.workflows.tradeoff.truth import Truth, find_truth
 
 ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 

@@ -5,16 +5,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.modes import mode_energies
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene
-from workflows.convergence import MODAL_ERROR, Converged, converge, eta_of, run_in_house
-from workflows.engines import modal
-from workflows.engines.compositions import COMPOSITIONS
-from workflows.engines.outcome import Outcome
-from workflows.error_bars import COARSER_SHARE
-from workflows.errors import RunError
-from workflows.scouting import Scouting, scouting_from
+from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import (
+    MODAL_ERROR,
+    Converged,
+    converge,
+    eta_of,
+    run_in_house,
+)
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import RunError
 
 # Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
 _GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)

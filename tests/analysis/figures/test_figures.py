@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from analysis.figures.animation import animate_collision
-from analysis.figures.bond_lengths import plot_bond_lengths
-from analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
-from analysis.figures.energy_partition import plot_energy_partition
-from analysis.figures.mode_heat_map import plot_mode_heat_map
-from analysis.figures.restitution_curves import plot_dissipation, plot_restitution
-from analysis.figures.spectrum import plot_spectrum
-from analysis.figures.style import CYCLE, new_figure
-from analysis.figures.trajectories import plot_trajectories
-from analysis.modes import mode_energies
-from lammps_inputs.errors import InputError
+from chaincor.analysis.figures.animation import animate_collision
+from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
+from chaincor.analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
+from chaincor.analysis.figures.energy_partition import plot_energy_partition
+from chaincor.analysis.figures.mode_heat_map import plot_mode_heat_map
+from chaincor.analysis.figures.restitution_curves import plot_dissipation, plot_restitution
+from chaincor.analysis.figures.spectrum import plot_spectrum
+from chaincor.analysis.figures.style import CYCLE, new_figure
+from chaincor.analysis.figures.trajectories import plot_trajectories
+from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.errors import InputError
 
 
 @pytest.fixture(scope="module")

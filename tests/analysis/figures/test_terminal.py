@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from analysis.figures.terminal import draw_moment
+from chaincor.analysis.figures.terminal import draw_moment
 
 
 def lines_of(displacements, velocities, **options):

@@ -3,9 +3,9 @@ import json
 import numpy as np
 import pytest
 
-from lammps_inputs.potentials import Harmonic
-from lammps_inputs.scene import Scene
-from workflows.cli import main
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import main
 
 
 def frame(step, time, x, v):

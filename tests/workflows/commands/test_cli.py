@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from chaincor.workflows import cli
 from tests.workflows.commands.test_run import chaincor
-from workflows import cli
 
 
 def test_help_lists_every_command(capsys):
@@ -75,7 +75,7 @@ def test_what_goes_wrong_is_one_line(capsys, monkeypatch, error, status, line):
     def fail():
         raise error
 
-    monkeypatch.setattr("workflows.health.examine", fail)
+    monkeypatch.setattr("chaincor.workflows.machine.examine", fail)
     code, _, err = chaincor(capsys, "doctor")
     assert code == status
     assert line in err
@@ -83,7 +83,7 @@ def test_what_goes_wrong_is_one_line(capsys, monkeypatch, error, status, line):
 
 
 def test_the_process_exits_with_the_status():
-    code = "from workflows.cli import main; main()"
+    code = "from chaincor.workflows.cli import main; main()"
     for arguments, status in ((["run", "--particles", "0"], 2), (["--help"], 0)):
         done = subprocess.run(
             [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False
@@ -116,7 +116,7 @@ def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
 
 @pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
 def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
-    script = "from workflows import Scene, collide; collide(Scene(particles=5))"
+    script = "from chaincor import Scene, collide; collide(Scene(particles=5))"
     done = subprocess.run(
         [MPIEXEC, "-n", "2", sys.executable, "-c", script],
         capture_output=True,

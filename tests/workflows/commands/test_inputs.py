@@ -2,7 +2,7 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import Scene
 from tests.workflows.commands.test_run import chaincor
 
 

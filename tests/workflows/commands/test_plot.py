@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows import collide
-from workflows.attempt import Attempt
-from workflows.cli import main
-from workflows.store import Store
+from chaincor import collide
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import main
+from chaincor.workflows.store.attempt import Attempt
+from chaincor.workflows.store.results_store import Store
 
 SPEEDS = (0.02, 0.05, 0.1)
 
@@ -40,7 +40,7 @@ def plot(store_path, capsys, monkeypatch):
         drawn.update(curves)
         return original(curves, *names, **options)
 
-    from analysis.figures import store_plots
+    from chaincor.analysis.figures import store_plots
 
     original = store_plots.plot_curves
     monkeypatch.setattr(store_plots, "plot_curves", keep)
@@ -111,8 +111,8 @@ def test_a_heat_map_over_several_scenes_is_refused(plot):
 
 
 def test_a_heat_map_never_averages():
-    from analysis.figures.store_plots import plot_heat_map
-    from lammps_inputs.errors import InputError
+    from chaincor.analysis.figures.store_plots import plot_heat_map
+    from chaincor.lammps_inputs.errors import InputError
 
     axes = plot_heat_map([1, 2, 1], [1, 1, 2], [5, 6, 7], labels=("x", "y", "c"))
     mesh = axes.collections[0].get_array()

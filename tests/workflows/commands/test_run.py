@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from workflows.cli import main
+from chaincor.workflows.cli import main
 
 QUICK = ["run", "--potential", "harmonic", "--particles", "5", "--velocity", "0.1"]
 CONTRACT = {

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from workflows.cli import main
-from workflows.errors import SweepError
-from workflows.sweep_file import read_sweep
+from chaincor.workflows.cli import main
+from chaincor.workflows.errors import SweepError
+from chaincor.workflows.sweep.file import read_sweep
 
 SWEEP = """
 store = "out.sqlite"

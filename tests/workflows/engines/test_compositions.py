@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.compositions import COMPOSITIONS
 
 each = pytest.mark.parametrize("scheme", COMPOSITIONS.values(), ids=COMPOSITIONS)
 

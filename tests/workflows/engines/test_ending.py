@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.potentials import Harmonic, LennardJones, Toda
-from lammps_inputs.scene import Scene
-from workflows.engines import ending as ending_module
-from workflows.engines import reference
-from workflows.engines.ending import (
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Toda
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines import ending as ending_module
+from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
     EndWatch,
     approach,
@@ -21,8 +20,9 @@ from workflows.engines.ending import (
     quiet_time,
     return_risk,
 )
-from workflows.engines.follow import follow
-from workflows.engines.reference_look_ahead import LookAhead
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.engines.in_house.follow import follow
 
 LJ = LennardJones()
 LONG = 1e9
@@ -141,7 +141,7 @@ def test_no_contact_gives_more_than_is_reckoned_with():
         pattern = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
         start = -0.05 + frequency * pattern
         pieces = find_pieces(1.0, np.zeros(5), start, LJ)
-        outcome = reference.run(scene, Numerics(scheme="order8", timestep=0.1))
+        outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
         gained = float(outcome.velocities.sum()) + 6 * 0.05
         assert gained <= approach(pieces) * (1.0 + 1e-9)
 
@@ -156,7 +156,7 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     for now in (100.0, 200.0):
         found = follow(scene, displacements, velocities, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
-        # The judge (tests/benchmarks/judge.py) says 3.819; steps of order 8 are good to 1e-6.
+        # The judge (benchmarks/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
 
 
@@ -255,6 +255,6 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     monkeypatch.setattr(EndWatch, "look", patient)
     monkeypatch.setattr(LookAhead, "settle", lambda self: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
-    outcome = reference.run(scene, Numerics(scheme="order6", timestep=step))
+    outcome = stepping.run(scene, Numerics(scheme="order6", timestep=step))
     assert outcome.duration > outcome.contact_times[-1] + 5.0 * scene.particles
     assert outcome.contact_times[-1] == seen[0][1], "a contact came after the end was seen"

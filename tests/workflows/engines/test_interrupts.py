@@ -9,21 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows.engines import interrupts, lammps, modal, reference, stiff
-from workflows.engines.kernels import kernels_for
-from workflows.engines.lammps_chain import LammpsChain
-from workflows.engines.reference_chain import Chain
-from workflows.engines.reference_steps import STEP_SCHEMES
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines import interrupts
+from chaincor.workflows.engines.in_house import adaptive, modal, stepping
+from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
 # Each ends with a look ahead in coarse steps, where the engine has such looks.
 RUNS = {
-    "composed": lambda: reference.run(LJ, Numerics(scheme="order8", timestep=0.2)),
-    "extrapolated": lambda: reference.run(LJ, Numerics(scheme="extrapolated14", timestep=0.5)),
+    "composed": lambda: stepping.run(LJ, Numerics(scheme="order8", timestep=0.2)),
+    "extrapolated": lambda: stepping.run(LJ, Numerics(scheme="extrapolated14", timestep=0.5)),
     "modal": lambda: modal.run(Scene(potential="harmonic", particles=40, velocity=0.1), 0.7),
-    "adaptive": lambda: stiff.run(Scene(potential="log", particles=8, speed=2.0), 1e-8, 0.5),
+    "adaptive": lambda: adaptive.run(Scene(potential="log", particles=8, speed=2.0), 1e-8, 0.5),
     "lammps": lambda: lammps.run(LJ, Numerics(scheme="verlet", timestep=0.01)),
 }
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.collision import collide
-from workflows.commands.run import describe
-from workflows.engines import ending
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.commands.run import describe
+from chaincor.workflows.engines import ending
 
 # By three integrators that share no code with the engines; all digits shown are theirs.
 LATE = {
@@ -15,14 +15,15 @@ LATE = {
 }
 
 
-def check(engine, particles, tolerance):
+def check(engine, particles, tolerance, endings=("proved", "argued")):
     speed, contacts, last, restitution = LATE[particles]
     result = collide(
         Scene(potential="lj", particles=particles, speed=speed, engine=engine), tolerance=tolerance
     )
     assert result.contacts == contacts
-    assert result.ending in ("proved", "argued")
-    assert result.tolerance_met
+    assert result.ending in endings
+    # A late contact that hardly different motions have would be in the bar.
+    assert result.tolerance_met == (result.ending != "open")
     # Half a unit of the last digit shown is known no better.
     assert abs(result.restitution - restitution) <= result.restitution_error + 5e-12
     assert f"end                    {result.ending}: " in describe(result)
@@ -38,7 +39,8 @@ def test_late_contacts_are_found(engine, particles):
 
 @pytest.mark.slow
 def test_late_contacts_of_a_long_chain_are_found():
-    check("reference", 117, 1e-6)
+    # Whether one more contact comes after thousands of units of time, the last digits decide.
+    check("reference", 117, 1e-6, ("argued", "open"))
 
 
 def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):

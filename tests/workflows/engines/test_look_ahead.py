@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows.engines import look_ahead, reference
-from workflows.engines.ending import longest_collision, quiet_time
-from workflows.engines.reference_look_ahead import LookAhead
-from workflows.errors import RunError
-from workflows.step_guess import guess_step
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.engines import look_ahead
+from chaincor.workflows.engines.ending import longest_collision, quiet_time
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.errors import RunError
 
 LJ = Scene(potential="lj", particles=100, speed=0.4)
 
@@ -33,7 +34,7 @@ def random_scene(random):
 def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
     with monkeypatch.context() as patch:
         patch.setattr(LookAhead, "settle", lambda self: None)
-        return reference.run(scene, numerics, frame_interval)
+        return stepping.run(scene, numerics, frame_interval)
 
 
 def test_results_are_equal_to_the_last_bit(monkeypatch):
@@ -50,9 +51,9 @@ def test_results_are_equal_to_the_last_bit(monkeypatch):
             exact = run_without_look_ahead(monkeypatch, scene, numerics)
         except RunError as error:
             with pytest.raises(type(error)):
-                reference.run(scene, numerics)
+                stepping.run(scene, numerics)
             continue
-        outcome = reference.run(scene, numerics)
+        outcome = stepping.run(scene, numerics)
         for field in ("displacements", "velocities", "contact_times", "contact_speeds"):
             assert np.array_equal(getattr(outcome, field), getattr(exact, field)), (scene, field)
         # Log bonds may be shortest after the last contact, and are then sampled by coarse steps.
@@ -64,7 +65,7 @@ def test_results_are_equal_to_the_last_bit(monkeypatch):
 def test_it_is_cheaper(monkeypatch):
     numerics = Numerics(scheme="order8", timestep=0.1)
     exact = run_without_look_ahead(monkeypatch, LJ, numerics)
-    outcome = reference.run(LJ, numerics)
+    outcome = stepping.run(LJ, numerics)
     # The last contact is at 154; what follows until the end is proved takes steps four times
     # cheaper.
     assert outcome.ending == exact.ending
@@ -76,8 +77,8 @@ def test_it_is_cheaper(monkeypatch):
 def test_frames_change_nothing_and_are_exact_to_the_end(monkeypatch):
     numerics = Numerics(scheme="order8", timestep=0.1)
     scene = LJ.replace(particles=20)
-    plain = reference.run(scene, numerics)
-    framed = reference.run(scene, numerics, frame_interval=0.7)
+    plain = stepping.run(scene, numerics)
+    framed = stepping.run(scene, numerics, frame_interval=0.7)
     exact = run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=0.7)
     assert np.array_equal(framed.velocities, plain.velocities)
     for field in ("duration", "bond_max", "fragments", "ending"):

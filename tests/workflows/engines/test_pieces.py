@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
-from lammps_inputs.potential import bond_strains
-from lammps_inputs.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from tests.benchmarks.end_counterexamples import argument_for, check, draw_state
-from workflows.engines.ending import find_pieces
-from workflows.engines.pieces import count_fragments, escape_risk, reach
+from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
+from chaincor.lammps_inputs.bonds.potential import bond_strains
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.workflows.engines.ending import find_pieces
+from chaincor.workflows.engines.pieces import count_fragments, escape_risk, reach
 
 LJ = LennardJones()
 BONDS = [Harmonic(), LJ, Toda(), Logarithmic(), Power(4, 1.0)]

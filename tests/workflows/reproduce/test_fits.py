@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workflows.reproduce.fits import find_minimum, fit_over_ranges, fit_power_law
+from chaincor.workflows.reproduce.fits import find_minimum, fit_over_ranges, fit_power_law
 
 
 def test_exact_power_law_is_found_to_rounding():

@@ -2,15 +2,15 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.reproduce.findings.long_limit import (
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.findings.long_limit import (
     BEYOND_HARMONIC,
     scaled_speed,
     slope_limits,
     slow_long_chains,
 )
-from workflows.reproduce.measurements import Answer, Measurements, Point
-from workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
 
 SPEEDS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.1)
 LENGTHS = (50, 100, 1000, 3000)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from workflows.reproduce.plan import QUICK
-from workflows.reproduce.reproduce import reproduce_paper
-from workflows.reproduce.rules import RULES
-from workflows.reproduce.runners import run_into_store
-from workflows.store import Store
+from chaincor.workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.reproduction import reproduce_paper
+from chaincor.workflows.reproduce.rules import RULES
+from chaincor.workflows.reproduce.runners import run_into_store
+from chaincor.workflows.store.results_store import Store
 
 TINY = replace(
     QUICK,

@@ -2,10 +2,10 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.reproduce.findings.finding import Finding
-from workflows.reproduce.measurements import Answer, Point
-from workflows.reproduce.rules import RULES, Rule, Verdict, judge
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.measurements import Answer, Point
+from chaincor.workflows.reproduce.rules import RULES, Rule, Verdict, judge
 
 RULE = Rule("x", "eq. (0)", "x is 2", 2.0, 0.1, 0.5, "x is {value:.1f}")
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import pytest
 
-from lammps_inputs.user_bond import UserBond
-from workflows.reproduce.health import examine_points
-from workflows.reproduce.judging import judge_all
-from workflows.reproduce.measurements import measure
-from workflows.reproduce.plan import QUICK
-from workflows.reproduce.rules import Verdict
-from workflows.reproduce.runners import run_here
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.workflows.reproduce.judging import judge_all
+from chaincor.workflows.reproduce.measurements import measure
+from chaincor.workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.rules import Verdict
+from chaincor.workflows.reproduce.runners import run_here
+from chaincor.workflows.reproduce.trust import examine_points
 
 SMALL = replace(
     QUICK,

@@ -3,19 +3,19 @@
 import numpy as np
 import pytest
 
-from lammps_inputs.numerics import Numerics
-from lammps_inputs.scene import Scene
-from workflows.convergence import eta_of
-from workflows.engines import lammps
-from workflows.tradeoff.budget import measure_budget, printed_restitution
-from workflows.tradeoff.oracles import (
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.tradeoff.bond_tables import measure_tables
+from chaincor.workflows.tradeoff.budget import measure_budget, printed_restitution
+from chaincor.workflows.tradeoff.oracles import (
     lepton_formula,
     restitution_with_exact_bonds,
     restitution_without_rounding,
     wider_floats,
 )
-from workflows.tradeoff.tables import measure_tables
-from workflows.tradeoff.truth import find_truth
+from chaincor.workflows.tradeoff.truth import find_truth
 
 SCENE = Scene(particles=6)
 needs_wider_floats = pytest.mark.skipif(not wider_floats(), reason="long double is a double")

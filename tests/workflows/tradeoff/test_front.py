@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.tradeoff.front import (
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.tradeoff.front import (
     RESERVE,
     cheapest_settings,
     format_seconds,
@@ -12,9 +12,9 @@ from workflows.tradeoff.front import (
     pareto_front,
     promised_errors,
 )
-from workflows.tradeoff.measurement import Measurement
-from workflows.tradeoff.settings import Series, Setting, time_unit
-from workflows.tradeoff.truth import Deviation
+from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.settings import Series, Setting, time_unit
+from chaincor.workflows.tradeoff.truth import Deviation
 
 VERLET = Series("lammps", "event", "verlet", "spline")
 ORDER8 = Series("lammps", "event", "order8", "spline")

@@ -2,8 +2,8 @@
 
 import pytest
 
-from lammps_inputs.scene import Scene
-from workflows.tradeoff.settings import (
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.tradeoff.settings import (
     STOCK_TIMESTEP,
     Series,
     Setting,

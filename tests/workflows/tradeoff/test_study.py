@@ -7,12 +7,12 @@ import math
 import pytest
 from click.testing import CliRunner
 
-from lammps_inputs.scene import Scene
-from workflows.commands.tradeoff import tradeoff
-from workflows.tradeoff import study as study_module
-from workflows.tradeoff.description import describe_study
-from workflows.tradeoff.report import to_dict, write_study
-from workflows.tradeoff.study import Plan, bare_scene, measure_tradeoff
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.commands.tradeoff import tradeoff
+from chaincor.workflows.tradeoff import study as study_module
+from chaincor.workflows.tradeoff.description import describe_study
+from chaincor.workflows.tradeoff.study import Plan, bare_scene, measure_tradeoff
+from chaincor.workflows.tradeoff.study_files import to_dict, write_study
 
 pytestmark = pytest.mark.slow
 
@@ -109,7 +109,7 @@ def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, monkeypatc
 
 
 def test_calibration_goes_to_the_users_settings(tmp_path, monkeypatch):
-    from workflows import cost_model
+    from chaincor.workflows.accuracy import cost_model
 
     path = tmp_path / "settings" / "cost_model.json"
     monkeypatch.setattr(cost_model, "user_cost_model_path", lambda: path)

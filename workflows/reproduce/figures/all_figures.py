@@ -1,19 +1,26 @@
 """All figures of the report, the paper's first and in its order."""
 
-from workflows.reproduce.figures.agreement import agreement
-from workflows.reproduce.figures.figure import Figure
-from workflows.reproduce.figures.lengths import harmonic_lengths, lj_lengths
-from workflows.reproduce.figures.low_speed import increase_figure, pair_figure, slope_figure
-from workflows.reproduce.figures.schematic import schematic
-from workflows.reproduce.figures.spectra import mode_spectra
-from workflows.reproduce.figures.speeds import (
+from chaincor.workflows.reproduce.figures.against_length import harmonic_lengths, lj_lengths
+from chaincor.workflows.reproduce.figures.against_speed import (
     breaking_and_two_restitutions,
     contacts_and_restitution,
     restitution_curves,
 )
-from workflows.reproduce.figures.trajectories import run_trajectories, trajectories
-from workflows.reproduce.findings.harmonic import HarmonicLaw
-from workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.figures.at_low_speed import (
+    increase_figure,
+    pair_figure,
+    slope_figure,
+)
+from chaincor.workflows.reproduce.figures.engines_compared import agreement
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.figures.harmonic_trajectories import (
+    run_trajectories,
+    trajectories,
+)
+from chaincor.workflows.reproduce.figures.schematic import schematic
+from chaincor.workflows.reproduce.figures.spectra import mode_spectra
+from chaincor.workflows.reproduce.findings.harmonic import HarmonicLaw
+from chaincor.workflows.reproduce.measurements import Measurements
 
 
 def all_figures(measured: Measurements, law: HarmonicLaw) -> tuple[Figure, ...]:

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import SETTINGS
-from workflows.reproduce.tables import Table
+from chaincor.analysis.figures.style import SETTINGS
+from chaincor.workflows.reproduce.tables import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

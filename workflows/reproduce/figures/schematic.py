@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, new_figure
-from workflows.reproduce.figures.figure import Figure
+from chaincor.analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, new_figure
+from chaincor.workflows.reproduce.figures.figure import Figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.style import new_figure
-from workflows.reproduce.figures.figure import Figure
-from workflows.reproduce.measurements import Measurements, Point
-from workflows.reproduce.tables import table_of
+from chaincor.analysis.figures.style import new_figure
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.tables import table_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

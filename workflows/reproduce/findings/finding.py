@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from workflows.reproduce.measurements import Point
+from chaincor.workflows.reproduce.measurements import Point
 
 
 @dataclass(frozen=True)

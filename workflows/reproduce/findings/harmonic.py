@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.contacts import contact_statistics
-from analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT
-from workflows.reproduce.findings.finding import Finding
-from workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law
-from workflows.reproduce.measurements import Measurements, Point
+from chaincor.analysis.contacts import contact_statistics
+from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT
+from chaincor.workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law
+from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 # The paper's numbers in brackets are from a chain of this length.
 PAPER_CHAIN = 500

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 # Shorter chains and faster collisions are not in the limit.
 _SHORTEST = 100

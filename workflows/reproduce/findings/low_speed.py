@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.pair_theory import pair_interval, pair_interval_slope
-from analysis.theory import PAIR_INTERVAL, low_speed_dissipation_slope
-from lammps_inputs.potentials import LennardJones
-from workflows.reproduce.findings.finding import Finding
-from workflows.reproduce.findings.long_limit import describe_limits, slope_limits
-from workflows.reproduce.fits import PowerLaw, fit_power_law
-from workflows.reproduce.measurements import Measurements, Point
+from chaincor.analysis.pair_theory import pair_interval, pair_interval_slope
+from chaincor.analysis.theory import PAIR_INTERVAL, low_speed_dissipation_slope
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.findings.long_limit import describe_limits, slope_limits
+from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
+from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 _NAN = float("nan")
 # Fits of the increase begin at 0.01 v*, as the paper's figure does, and end at one of these.

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from workflows.reproduce.findings.finding import Finding
-from workflows.reproduce.fits import Minimum, find_minimum
-from workflows.reproduce.measurements import Measurements, Point
-from workflows.reproduce.studies import CURVE_POTENTIALS
+from chaincor.workflows.reproduce.findings.finding import Finding
+from chaincor.workflows.reproduce.fits import Minimum, find_minimum
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
 
 _NAN = float("nan")
 # Where the paper's figure shows the three potentials on one curve, and where log leaves it.

@@ -1,0 +1,1 @@
+"""Dumps of LAMMPS, read frame by frame."""

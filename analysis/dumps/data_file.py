@@ -1,0 +1,189 @@
+"""What a LAMMPS data file, and the commands that read it, say of masses and types."""
+
+import gzip
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import InputError
+
+_COMMANDS = re.compile(r"^\s*(mass|set|read_data|atom_style)\s", re.MULTILINE)
+# Where the type stands in a line of the section Atoms.
+_TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
+_TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
+
+
+@dataclass(frozen=True)
+class DeclaredMasses:
+    """
+    Masses as the files of a job declare them, for dumps that do not carry them.
+
+    Attributes
+    ----------
+    by_type : dict of int to float
+        Mass of each type; empty where none is declared.
+    types : ndarray of shape (n,) or None
+        Types in order of id, from the data file; None where they are not known.
+    source : str
+        Which file says so.
+    unclear : str or None
+        Why that cannot be relied on.
+    """
+
+    by_type: dict[int, float] = field(default_factory=dict)
+    types: NDArray[np.int64] | None = None
+    source: str = ""
+    unclear: str | None = None
+
+
+def declared_masses(
+    data: Path | None, scripts: Sequence[Path] = (), logs: Sequence[Path] = ()
+) -> DeclaredMasses:
+    """
+    Gather what a job declares of masses: section Masses, and the commands ``mass`` and ``set``.
+
+    Parameters
+    ----------
+    data : pathlib.Path or None
+        LAMMPS data file.
+    scripts, logs : sequence of pathlib.Path
+        Input scripts, and logs, which show variables as what they stand for.
+
+    Returns
+    -------
+    DeclaredMasses
+        Masses by type.
+
+    Raises
+    ------
+    InputError
+        If the section Masses cannot be read.
+    """
+    sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
+    in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
+    # What a run prints on the screen begins like a log and repeats no commands.
+    echoes = [path for path in logs if _COMMANDS.search(path.read_text(errors="replace"))]
+    files = echoes or list(scripts)
+    commands = [_Commands.read(path, expanded=bool(echoes)) for path in files]
+    found = [command.apply(in_data) for command in commands] or [in_data]
+    unclear = next((command.unclear for command in commands if command.unclear), None)
+    if any(masses != found[0] for masses in found):
+        unclear = f"{' and '.join(path.name for path in files)} set different masses"
+    hint, rows = sections.get("Atoms", ("", []))
+    style = hint or next((command.atom_style for command in commands if command.atom_style), "")
+    source = "the job" if data is None or found[0] != in_data else str(data)
+    return DeclaredMasses(found[0], _types_by_id(rows, style), source, unclear)
+
+
+@dataclass
+class _Commands:
+    """The commands of one script that decide masses, in order."""
+
+    masses: list[tuple[str, float] | None] = field(default_factory=list)  # None: read_data
+    atom_style: str = ""
+    unclear: str | None = None
+
+    @classmethod
+    def read(cls, path: Path, *, expanded: bool) -> "_Commands":
+        found = cls()
+        for line in path.read_text(errors="replace").splitlines():
+            words = line.split("#")[0].split()
+            if not words or words[0] not in ("mass", "set", "read_data", "atom_style"):
+                continue
+            if any("$" in word for word in words) and words[0] in ("mass", "set"):
+                if expanded or not _sets_masses(words):
+                    continue  # the log repeats the line with what variables stand for
+                found.unclear = f"'{line.strip()}' in {path.name} sets masses by a variable"
+            elif words[0] == "read_data":
+                found.masses.append(None)
+            elif words[0] == "atom_style":
+                found.atom_style = words[1] if len(words) > 1 else ""
+            elif words[0] == "set" and _sets_masses(words):
+                found.unclear = f"'{line.strip()}' in {path.name} changes masses or types"
+            elif words[0] == "mass":
+                found._add_mass(words, line, path)
+        return found
+
+    def _add_mass(self, words: list[str], line: str, path: Path) -> None:
+        try:
+            self.masses.append((words[1], float(words[2])))
+            _TypeRange.parse(words[1])
+        except (ValueError, IndexError):
+            self.unclear = f"'{line.strip()}' in {path.name} cannot be read"
+
+    def apply(self, in_data: dict[int, float]) -> dict[int, float]:
+        """Return the masses after all commands; ``read_data`` brings those of the data file."""
+        masses = {} if None in self.masses else dict(in_data)
+        for command in self.masses:
+            if command is None:
+                masses.update(in_data)
+                continue
+            low, high = _TypeRange.parse(command[0])
+            known = {*in_data, *masses}
+            last = max(known, default=low) if high is None else high
+            masses.update(dict.fromkeys(range(low, max(last, low) + 1), command[1]))
+        return masses
+
+
+class _TypeRange:
+    """The first argument of ``mass``: ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
+
+    @staticmethod
+    def parse(word: str) -> tuple[int, int | None]:
+        if "*" not in word:
+            return int(word), int(word)
+        low, high = word.split("*")
+        return int(low or 1), int(high) if high else None
+
+
+def _sets_masses(words: list[str]) -> bool:
+    if words[0] == "mass":
+        return True
+    return any(word == "mass" or word.startswith("type") for word in words[3:])
+
+
+def _read_sections(path: Path, wanted: Sequence[str]) -> dict[str, tuple[str, list[list[str]]]]:
+    """Return hint and rows of some sections."""
+    try:
+        raw = path.read_bytes()
+        text = (gzip.decompress(raw) if raw.startswith(b"\x1f\x8b") else raw).decode("utf-8")
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read {path}: {error}; expected a LAMMPS data file") from None
+    sections: dict[str, tuple[str, list[list[str]]]] = {}
+    rows: list[list[str]] | None = None
+    for line in text.splitlines()[1:]:
+        body, _, comment = line.partition("#")
+        words = body.split()
+        if not words:
+            continue
+        if words[0][0].isalpha() and len(words) <= 3 and not words[-1][-1].isdigit():
+            name = " ".join(words)
+            rows = [] if name in wanted else None
+            if rows is not None:
+                sections[name] = (comment.strip(), rows)
+        elif rows is not None:
+            rows.append(words)
+    return sections
+
+
+def _masses_section(rows: list[list[str]], path: Path | None) -> dict[int, float]:
+    try:
+        return {int(row[0]): float(row[1]) for row in rows}
+    except (ValueError, IndexError):
+        raise InputError(
+            f"section Masses of {path} cannot be read; expected lines of type and mass, as '1 1.0'"
+        ) from None
+
+
+def _types_by_id(rows: list[list[str]], style: str) -> NDArray[np.int64] | None:
+    place = _TYPE_PLACE.get(style)
+    if place is None or not rows:
+        return None
+    try:
+        return np.array([t for _, t in sorted((int(row[0]), int(row[place])) for row in rows)])
+    except (ValueError, IndexError):
+        return None

@@ -1,0 +1,157 @@
+"""Dumps of LAMMPS, streamed frame by frame: text, gzip or binary, whole or cut short."""
+
+import gzip
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, cast
+
+from chaincor.analysis.dumps.binary import BinaryFrames
+from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
+from chaincor.analysis.dumps.text import TextFrames
+from chaincor.lammps_inputs.errors import InputError
+
+_GZIP_MAGIC = b"\x1f\x8b"
+_TEXT_START = b"ITEM:"
+
+
+class Dump:
+    """
+    A LAMMPS dump of style custom, read in constant memory.
+
+    Iterating yields a :class:`DumpFrame` at a time and can be repeated. A last frame that is cut
+    short, as a crash leaves it, ends the iteration and sets `truncated`.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        Text (``.lammpstrj``, ``.dump``), the same gzipped, or binary (``.bin``); what it is, is
+        seen from its content.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    truncated : bool
+        Whether the last complete iteration met a frame cut short.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is empty, or is not a dump.
+    """
+
+    def __init__(self, path: Path | str):
+        self.path = Path(path)
+        self.truncated = False
+        try:
+            with self._open() as (_, stream):
+                start = stream.read(18)
+        except OSError as error:
+            raise InputError(f"cannot read the dump {self.path}: {_reason(error)}") from None
+        except (EOFError, zlib.error):
+            raise InputError(f"{self.path} is cut short before its first frame") from None
+        if not start:
+            raise InputError(f"{self.path} is empty; expected a LAMMPS dump of style custom")
+        self.is_text = start.startswith(_TEXT_START) or start in _TEXT_START
+        if not self.is_text and b"DUMP" not in start:
+            raise InputError(
+                f"{self.path} is not a LAMMPS dump of style custom: it starts with {start[:18]!r}"
+            )
+
+    def __iter__(self) -> Iterator[DumpFrame]:
+        return self.frames()
+
+    def frames(
+        self, progress: Callable[[int], None] | None = None, start: int = 0
+    ) -> Iterator[DumpFrame]:
+        """
+        Yield the frames in the order of the file.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called after each frame with the number of bytes of the file read so far.
+        start : int
+            Where to start: 0 or one of :meth:`offsets`.
+
+        Yields
+        ------
+        DumpFrame
+            One frame; it stays valid after the next has been read.
+
+        Raises
+        ------
+        InputError
+            If the file is damaged, or not even one frame is complete.
+        """
+        reader = self._reader()
+        self.truncated = False
+        count = 0
+        with self._open() as (file, stream):
+            stream.seek(start)
+            try:
+                while (frame := reader.read(stream)) is not None:
+                    count += 1
+                    yield frame
+                    if progress is not None:
+                        progress(file.tell())
+            except (TruncatedFrameError, EOFError):
+                self.truncated = True
+            except (gzip.BadGzipFile, zlib.error) as error:
+                raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
+        if count == 0:
+            raise InputError(f"{self.path} is cut short before the end of its first frame")
+
+    def first(self) -> DumpFrame:
+        """
+        Return the first frame.
+
+        Returns
+        -------
+        DumpFrame
+            The frame.
+        """
+        return next(self.frames())
+
+    def offsets(self) -> list[int]:
+        """
+        Return where in the (decompressed) file each complete frame starts.
+
+        Returns
+        -------
+        list of int
+            For :meth:`frames`.
+        """
+        reader = self._reader()
+        starts = []
+        with self._open() as (_, stream):
+            start = 0
+            try:
+                while reader.skip(stream):
+                    starts.append(start)
+                    start = stream.tell()
+            except (TruncatedFrameError, EOFError):
+                self.truncated = True
+        return starts
+
+    def _reader(self) -> TextFrames | BinaryFrames:
+        return TextFrames(str(self.path)) if self.is_text else BinaryFrames(str(self.path))
+
+    @contextmanager
+    def _open(self) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+        """Open the file; yield it and the stream of its decompressed content."""
+        with self.path.open("rb") as file:
+            compressed = file.read(2) == _GZIP_MAGIC
+            file.seek(0)
+            if not compressed:
+                yield file, file
+                return
+            with gzip.GzipFile(fileobj=file) as unzipped:
+                # No further buffer: it would lose what precedes the end of a cut stream.
+                yield file, cast(IO[bytes], unzipped)
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or type(error).__name__

@@ -1,0 +1,126 @@
+"""One frame of a LAMMPS dump, whatever file it came from."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import InputError
+
+
+class TruncatedFrameError(Exception):
+    """The file ends inside a frame, as after a crash; everything before is sound."""
+
+
+@dataclass(frozen=True)
+class DumpFrame:
+    """
+    One frame, its columns converted only when asked for.
+
+    Attributes
+    ----------
+    step : int
+        LAMMPS timestep number.
+    time : float or None
+        Simulation time, where the dump carries it (``dump_modify time yes``).
+    columns : tuple of str
+        Names of the columns.
+    bounds : ndarray of shape (3, 2)
+        Lower and upper bound of the box in x, y and z.
+    order : ndarray of shape (n,) or None
+        Rows in the order of ids; None where they are in order already.
+    raw_column : callable
+        Returns a column by its index, in the order of the file.
+    raw_text : callable or None
+        Returns the text of a column by its index; None for binary dumps.
+    periodic_x : bool
+        Whether the box is periodic along x, so that positions may be wrapped into it.
+    tilted : bool
+        Whether the box is triclinic.
+    units : str or None
+        Units of the run, where the dump names them (``dump_modify units yes``).
+    """
+
+    step: int
+    time: float | None
+    columns: tuple[str, ...]
+    bounds: NDArray[np.float64]
+    order: NDArray[np.int64] | None
+    raw_column: Callable[[int], NDArray[np.float64]] = field(repr=False)
+    raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
+    periodic_x: bool = False
+    tilted: bool = False
+    units: str | None = None
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """
+        Return one column as float64, sorted by id.
+
+        Parameters
+        ----------
+        name : str
+            One of `columns`.
+
+        Returns
+        -------
+        numpy.ndarray of shape (n,)
+            The values, exactly as written.
+
+        Raises
+        ------
+        InputError
+            If this frame, unlike others, has no such column.
+        """
+        if name not in self.columns:
+            raise InputError(
+                f"the frame of step {self.step} has no column '{name}' (it has "
+                f"{' '.join(self.columns)}); expected the same columns in all frames"
+            )
+        values = self.raw_column(self.columns.index(name))
+        return values if self.order is None else values[self.order]
+
+    def significant_digits(self) -> int:
+        """
+        Return how many digits the format of the dump keeps, as far as this frame shows it.
+
+        ``%g`` drops trailing zeros, so the most digits of any number count; ids and other whole
+        numbers say nothing.
+
+        Returns
+        -------
+        int
+            17 for binary dumps; at least 6, the default of LAMMPS.
+        """
+        if self.raw_text is None:
+            return 17
+        words = (word for index in range(len(self.columns)) for word in self.raw_text(index))
+        return max((_count_digits(word) for word in words if b"." in word), default=0) or 6
+
+    def resolution(self, name: str, digits: int) -> NDArray[np.float64]:
+        """
+        Return the half-width of the interval that each printed number stands for.
+
+        Parameters
+        ----------
+        name : str
+            One of `columns`.
+        digits : int
+            Significant digits of the format; 16 or more mean the float64 itself.
+
+        Returns
+        -------
+        numpy.ndarray of shape (n,)
+            Half a unit of the last printed digit, or half a unit of float64.
+        """
+        values = np.abs(self.column(name))
+        if digits >= 16:
+            return 0.5 * np.spacing(values)
+        safe = np.where(values > 0.0, values, 1.0)
+        half_unit = 0.5 * 10.0 ** (np.floor(np.log10(safe)) - digits + 1)
+        return np.where(values > 0.0, half_unit, 0.0)
+
+
+def _count_digits(word: bytes) -> int:
+    mantissa = word.lower().split(b"e")[0].lstrip(b"+-").replace(b".", b"")
+    return max(6, len(mantissa.lstrip(b"0")))

@@ -1,0 +1,159 @@
+"""Masses of the particles, from the wall outwards: from the dump, the job's files, or given."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.data_file import DeclaredMasses
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.lammps_inputs.errors import InputError
+
+MASS_COLUMN = "mass"
+TYPE_COLUMN = "type"
+# Given masses and those of the default format of dumps agree to its six digits.
+_SAME_MASS = 1e-5
+
+
+def repeat_masses(masses: ArrayLike, particles: int) -> NDArray[np.float64]:
+    """
+    Repeat a list of masses along the chain.
+
+    Parameters
+    ----------
+    masses : array_like of shape (k,)
+        Masses of particles 1..k, particle 1 nearest the wall; particle k + 1 has the first again.
+    particles : int
+        Number of particles n >= k.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n,)
+        One mass a particle.
+
+    Raises
+    ------
+    InputError
+        If there is none, one is not positive and finite, or there are more than particles.
+    """
+    given = np.atleast_1d(np.asarray(masses, dtype=float))
+    wrong = given[~((given > 0.0) & (given < np.inf))]
+    if given.size == 0 or wrong.size:
+        what = f"a mass is {wrong[0]:g}" if wrong.size else "no mass is given"
+        raise InputError(f"{what}; expected positive finite numbers, as in --masses 1,2")
+    if given.size > particles:
+        raise InputError(
+            f"{given.size} masses are given for {particles} particles; expected one a particle "
+            "from the wall outwards, or fewer, which are repeated along the chain"
+        )
+    return np.resize(given, particles)
+
+
+def find_masses(
+    frame: DumpFrame,
+    layout: ChainLayout,
+    *,
+    given: ArrayLike | None = None,
+    declared: DeclaredMasses | None = None,
+) -> NDArray[np.float64] | None:
+    """
+    Return the masses of the particles of a dump, particle 1 first.
+
+    The column ``mass`` of the dump counts first, then the particles' types with the masses that
+    the job declares for them, then those given, which must not contradict the others.
+
+    Parameters
+    ----------
+    frame : DumpFrame
+        The first frame.
+    layout : ChainLayout
+        Its layout.
+    given : array_like, optional
+        As for :func:`repeat_masses`.
+    declared : DeclaredMasses, optional
+        What the data file and the scripts of the job say.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n,) or None
+        The masses; None where nothing is known of them and nothing says that they differ.
+
+    Raises
+    ------
+    InputError
+        If types differ and their masses are not known, or the masses given are not those of the
+        job.
+    """
+    found, why = _find(frame, layout, declared or DeclaredMasses())
+    if given is None:
+        if found is None and why:
+            raise InputError(
+                f"the masses of the particles are not known: {why}; give them from the wall "
+                "outwards (--masses 1,2 or --masses FILE), or dump a column 'mass'"
+            )
+        return found
+    masses = repeat_masses(given, layout.particles)
+    if found is not None and not np.allclose(masses, found, rtol=_SAME_MASS, atol=0.0):
+        i = int(np.argmax(np.abs(masses / found - 1.0)))
+        raise InputError(
+            f"--masses gives particle {i + 1} from the wall the mass {masses[i]:g}, {why} "
+            f"{found[i]:g}; expected the masses of the run: drop --masses"
+        )
+    return masses
+
+
+def mass_resolution(
+    frame: DumpFrame, layout: ChainLayout, masses: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """
+    Return how far masses may be off because a dump prints few digits of them.
+
+    Parameters
+    ----------
+    frame : DumpFrame
+        The first frame.
+    layout : ChainLayout
+        Its layout.
+    masses : ndarray of shape (n,)
+        What :func:`find_masses` returned.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n,)
+        Half a unit of the last digit; 0 where the masses are not those of a column, or all alike,
+        which restitution does not depend on.
+    """
+    if MASS_COLUMN not in frame.columns or np.all(masses == masses[0]):
+        return np.zeros(masses.size)
+    printed = layout.from_the_wall(frame.column(MASS_COLUMN))
+    if not np.array_equal(masses, printed):
+        return np.zeros(masses.size)
+    return layout.from_the_wall(frame.resolution(MASS_COLUMN, frame.significant_digits()))
+
+
+def _find(
+    frame: DumpFrame, layout: ChainLayout, declared: DeclaredMasses
+) -> tuple[NDArray[np.float64] | None, str]:
+    """Return masses and who says so; or None and why not, empty if nothing says they differ."""
+    n = layout.particles
+    if MASS_COLUMN in frame.columns:
+        printed = layout.from_the_wall(frame.column(MASS_COLUMN))
+        return repeat_masses(printed, n), f"column '{MASS_COLUMN}' of the dump"
+    if declared.unclear is not None:
+        return None, declared.unclear
+    types = frame.column(TYPE_COLUMN) if TYPE_COLUMN in frame.columns else declared.types
+    kinds = [] if types is None else [int(kind) for kind in np.unique(types)]
+    if not declared.by_type:
+        differ = "particles are of types " + ", ".join(map(str, kinds[:5]))
+        return None, f"{differ} and no Masses are declared" if len(kinds) > 1 else ""
+    missing = [kind for kind in kinds if kind not in declared.by_type]
+    if missing:
+        return None, f"{declared.source} declares no mass for type {missing[0]}"
+    used = {declared.by_type[kind] for kind in kinds} or set(declared.by_type.values())
+    if len(used) == 1:
+        return repeat_masses([*used], n), declared.source
+    if types is None:
+        return None, f"{declared.source} declares several, and the dump has no column 'type'"
+    if types.size != n:
+        return None, f"{declared.source} has {types.size} atoms, the dump {n}"
+    by_particle = [declared.by_type[int(kind)] for kind in types]
+    return repeat_masses(layout.from_the_wall(np.array(by_particle)), n), declared.source

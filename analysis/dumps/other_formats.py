@@ -1,0 +1,137 @@
+"""Dumps for other programs: ASE, and extended XYZ for OVITO and ``ase gui``."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.masses import find_masses
+
+if TYPE_CHECKING:
+    from ase import Atoms
+
+# Viewers want a chemical element; argon is what a Lennard-Jones chain would be made of.
+SYMBOL = "Ar"
+
+
+def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]:
+    """
+    Yield the states in a dump.
+
+    Parameters
+    ----------
+    dump : pathlib.Path or str
+        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+    timestep : float
+        Simulated time per step, for dumps that do not carry the time.
+
+    Yields
+    ------
+    ChainState
+        One state a frame.
+    """
+    source = Dump(dump)
+    return ChainLayout.from_frame(source.first()).states(source, timestep)
+
+
+def to_ase(
+    dump: Path | str, timestep: float = 1.0, masses: ArrayLike | None = None
+) -> "Iterator[Atoms]":
+    """
+    Yield the frames as ASE Atoms, in reduced units and float64.
+
+    ASE's own reader knows no ``units lj`` and rescales velocities; here numbers pass unchanged.
+
+    Parameters
+    ----------
+    dump : pathlib.Path or str
+        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+    timestep : float
+        Simulated time per step, for dumps that do not carry the time.
+    masses : array_like, optional
+        Particle masses from the wall outwards, repeated along the chain; those of the dump, else
+        1, by default.
+
+    Yields
+    ------
+    ase.Atoms
+        Positions (x, 0, 0), array ``displacement``, masses and velocities; ``info`` holds ``time``
+        and ``step``.
+
+    Raises
+    ------
+    InputError
+        If particles are of different types and their masses are not known.
+    """
+    from ase import Atoms
+
+    m = _masses(Dump(dump).first(), masses)
+    for state in read_states(dump, timestep):
+        n = state.velocities.size
+        atoms = Atoms([SYMBOL] * n, positions=_along_x(state.displacements + np.arange(n)))
+        atoms.set_masses(m)
+        atoms.set_velocities(_along_x(state.velocities))
+        atoms.new_array("displacement", state.displacements)
+        atoms.info.update(time=state.time, step=state.step)
+        yield atoms
+
+
+def write_extended_xyz(
+    dump: Path | str,
+    path: Path | str,
+    timestep: float = 1.0,
+    masses: ArrayLike | None = None,
+) -> int:
+    """
+    Write a dump as extended XYZ with all digits, frame by frame.
+
+    Parameters
+    ----------
+    dump : pathlib.Path or str
+        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+    path : pathlib.Path or str
+        The file to write; it appears when it is complete.
+    timestep : float
+        Simulated time per step, for dumps that do not carry the time.
+    masses : array_like, optional
+        As for :func:`to_ase`.
+
+    Returns
+    -------
+    int
+        Number of frames.
+    """
+    count = 0
+    m = _masses(Dump(dump).first(), masses).tolist()
+    with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
+        for state in read_states(dump, timestep):
+            n = state.velocities.size
+            file.write(
+                f"{n}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "
+                f'pbc="F F F" Time={state.time!r} Step={state.step}\n'
+            )
+            x = (state.displacements + np.arange(n)).tolist()
+            rows = zip(x, state.velocities.tolist(), state.displacements.tolist(), m, strict=True)
+            file.writelines(
+                f"{SYMBOL} {a!r} 0.0 0.0 {b!r} 0.0 0.0 {c!r} {d!r}\n" for a, b, c, d in rows
+            )
+            count += 1
+    return count
+
+
+def _masses(first: DumpFrame, given: ArrayLike | None) -> NDArray[np.float64]:
+    layout = ChainLayout.from_frame(first)
+    found = find_masses(first, layout, given=given)
+    return np.ones(layout.particles) if found is None else found
+
+
+def _along_x(values: np.ndarray) -> np.ndarray:
+    vectors = np.zeros((values.size, 3))
+    vectors[:, 0] = values
+    return vectors

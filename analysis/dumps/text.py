@@ -1,0 +1,207 @@
+"""Read the text format of LAMMPS ``dump custom``, frame by frame."""
+
+import itertools
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
+from chaincor.lammps_inputs.errors import InputError
+
+# A header that says more is damaged.
+_MOST_PARTICLES = 10**9
+
+
+class TextFrames:
+    """
+    Reader of text frames from an open stream.
+
+    Only the columns that are asked for are converted to numbers: splitting a frame into words is
+    cheap, turning words of 17 digits into float64 is what costs.
+
+    Parameters
+    ----------
+    name : str
+        What to call the file in errors.
+    """
+
+    def __init__(self, name: str):
+        self._name = name
+        self._ids: list[bytes] | None = None
+        self._order: NDArray[np.int64] | None = None
+
+    def read(self, stream: IO[bytes]) -> DumpFrame | None:
+        """
+        Read the next frame.
+
+        Parameters
+        ----------
+        stream : binary file
+            Positioned at the start of a frame.
+
+        Returns
+        -------
+        DumpFrame or None
+            None at the end of the file.
+
+        Raises
+        ------
+        TruncatedFrameError
+            If the file ends inside the frame.
+        InputError
+            If what follows is not a frame.
+        """
+        header = self._read_header(stream)
+        if header is None:
+            return None
+        step, time, particles, columns, box = header
+        body = list(itertools.islice(stream, particles))
+        if len(body) < particles or not body[-1].endswith(b"\n"):
+            raise TruncatedFrameError
+        words = b"".join(body).split()
+        width = len(columns)
+        if len(words) != particles * width:
+            raise InputError(
+                f"{self._name}: the frame of step {step} holds {len(words)} numbers; expected "
+                f"{particles} rows of {width}: the file is damaged there, perhaps by a crashed "
+                "run that was continued into it"
+            )
+
+        def raw_text(index: int) -> list[bytes]:
+            return words[index::width]
+
+        def raw_column(index: int) -> NDArray[np.float64]:
+            try:
+                return np.array(list(map(float, words[index::width])))
+            except ValueError:
+                raise InputError(
+                    f"{self._name}: column '{columns[index]}' of the frame of step {step} holds "
+                    "text that is not a number"
+                ) from None
+
+        order = self._find_order(step, columns, raw_text, raw_column)
+        bounds = box.pop("bounds")
+        return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
+
+    def skip(self, stream: IO[bytes]) -> bool:
+        """
+        Pass over the next frame.
+
+        Parameters
+        ----------
+        stream : binary file
+            Positioned at the start of a frame.
+
+        Returns
+        -------
+        bool
+            False at the end of the file.
+
+        Raises
+        ------
+        TruncatedFrameError, InputError
+            As :meth:`read`.
+        """
+        header = self._read_header(stream)
+        if header is None:
+            return False
+        before_last = sum(1 for _ in itertools.islice(stream, header[2] - 1))
+        last = stream.readline()
+        if before_last < header[2] - 1 or not last.endswith(b"\n"):
+            raise TruncatedFrameError
+        return True
+
+    def _read_header(self, stream: IO[bytes]):
+        step, time, particles = None, None, None
+        box: dict[str, Any] = {"bounds": None}
+        line = stream.readline()
+        if not line:
+            return None
+        while True:
+            if not line.endswith(b"\n"):
+                raise TruncatedFrameError
+            words = line.split()
+            try:
+                if words[:1] != [b"ITEM:"]:
+                    raise ValueError
+                if words[1] == b"ATOMS":
+                    columns = tuple(word.decode() for word in words[2:])
+                    if step is None or particles is None or particles < 1 or not columns:
+                        raise ValueError
+                    return step, time, particles, columns, box
+                if words[1] == b"TIMESTEP":
+                    step = int(_complete(stream))
+                elif words[1] == b"TIME":
+                    time = float(_complete(stream))
+                elif words[1] == b"NUMBER":
+                    particles = int(_complete(stream))
+                    if particles > _MOST_PARTICLES:
+                        raise ValueError
+                elif words[1] == b"BOX":
+                    rows = [_complete(stream).split() for _ in range(3)]
+                    box["bounds"] = np.array([row[:2] for row in rows], dtype=float)
+                    box["tilted"] = any(len(row) > 2 for row in rows)
+                    # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
+                    box["periodic_x"] = words[-3:-2] == [b"pp"]
+                elif words[1] == b"UNITS":
+                    box["units"] = _complete(stream).decode().strip()
+                else:
+                    raise ValueError
+            except (ValueError, IndexError):
+                raise InputError(
+                    f"{self._name} is not a LAMMPS dump of style custom: unexpected "
+                    f"{line[:60].decode(errors='replace').strip()!r} in the header of a frame"
+                ) from None
+            line = stream.readline()
+
+    def _find_order(self, step, columns, raw_text, raw_column) -> NDArray[np.int64] | None:
+        """Return the order by id; frames with the same ids share it."""
+        if "id" not in columns:
+            raise InputError(
+                f"{self._name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
+                "writes atoms in any order"
+            )
+        index = columns.index("id")
+        ids = raw_text(index)
+        if ids != self._ids:
+            self._order = order_by_id(raw_column(index), step, self._name)
+            self._ids = ids
+        return self._order
+
+
+def order_by_id(ids: NDArray[np.float64], step: int, name: str) -> NDArray[np.int64] | None:
+    """
+    Return the rows in order of id, or None where they are in order already.
+
+    Parameters
+    ----------
+    ids : ndarray of shape (n,)
+        Ids in the order of the file.
+    step : int
+        Step of the frame, for the error.
+    name : str
+        The file, for the error.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n,) or None
+        Row of each id.
+
+    Raises
+    ------
+    InputError
+        If an id comes twice.
+    """
+    order = np.argsort(ids, kind="stable")
+    if np.any(np.diff(ids[order]) == 0):
+        raise InputError(f"{name}: the frame of step {step} holds an id twice; it is damaged")
+    return None if np.array_equal(order, np.arange(ids.size)) else order
+
+
+def _complete(stream: IO[bytes]) -> bytes:
+    """Return the next line, which must be whole."""
+    line = stream.readline()
+    if not line.endswith(b"\n"):
+        raise TruncatedFrameError
+    return line

@@ -1,0 +1,114 @@
+"""The simulated time of one step, for dumps that count steps only."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.frame import DumpFrame
+
+_NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
+_COMMAND = re.compile(r"^\s*timestep\s+(\S+)", re.MULTILINE)
+
+# Two printed velocities of the default six digits may differ by this and mean the same.
+_SAME_SPEED = 1e-5
+
+
+def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+    """
+    Return the timestep that a log or, where there is none, an input script sets.
+
+    Parameters
+    ----------
+    logs : iterable of pathlib.Path
+        LAMMPS logs of the job: they show variables and what they stand for.
+    scripts : iterable of pathlib.Path
+        Input scripts of the job.
+
+    Returns
+    -------
+    float or None
+        The value of the ``timestep`` command; None where none is found, where a script computes
+        it, or where it changes, so that steps do not tell the time.
+    """
+    words, expanded = _words(logs, scripts)
+    computed = [word for word in words if "$" in word]
+    values = {float(word) for word in words if _NUMBER.fullmatch(word)}
+    if len(values) != 1 or (computed and not expanded):
+        return None
+    timestep = values.pop()
+    return timestep if timestep > 0.0 else None
+
+
+def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+    """
+    Return the step that a run was set up with.
+
+    Runs that stop at contacts set other steps on the way; the first one is that of the motion.
+
+    Parameters
+    ----------
+    logs, scripts : iterable of pathlib.Path
+        As for :func:`read_timestep`.
+
+    Returns
+    -------
+    float or None
+        The first value of the ``timestep`` command; None where there is none.
+    """
+    words, expanded = _words(logs, scripts)
+    values = [float(word) for word in words if _NUMBER.fullmatch(word)]
+    if not values or (not expanded and "$" in words[0]):
+        return None
+    return values[0] if values[0] > 0.0 else None
+
+
+def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | None:
+    """
+    Return the timestep as seen in the flight of the last particle.
+
+    Until sound has crossed the chain the particle farthest from the wall flies freely, so its
+    distance, its speed and the steps between frames give the time of a step.
+
+    Parameters
+    ----------
+    frames : iterable of DumpFrame
+        Frames from the first on; read only as far as the flight goes.
+    layout : ChainLayout
+        Layout of the dump.
+
+    Returns
+    -------
+    float or None
+        The timestep; None if no two frames show the flight.
+    """
+    start: tuple[int, float, float] | None = None
+    timestep = None
+    for frame in frames:
+        x = layout.displacements(frame)[-1]
+        velocity = layout.velocities(frame)[-1]
+        if start is None:
+            if velocity == 0.0:
+                return None
+            start = frame.step, x, velocity
+            continue
+        if not np.isclose(velocity, start[2], rtol=_SAME_SPEED, atol=0.0):
+            break
+        if frame.step > start[0]:
+            timestep = float((x - start[1]) / (start[2] * (frame.step - start[0])))
+    return timestep if timestep is not None and timestep > 0.0 else None
+
+
+def _words(logs: Iterable[Path], scripts: Iterable[Path]) -> tuple[list[str], bool]:
+    """Return what follows ``timestep``, and whether variables stand for their values."""
+    words = [word for path in logs for word in _timestep_words(path)]
+    if words:
+        return words, True
+    # What a run prints on the screen begins like a log and repeats no commands.
+    return [word for path in scripts for word in _timestep_words(path)], False
+
+
+def _timestep_words(path: Path) -> list[str]:
+    return _COMMAND.findall(path.read_text(errors="replace"))

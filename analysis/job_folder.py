@@ -1,0 +1,350 @@
+"""A folder with a LAMMPS job: which file is the dump, the data file, the scene, the script."""
+
+import gzip
+import re
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from numpy.typing import ArrayLike
+
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.data_file import declared_masses
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.masses import find_masses
+from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
+from chaincor.analysis.frame_analysis import EndArgument, analyze_frames
+from chaincor.analysis.results import CollisionAnalysis
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+
+_HEAD = 4096
+_ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
+_BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
+_DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
+_REFLECT = re.compile(r"^\s*fix\s.*\swall/reflect\s", re.MULTILINE)
+_UNITS = re.compile(r"^\s*units\s+(\S+)", re.MULTILINE)
+_SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Job:
+    """
+    The files of a job.
+
+    Attributes
+    ----------
+    dump : pathlib.Path
+        LAMMPS dump of style custom.
+    data : pathlib.Path or None
+        LAMMPS data file.
+    scene : pathlib.Path or None
+        ``scene.toml``.
+    scripts, logs : tuple of pathlib.Path
+        Input scripts and LAMMPS logs.
+    """
+
+    dump: Path
+    data: Path | None = None
+    scene: Path | None = None
+    scripts: tuple[Path, ...] = ()
+    logs: tuple[Path, ...] = ()
+
+
+def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
+    """
+    Find the files of a job, by content and not by name.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Folder of the job.
+    data, dump : pathlib.Path, optional
+        Files to take, instead of those found.
+
+    Returns
+    -------
+    Job
+        Its files.
+
+    Raises
+    ------
+    InputError
+        If there is no dump, or more than one to choose from.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
+    kinds = _files_by_kind(folder)
+    if dump is None:
+        dump = _only_one(kinds["dump"], "dump", folder)
+    if dump is None:
+        empty = [path.name for path in _empty_dumps(folder)]
+        hint = f" ({', '.join(empty)} is empty)" if empty else ""
+        raise InputError(
+            f"{folder} holds no LAMMPS dump of style custom{hint}; write one with "
+            "'dump ID all custom N FILE id x vx', or name it (--dump)"
+        )
+    scene = folder / "scene.toml"
+    return Job(
+        dump=dump,
+        data=data or _only_one(kinds["data"], "data", folder),
+        scene=scene if scene.exists() else None,
+        scripts=tuple(kinds["script"]),
+        logs=tuple(kinds["log"]),
+    )
+
+
+def find_jobs_below(folder: Path | str) -> tuple[Job, ...]:
+    """
+    Find the jobs in the folders below a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Where to look; not itself looked into.
+
+    Returns
+    -------
+    tuple of Job
+        One for each folder with a dump, in order of their names.
+
+    Raises
+    ------
+    InputError
+        If one of them has more than one dump or data file to choose from.
+    """
+    below = sorted(path for path in Path(folder).rglob("*") if path.is_dir())
+    return tuple(find_job(path) for path in below if _files_by_kind(path)["dump"])
+
+
+def has_dump(folder: Path | str) -> bool:
+    """
+    Tell whether a folder holds a dump.
+
+    Parameters
+    ----------
+    folder : pathlib.Path or str
+        Folder of a job.
+
+    Returns
+    -------
+    bool
+        Whether a file in it is a LAMMPS dump.
+    """
+    return Path(folder).is_dir() and bool(_files_by_kind(Path(folder))["dump"])
+
+
+def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
+    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
+    for path in sorted(folder.iterdir()):
+        kind = _recognise(path) if path.is_file() else None
+        if kind is not None:
+            kinds[kind].append(path)
+    return kinds
+
+
+def count_atoms(path: Path) -> int:
+    """
+    Return the number of atoms that a data file declares.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        LAMMPS data file.
+
+    Returns
+    -------
+    int
+        Number of atoms.
+
+    Raises
+    ------
+    InputError
+        If it is not a data file.
+    """
+    found = _ATOM_COUNT.search(_read_head(path))
+    if found is None:
+        raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
+    return int(found[1])
+
+
+def analyze_job(
+    job: Job,
+    *,
+    bond: Potential | None = None,
+    impact_velocity: float | None = None,
+    timestep: float | None = None,
+    masses: ArrayLike | None = None,
+    end_argument: EndArgument | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> CollisionAnalysis:
+    """
+    Analyse the dump of a job, with what its other files know.
+
+    Parameters
+    ----------
+    job : Job
+        Files of the job.
+    bond : Potential, optional
+        The bonds' potential; that of ``scene.toml`` by default.
+    impact_velocity : float, optional
+        v0; that of ``scene.toml`` or of the first frame by default.
+    timestep : float, optional
+        Simulated time per step, for dumps that do not carry the time; from the log, the script or
+        the flight of the last particle by default.
+    masses : array_like, optional
+        Particle masses from the wall outwards, repeated along the chain; by default those of the
+        dump, else of the data file and the script by type, else 1.
+    end_argument : callable, optional
+        See :func:`~chaincor.analysis.frame_analysis.analyze_frames`.
+    progress : callable, optional
+        Called with the number of bytes of the dump read so far.
+
+    Returns
+    -------
+    CollisionAnalysis
+        All results.
+
+    Raises
+    ------
+    InputError
+        If the files do not fit together or do not show a collision.
+    """
+    dump = Dump(job.dump)
+    first = dump.first()
+    layout = ChainLayout.from_frame(first)
+    _refuse_other_units((*job.scripts, *job.logs))
+    notes: list[str] = []
+    if job.scene is not None:
+        scene = Scene.from_file(job.scene)
+        bond = bond or scene.bond
+        impact_velocity = impact_velocity or scene.impact_velocity
+        _expect_count(scene.particles, job.scene, layout.particles, job.dump)
+    if job.data is not None:
+        _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
+        _expect_one_chain(job.data, layout.particles)
+    declared = declared_masses(job.data, job.scripts, job.logs)
+    if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
+        notes.append(
+            "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
+            "them"
+        )
+    if uses_reflecting_wall(job):
+        notes.append(
+            "the run used fix wall/reflect: each contact then costs an error of first order in "
+            "the timestep, usually 1e-3 to 1e-2 of restitution in all, which energy and momentum "
+            "hardly show"
+        )
+    if timestep is None and not layout.time_known:
+        timestep = read_timestep(job.logs, job.scripts)
+        if timestep is None:
+            timestep = infer_timestep(dump, layout)
+            if timestep is not None:
+                notes.append(
+                    f"the dump does not carry the time; a step was found to be {timestep:.6g} "
+                    "long from the flight of the last particle; --timestep gives it exactly"
+                )
+    return analyze_frames(
+        dump.frames(progress),
+        bond=bond,
+        impact_velocity=impact_velocity,
+        timestep=timestep,
+        masses=masses,
+        declared=declared,
+        end_argument=end_argument,
+        notes=notes,
+        is_truncated=lambda: dump.truncated,
+    )
+
+
+def uses_reflecting_wall(job: Job) -> bool:
+    """
+    Tell whether the run had the stock wall, by its scripts and logs.
+
+    Parameters
+    ----------
+    job : Job
+        Files of the job.
+
+    Returns
+    -------
+    bool
+        Whether ``fix wall/reflect`` is among the commands.
+    """
+    return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
+
+
+def _refuse_other_units(paths: Iterable[Path]) -> None:
+    for path in paths:
+        other = next((found for found in _UNITS.findall(_text(path)) if found != "lj"), None)
+        if other is not None and "$" not in other:
+            raise InputError(
+                f"{path} sets units {other}; expected units lj, with the natural bond length and "
+                "a stiffness of 1, in which energies and times are understood here"
+            )
+
+
+def _text(path: Path) -> str:
+    return path.read_text(errors="replace")
+
+
+def _expect_count(expected: int, source: Path, found: int, dump: Path) -> None:
+    if expected != found:
+        raise InputError(
+            f"{dump} holds {found} particles, {source} {expected}; expected the dump of that job"
+        )
+
+
+def _expect_one_chain(data: Path, particles: int) -> None:
+    found = _BOND_COUNT.search(_read_head(data))
+    bonds = 0 if found is None else int(found[1])
+    if bonds not in (0, particles - 1):  # none: other forces hold the chain together
+        raise InputError(
+            f"{data} has {bonds} bonds between {particles} particles; expected one open chain with "
+            f"{particles - 1}: all particles of the dump are taken to be that chain"
+        )
+
+
+def _read_head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+        if head.startswith(b"\x1f\x8b"):
+            with gzip.open(path, "rb") as stream:
+                head = stream.read(64)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    except (EOFError, zlib.error):
+        return b""
+    return head
+
+
+def _recognise(path: Path) -> str | None:
+    head = _read_head(path)
+    if head.startswith(b"ITEM:") or head[8:18] == b"DUMPCUSTOM":
+        return "dump"
+    if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
+        return "data"
+    if head.startswith(b"LAMMPS ("):
+        return "log"
+    if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:
+        return "script"
+    return None
+
+
+def _empty_dumps(folder: Path) -> Iterable[Path]:
+    return [
+        path
+        for path in sorted(folder.iterdir())
+        if path.is_file() and path.stat().st_size == 0 and re.search("dump|lammpstrj", path.name)
+    ]
+
+
+def _only_one(paths: list[Path], kind: str, folder: Path) -> Path | None:
+    if len(paths) > 1:
+        names = ", ".join(path.name for path in paths)
+        raise InputError(f"{folder} holds several {kind} files ({names}); name one (--{kind})")
+    return paths[0] if paths else None

@@ -1,0 +1,1 @@
+"""Ratios against peers, studies and maps; each runs as ``python -m benchmarks.NAME``."""

@@ -1,0 +1,1 @@
+"""Are the error bars honest, and what are they measured by?"""

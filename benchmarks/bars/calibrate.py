@@ -1,0 +1,160 @@
+"""
+Measure the constants that error bars and choices rest on, and write the file they are read from.
+
+    python -m benchmarks.bars.calibrate [NAME ...] [--scenes 300] [--seed 1]
+        [--output FILE]
+
+Each constant is a quantile over random scenes of what the scene would have needed, times a reserve,
+rounded up to two digits. Without names all are measured, which takes about an hour; with names the
+others stay as they are. What no study here measures is
+reasoned, and its reason stands beside it in the code.
+"""
+
+import argparse
+import math
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from benchmarks.bars import samples as bar_studies
+from benchmarks.bars import scheme_costs, step_samples
+from benchmarks.bars.samples import Random, Samples
+from chaincor.workflows import measured
+from chaincor.workflows.versions import versions
+
+FILE = Path(measured.__file__).with_name(measured.FILE)
+
+
+@dataclass(frozen=True)
+class Constant:
+    """
+    How a constant follows from samples.
+
+    Attributes
+    ----------
+    study : callable
+        ``study(random, count)`` returns samples by key, under "" where there is one number only.
+    quantile : float
+        Of the samples; 1 is the largest of them, 0 the least.
+    reserve : float
+        Factor on it, for scenes that were not drawn.
+    least : float or dict
+        Below which the constant is not taken, by key where there are several: what was measured
+        elsewhere, in scenes that are not drawn here. The reason stands beside the constant.
+    scenes : float
+        Scenes, as a share of those asked for: some studies are dear, some constants need few.
+    """
+
+    study: Callable[[Random, int], Samples]
+    quantile: float
+    reserve: float
+    scenes: float = 1.0
+    least: float | dict[str, float] = 0.0
+
+    def value(self, key: str, samples: list[float]) -> tuple[float, float]:
+        """Return the quantile found and the constant."""
+        found = float(np.quantile(samples, self.quantile))
+        digits = 10.0 ** (math.floor(math.log10(max(self.reserve * found, 1e-30))) - 1)
+        rounded = math.ceil if self.quantile > 0.0 else math.floor
+        value = float(f"{rounded(self.reserve * found / digits) * digits:.2g}")
+        least = self.least[key] if isinstance(self.least, dict) else self.least
+        return found, max(value, least)
+
+
+# Constants are not taken below what wider studies once needed: honest bars of 300 scenes that break
+# and graze (coarser shares), long chains that break (tables), finer steps and slower chains
+# (rounding), chains of 1000 (jitter), 130 scenes of the trade-off (promises).
+_PROMISED = {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
+_COARSER = {"verlet": 1.5, "order4": 0.6, "order6": 0.45, "order8": 0.4, "extrapolated14": 0.032}
+CONSTANTS = {
+    "proof_share": Constant(bar_studies.proof_share, 0.995, 1.2),
+    "coarser_share": Constant(bar_studies.coarser_share, 0.995, 1.5, 0.3, _COARSER),
+    "adaptive_share": Constant(bar_studies.adaptive_share, 0.99, 2.0, 0.2, 0.3),
+    "table_sensitivity": Constant(
+        bar_studies.table_sensitivity, 1.0, 1.5, 0.2, {"spline": 2.0, "linear": 5.0}
+    ),
+    "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3, 6.0),
+    "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2, 15.0),
+    "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2, 6.0),
+    "arithmetic_floor": Constant(bar_studies.arithmetic_floor, 1.0, 1.2, 0.3),
+    "array_sensitivity": Constant(bar_studies.array_sensitivity, 0.99, 2.0, 0.2),
+    "unseen_stretch": Constant(bar_studies.unseen_stretch, 1.0, 1.2, 0.2),
+    "sphere_power": Constant(bar_studies.sphere_power, 0.0, 1.0, 0.1),
+    "usual_error": Constant(step_samples.usual_error, 0.5, 1.0, 0.3),
+    "promise_reserve": Constant(step_samples.promise_reserve, 0.95, 1.0, 0.2, _PROMISED),
+}
+SCHEMES = {
+    "lammps_schemes": (scheme_costs.lammps_costs, scheme_costs.LAMMPS_SCHEMES, 0.05),
+    "in_house_schemes": (scheme_costs.in_house_costs, scheme_costs.IN_HOUSE_SCHEMES, 0.1),
+}
+
+
+def draw(name: str, seed: int) -> Random:
+    """Return random numbers that depend on the seed and the constant alone."""
+    return np.random.default_rng([seed, zlib.crc32(name.encode())])
+
+
+def measure(name: str, scenes: int, seed: int) -> dict[str, Any]:
+    """Return one constant with how it came about."""
+    random = draw(name, seed)
+    common = {"seed": seed, "chaincor": versions()["chaincor"], "lammps": versions()["lammps"]}
+    if name in SCHEMES:
+        costs, schemes, share = SCHEMES[name]
+        count = max(1, round(share * scenes))
+        losses = scheme_costs.measure_losses(costs, schemes, random, count)
+        table, loss = scheme_costs.best_table(losses)
+        return {
+            "what": (costs.__doc__ or "").splitlines()[0],
+            "value": table,
+            "loss": float(f"{loss:.3g}"),
+            "scenes": count * len(losses),
+            **common,
+        }
+    constant = CONSTANTS[name]
+    count = max(1, round(constant.scenes * scenes))
+    found = {key: constant.value(key, each) for key, each in constant.study(random, count).items()}
+    scalar = set(found) == {""}
+    return {
+        "what": " ".join((constant.study.__doc__ or "").split()),
+        "value": found[""][1] if scalar else {key: value for key, (_, value) in found.items()},
+        "found": _short(found[""][0]) if scalar else {k: _short(q) for k, (q, _) in found.items()},
+        "quantile": constant.quantile,
+        "reserve": constant.reserve,
+        "least": constant.least,
+        "scenes": count,
+        **common,
+    }
+
+
+def _short(number: float) -> float:
+    return float(f"{number:.3g}")
+
+
+def main() -> None:
+    """Measure constants and write the file."""
+    names = [*CONSTANTS, *SCHEMES]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names)}")
+    parser.add_argument("--scenes", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--output", type=Path, default=FILE, help="by default the file read")
+    arguments = parser.parse_args()
+    if unknown := set(arguments.names) - set(names):
+        parser.error(f"no such constant: {', '.join(sorted(unknown))}; expected some of {names}")
+    table = {name: dict(entry) for name, entry in measured.measurements().items()}
+    for name in arguments.names or names:
+        table[name] = measure(name, arguments.scenes, arguments.seed)
+        print(name, table[name], flush=True)
+        # One by one: a study that is interrupted keeps what it has.
+        ordered = {each: table[each] for each in names if each in table}
+        head = "# Written by python -m benchmarks.bars.calibrate; do not edit.\n\n"
+        arguments.output.write_text(head + tomli_w.dumps({"constants": ordered}))
+
+
+if __name__ == "__main__":
+    main()

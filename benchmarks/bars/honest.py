@@ -1,0 +1,194 @@
+"""
+Are the error bars honest? Random scenes against a much tighter run.
+
+    python -m benchmarks.bars.honest [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
+        [--kind named|user] [--csv FILE]
+
+Bonds of users (kinked, without tension, smooth, tables of few digits) are judged by an integrator
+that shares nothing with the engines, see ``kink_judge``.
+
+Prints, over all scenes that claim their tolerance: how often the true error is within the reported
+one, how often the reported one is within the tolerance, and the median of reported error over
+tolerance; and each refusal with its reason.
+"""
+
+import argparse
+import csv
+import multiprocessing
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.bars.user_scenes import UserCase, random_case
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+_POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
+# The judge is asked for so much less than the subject reports, down to what rounding allows.
+_JUDGE_SHARE = 0.01
+_SHARPEST_JUDGE = 1e-13
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One random scene: what was asked, what was reported, what is true."""
+
+    potential: str
+    particles: int
+    velocity: float
+    speed: float | None
+    engine: str
+    scheme: str
+    tolerance: float
+    reported: float | None
+    true: float | None
+    judge_error: float | None
+    met: bool
+    seconds: float
+    refusal: str | None
+
+
+def random_scene(random: np.random.Generator, engine: str | None = None) -> Scene:
+    """Draw a scene over all potentials, sizes, speeds, tolerances and both engines, or for one."""
+    potential = str(random.choice(_POTENTIALS))
+    fields = {
+        "potential": potential,
+        "particles": round(10 ** random.uniform(np.log10(2), np.log10(300))),
+        "engine": str(random.choice(["lammps", "reference"])),
+        "tolerance": float(10 ** random.uniform(-9, -3)),
+    }
+    if potential == "harmonic":
+        fields["velocity"] = float(10 ** random.uniform(-5, np.log10(0.6)))
+    else:
+        fields["speed"] = float(10 ** random.uniform(-4, 1))
+    if potential == "toda":
+        fields["toda_b"] = float(random.choice([1.0, 10.0, 100.0]))
+    if potential == "power":
+        order = int(random.integers(3, 8))
+        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    return Scene(**fields | ({} if engine is None else {"engine": engine}))
+
+
+def try_scene(scene: Scene) -> Trial:
+    """Run a scene and judge it by the in-house engine at a much tighter tolerance."""
+
+    def judged(bar):
+        share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)
+        judge = collide(scene.replace(engine="reference", tolerance=share))
+        return judge.restitution, judge.restitution_error
+
+    return _try(scene, judged)
+
+
+def try_case(case: UserCase) -> Trial:
+    """Run a scene with a user's bond and judge it by another integrator."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _try(case.scene(Path(folder)), lambda _bar: case.truth(Path(folder)))
+
+
+def _try(scene: Scene, judged: Callable[[float], tuple[float, float]]) -> Trial:
+    common = {
+        "potential": scene.label,
+        "particles": scene.particles,
+        "velocity": scene.impact_velocity,
+        "speed": scene.speed,
+        "engine": scene.engine,
+        "tolerance": scene.tolerance,
+    }
+    nothing = {"scheme": "", "reported": None, "true": None, "judge_error": None, "met": False}
+    try:
+        result = collide(scene)
+    except ChaincorError as error:
+        reason = f"{type(error).__name__}: {error}"
+        return Trial(**common, **nothing, seconds=0.0, refusal=reason)
+    try:
+        truth, judge_error = judged(result.restitution_error)
+    except ChaincorError as error:
+        reason = f"judge: {type(error).__name__}: {error}"
+        return Trial(**common, **nothing, seconds=result.seconds_total, refusal=reason)
+    return Trial(
+        **common,
+        scheme=result.scheme,
+        reported=result.restitution_error,
+        true=abs(result.restitution - truth),
+        judge_error=judge_error,
+        met=bool(result.tolerance_met),
+        seconds=result.seconds_total,
+        refusal=None if result.tolerance_met else result.reason,
+    )
+
+
+def report(trials: list[Trial]) -> bool:
+    """Print the figures; return whether they are good."""
+    claimed = [t for t in trials if t.met]
+    answered = [t for t in trials if t.reported is not None]
+    honest = [t for t in answered if t.true <= t.reported + t.judge_error]
+    within = [t for t in claimed if t.true <= t.tolerance]
+    exact = ("modal", "hard-sphere")
+    stepped = [t.reported / t.tolerance for t in claimed if t.scheme not in exact]
+    print(f"scenes: {len(trials)}, answered: {len(answered)}, tolerance claimed: {len(claimed)}")
+    print(f"true error within the reported one: {len(honest)}/{len(answered)}")
+    print(f"true error within the tolerance, of those that claim it: {len(within)}/{len(claimed)}")
+    print(f"median of reported error / tolerance: {np.median(stepped):.3g}")
+    worst = sorted(answered, key=lambda t: -(t.true / t.reported))[:8]
+    print("largest true/reported:")
+    for t in worst:
+        print(
+            f"  {t.true / t.reported:8.2g}  {t.engine} {t.potential} n={t.particles} "
+            f"speed={t.speed} v0={t.velocity:.3g} tol={t.tolerance:.1g} {t.scheme} "
+            f"reported={t.reported:.1e} true={t.true:.1e} judge={t.judge_error:.0e}"
+        )
+    refused = [t for t in trials if t.refusal]
+    print(f"refusals and tolerances not met: {len(refused)}")
+    for t in refused:
+        print(
+            f"  {t.engine} {t.potential} n={t.particles} speed={t.speed} v0={t.velocity:.2g} "
+            f"tol={t.tolerance:.1g}: {t.refusal}"
+        )
+    slowest = sorted(trials, key=lambda t: -t.seconds)[:5]
+    print("slowest: " + ", ".join(f"{t.engine} {t.potential} {t.seconds:.1f} s" for t in slowest))
+    return (
+        len(honest) >= 0.99 * len(answered)
+        and len(within) >= 0.99 * len(claimed)
+        and bool(np.median(stepped) >= 0.01)
+    )
+
+
+def run_study(
+    scenes: int, seed: int, workers: int, engine: str | None = None, kind: str = "named"
+) -> list[Trial]:
+    """Draw and try scenes in processes of their own."""
+    random = np.random.default_rng(seed)
+    draw, attempt = (random_scene, try_scene) if kind == "named" else (random_case, try_case)
+    drawn = [draw(random, engine) for _ in range(scenes)]
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        return list(pool.imap(attempt, drawn))
+
+
+def main() -> None:
+    """Run the study from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--scenes", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
+    parser.add_argument("--kind", choices=["named", "user"], default="named", help="of bonds")
+    parser.add_argument("--csv", type=Path)
+    arguments = parser.parse_args()
+    trials = run_study(
+        arguments.scenes, arguments.seed, arguments.workers, arguments.engine, arguments.kind
+    )
+    if arguments.csv:
+        with arguments.csv.open("w", newline="") as file:
+            writer = csv.DictWriter(file, fieldnames=list(asdict(trials[0])))
+            writer.writeheader()
+            writer.writerows(asdict(t) for t in trials)
+    raise SystemExit(0 if report(trials) else 1)
+
+
+if __name__ == "__main__":
+    main()

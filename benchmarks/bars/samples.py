@@ -1,0 +1,306 @@
+"""What the constants of error bars are measured by: each function draws scenes and returns samples.
+
+A sample is the constant that this one scene would have needed.
+"""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import (
+    Converged,
+    converge,
+    eta_of,
+    exact_modes,
+    jitter,
+    run_in_house,
+)
+from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
+from chaincor.workflows.accuracy.scouting import scouting_from
+from chaincor.workflows.accuracy.step_guess import guess_step, largest_step, sharpness
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.rounding import SHORT_DRIFT, rounding_error, rounding_of
+from chaincor.workflows.errors import RunError
+
+Samples = dict[str, list[float]]
+Random = np.random.Generator
+
+# Runs that agree to the last digit are no measure of a share.
+_TINY = 1e-300
+
+
+def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()) -> Scene:
+    """Draw a chain of 3 particles and more at a plain speed."""
+    potential = str(random.choice(potentials or ("harmonic", "lj", "toda", "log", "power")))
+    particles = round(10 ** random.uniform(np.log10(3), np.log10(most)))
+    fields: dict = {"potential": potential, "particles": particles}
+    if potential == "harmonic":
+        return Scene(**fields, velocity=float(10 ** random.uniform(-3, -0.3)))
+    # Above, lj chains break, and their late contacts are another matter than the step; log bonds
+    # get sharp sooner than others, and quartic chains cross themselves.
+    fastest = {"log": 0.4, "power": 0.6}.get(potential, 0.9)
+    if potential == "power":
+        fields |= {"power_order": 4, "power_c": 1.0}
+    return Scene(**fields, speed=float(fastest * 10 ** random.uniform(-2, 0)))
+
+
+def find_truth(scene: Scene) -> Converged:
+    """Converge a scene as far as rounding lets it."""
+    if isinstance(scene.bond, Harmonic):
+        return exact_modes(scene)
+    return converge(scene, 3.0 * rounding_error("reference", scene))
+
+
+def draw_numerics(random: Random, scene: Scene, wall: str) -> Numerics:
+    """Draw a scheme and a step that a user would take."""
+    if wall == "reflect":
+        step = float(10 ** random.uniform(np.log10(0.002), -1))
+        return Numerics(wall="reflect", scheme="verlet", timestep=step)
+    if random.random() < 0.5:
+        step = float(10 ** random.uniform(np.log10(0.0025), np.log10(0.05)))
+        return Numerics(scheme="verlet", timestep=step)
+    scheme = str(random.choice([name for name in COMPOSITIONS if name != "verlet"]))
+    largest = min(largest_step(scheme, 1.0), 0.5) / sharpness(scene)
+    return Numerics(scheme=scheme, timestep=largest * float(10 ** random.uniform(-1, 0)))
+
+
+def proof_share(random: Random, count: int) -> Samples:
+    """Error of explicit numerics in LAMMPS over the largest difference to the runs that prove it.
+
+    Harmonic chains, whose contacts graze the wall, are half of the scenes of the event wall.
+    """
+    found: Samples = {"event": [], "reflect": []}
+    materials = {
+        "event": ("harmonic", "harmonic", "lj", "toda"),
+        "reflect": ("harmonic", "lj", "toda", "log"),
+    }
+    for wall, samples in found.items():
+        while len(samples) < count:
+            scene = draw_scene(random, potentials=materials[wall])
+            numerics = draw_numerics(random, scene, wall)
+            try:
+                truth = find_truth(scene)
+                bonds = scouting_from(truth, scene).table_range(scene)
+                steps = [share * numerics.timestep for share in (1.0, *PROOF_STEPS)]
+                runs = lammps.run_at_steps(scene, replace(numerics, bond_range=bonds), steps)
+            except RunError:
+                continue
+            etas = np.array([eta_of(scene, run) for run in runs])
+            known = truth.error + table_error(runs[0], scene) + rounding_of(runs[0], scene)
+            error = max(abs(etas[0] - truth.restitution) - known, 0.0)
+            samples.append(error / max(float(np.max(np.abs(etas[1:] - etas[0]))), _TINY))
+    return found
+
+
+def coarser_share(random: Random, count: int) -> Samples:
+    """Error at a step over the larger difference to twice the step and one a little below."""
+    names: tuple[StepSchemeName, ...] = (*COMPOSITIONS, "extrapolated14")
+    found: Samples = {name: [] for name in names}
+    for name, samples in found.items():
+        while len(samples) < count:
+            scene = draw_scene(random)
+            goal = float(10 ** random.uniform(-10, -3))
+            step = 0.5 * guess_step(scene, name, goal)
+            try:
+                truth = find_truth(scene)
+                fine, *coarse = (
+                    eta_of(scene, run_in_house(scene, name, k * step)) for k in (1.0, 2.0, 1.86)
+                )
+            except RunError:
+                continue
+            error = abs(fine - truth.restitution) - truth.error - rounding_error("reference", scene)
+            difference = max(abs(eta - fine) for eta in coarse)
+            samples.append(max(error, 0.0) / max(difference, _TINY))
+    return found
+
+
+def adaptive_share(random: Random, count: int) -> Samples:
+    """Error of adaptive steps over the larger difference to runs 10 and 100 times less accurate.
+
+    The latter counts 0.4 times.
+    """
+    samples: list[float] = []
+    while len(samples) < count:
+        scene = draw_scene(random, most=30, potentials=("lj", "toda", "log"))
+        scene = scene.replace(speed=4.0 * scene.speed)
+        accuracy = float(10 ** random.uniform(-11, -5))
+        try:
+            truth = eta_of(
+                scene, adaptive.run(scene, 1e-4 * accuracy if accuracy > 1e-9 else 1e-13)
+            )
+            fine, coarse, coarser = (
+                eta_of(scene, adaptive.run(scene, k * accuracy)) for k in (1.0, 10.0, 100.0)
+            )
+        except RunError:
+            continue
+        error = abs(fine - truth) - rounding_error("reference", scene)
+        difference = max(abs(coarse - fine), 0.4 * abs(coarser - fine))
+        samples.append(max(error, 0.0) / max(difference, _TINY))
+    return {"": samples}
+
+
+def table_sensitivity(random: Random, count: int) -> Samples:
+    """Change of eta by a table of few rows, times v0, over its certified force error."""
+    found: Samples = {"spline": [], "linear": []}
+    for style, samples in found.items():
+        while len(samples) < count:
+            scene = draw_scene(random, most=100, potentials=("lj", "toda", "log", "power"))
+            rows = round(10 ** random.uniform(1.7, 3.3))
+            numerics = Numerics(
+                scheme="order8",
+                timestep=guess_step(scene, "order8", 1e-10),
+                table=style,
+            )
+            try:
+                truth = find_truth(scene)
+                bonds = scouting_from(truth, scene).table_range(scene)
+                numerics = replace(numerics, bond_range=bonds)
+                rough = lammps.run(scene, replace(numerics, table_points=rows))
+            except RunError:
+                continue
+            error = abs(eta_of(scene, rough) - truth.restitution) - 1e-10
+            error -= rounding_of(rough, scene)
+            size = rough.details["table"]["force_error"] / scene.impact_velocity
+            # What falls below the step's own error and rounding says nothing.
+            if size > 1e-8:
+                samples.append(max(error, 0.0) / size)
+    return found
+
+
+def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
+    grain = sys.float_info.epsilon
+    samples: list[float] = []
+    while len(samples) < count:
+        particles = round(10 ** random.uniform(1, 2.5))
+        velocity = float(10 ** random.uniform(-11, -4))
+        scene = Scene(potential="harmonic", particles=particles, velocity=velocity)
+        unit = particles * grain / velocity
+        # No digit of eta, or none lost, is left to compare.
+        if not 1e-9 < unit < 1e-2:
+            continue
+        scheme = str(random.choice(["order6", "order8"]))
+        # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
+        # the runs that prove them also differ by their rounding.
+        goal = max(0.1 * unit, 1e-10)
+        numerics = Numerics(scheme=scheme, timestep=guess_step(scene, scheme, goal))
+        stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
+        if (velocity * stage < SHORT_DRIFT * particles * grain) is not short:
+            continue
+        error = abs(eta_of(scene, lammps.run(scene, numerics)) - find_truth(scene).restitution)
+        samples.append(max(error - goal, 0.0) / unit)
+    return samples
+
+
+def rounding_sensitivity(random: Random, count: int) -> Samples:
+    """Error of slow harmonic chains in LAMMPS over n eps/v0, where drifts are long."""
+    return {"": _slow_samples(random, count, short=False)}
+
+
+def short_drift_sensitivity(random: Random, count: int) -> Samples:
+    """Error of slow harmonic chains in LAMMPS over n eps/v0, where a drift is short."""
+    return {"": _slow_samples(random, count, short=True)}
+
+
+def jitter_sensitivity(random: Random, count: int) -> Samples:
+    """Change of eta by one more nudge of the speed over the larger of two others."""
+    samples: list[float] = []
+    while len(samples) < count:
+        # Chains that break: others amplify nothing.
+        potential = str(random.choice(["lj", "log"]))
+        speed = float(random.uniform(0.7, 1.1))
+        scene = Scene(potential=potential, particles=int(random.integers(80, 300)), speed=speed)
+        ulps = float(random.integers(7, 40))
+        nudge = 1.0 + ulps * sys.float_info.epsilon
+        try:
+            usual = jitter(scene)
+            step = guess_step(scene, "order8", 1e-9)
+            one, other = (
+                eta_of(each, run_in_house(each, "order8", step))
+                for each in (
+                    scene,
+                    scene.replace(speed=None, velocity=nudge * scene.impact_velocity),
+                )
+            )
+        except RunError:
+            continue
+        change = abs(one - other)
+        # Where nothing is amplified, plain rounding is in the bar.
+        if max(usual, change) > rounding_error("reference", scene):
+            samples.append(change / max(usual, rounding_error("reference", scene)))
+    return {"": samples}
+
+
+def arithmetic_floor(random: Random, count: int) -> Samples:
+    """Difference of stepped and exact modal chains, a particle, with steps that are exact."""
+    samples: list[float] = []
+    while len(samples) < count:
+        scene = draw_scene(random, most=500, potentials=("harmonic",))
+        exact = modal.run(scene)
+        stepped = run_in_house(scene, "extrapolated14", 0.4)
+        samples.append(abs(eta_of(scene, stepped) - eta_of(scene, exact)) / scene.particles)
+    return {"": samples}
+
+
+def array_sensitivity(random: Random, count: int) -> Samples:
+    """Error of single velocities, times and energies over what eta's floor is."""
+    samples: list[float] = []
+    while len(samples) < count:
+        scene = draw_scene(random, most=100, potentials=("lj", "toda", "harmonic"))
+        try:
+            truth = find_truth(scene)
+            bonds = scouting_from(truth, scene).table_range(scene)
+            step = guess_step(scene, "order8", 1e-12)
+            run = lammps.run(scene, Numerics(scheme="order8", timestep=step, bond_range=bonds))
+        except RunError:
+            continue
+        floor = table_error(run, scene) + rounding_of(run, scene)
+        apart = spreads(truth.outcome, run, scene, 0.0)
+        v0 = scene.impact_velocity
+        scales = {
+            "contact_times": run.duration,
+            "contact_speeds": v0,
+            "velocities": v0,
+            "mode_energies": 0.5 * scene.particles * v0**2,
+        }
+        needed = max((apart[name] - 1e-12 * scale) / scale for name, scale in scales.items())
+        samples.append(max(needed, 0.0) / floor)
+    return {"": samples}
+
+
+def unseen_stretch(random: Random, count: int) -> Samples:
+    """Part of the longest bond's stretch that LAMMPS, looking now and then, does not see."""
+    samples: list[float] = []
+    while len(samples) < count:
+        scene = draw_scene(random, potentials=("lj", "toda", "log"))
+        try:
+            truth = find_truth(scene)
+            low, high = scouting_from(truth, scene).table_range(scene)
+            numerics = Numerics(timestep=guess_step(scene, "order6", 1e-6))
+            run = lammps.run(scene, replace(numerics, bond_range=(low, 1.0 + 1.5 * (high - 1.0))))
+        except RunError:
+            continue
+        stretch = truth.outcome.bond_max - 1.0
+        samples.append(max(stretch - (run.bond_max - 1.0), 0.0) / stretch)
+    return {"": samples}
+
+
+def sphere_power(random: Random, count: int) -> Samples:
+    """Power of the speed by which three particles come closer to hard spheres."""
+    samples: list[float] = []
+    while len(samples) < count:
+        potential = str(random.choice(["lj", "toda", "log"]))
+        speed = float(10 ** random.uniform(np.log10(4.0), 1.5))
+        slow, fast = (
+            hard_sphere.vibration(Scene(potential=potential, particles=3, speed=k * speed))
+            for k in (1.0, 2.0)
+        )
+        # Below 1e-20 the vibration is rounding.
+        if slow is not None and fast is not None and fast > 1e-20:
+            samples.append(float(np.log2(slow / fast)))
+    return {"": samples}

@@ -1,0 +1,126 @@
+"""Which scheme is usually the cheapest for a tolerance: both engines, over random scenes.
+
+Every scheme is asked to meet the same error in the same scene; times are of the processor, and only
+their ratios within a scene count.
+"""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from benchmarks.bars.samples import Random, draw_scene
+from chaincor.workflows.accuracy.by_lammps import choose_numerics
+from chaincor.workflows.accuracy.convergence import converge, exact_modes, run_in_house
+from chaincor.workflows.accuracy.cost_model import shipped_cost_model
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.scouting import scouting_from
+from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.accuracy.step_search import find_step
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.errors import RunError
+
+GOALS = tuple(10.0**-k for k in range(2, 12))
+LAMMPS_SCHEMES = tuple(COMPOSITIONS)
+IN_HOUSE_SCHEMES = (*(name for name in COMPOSITIONS if name != "verlet"), "extrapolated14")
+# What a scheme that cannot meet an error, or that is foreseen to take as many times longer than
+# another, is charged for it.
+HOPELESS = 5.0
+_REPEATS = 2
+
+
+def lammps_costs(random: Random, goal: float) -> dict[str, float]:
+    """Return the seconds of meeting a goal in LAMMPS, each scheme, in a scene drawn at random."""
+    scene = draw_scene(random, most=300)
+    truth = exact_modes(scene) if scene.label == "harmonic" else converge(scene, 0.03 * goal)
+    scouting = scouting_from(truth, scene)
+    model = shipped_cost_model()
+    numerics = {}
+    for scheme in LAMMPS_SCHEMES:
+        try:
+            numerics[scheme] = choose_numerics(scene, goal, truth, scouting, schemes=(scheme,))
+        except RunError:
+            continue
+    foreseen = {
+        scheme: model.integration(scene, chosen, scouting.duration, scouting.last_contact_time)
+        for scheme, chosen in numerics.items()
+    }
+    costs = {}
+    for scheme, chosen in numerics.items():
+        if foreseen[scheme] <= HOPELESS * min(foreseen.values()):
+            steps = (chosen.timestep, 2.0 * chosen.timestep)
+            costs[scheme] = _least(lambda: lammps.run_at_steps(scene, chosen, steps))  # noqa: B023
+    return costs
+
+
+def in_house_costs(random: Random, goal: float) -> dict[str, float]:
+    """Return the seconds of meeting a goal in-house, each scheme, in a scene drawn at random."""
+    scene = draw_scene(random, most=300, potentials=("lj", "toda", "log", "power"))
+    truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
+    costs = {}
+    for scheme in IN_HOUSE_SCHEMES:
+        wanted = 0.5 * goal / COARSER_SHARE[scheme]
+        coarse = find_step(scene, scheme, wanted, truth, guess_step(scene, scheme, wanted))
+        if coarse is not None:
+            step = 0.5 * coarse
+            costs[scheme] = _least(lambda: run_in_house(scene, scheme, step))  # noqa: B023
+    return costs
+
+
+def _least(run: Callable[[], object]) -> float:
+    least = np.inf
+    for _ in range(_REPEATS):
+        started = time.thread_time()
+        run()
+        least = min(least, time.thread_time() - started)
+    return float(least)
+
+
+def measure_losses(
+    draw: Callable[[Random, float], dict[str, float]],
+    schemes: tuple[str, ...],
+    random: Random,
+    scenes: int,
+) -> dict[float, dict[str, float]]:
+    """Return, by goal, the mean logarithm of each scheme's cost over the cheapest in its scene."""
+    losses = {}
+    for goal in GOALS:
+        found: list[list[float]] = []
+        while len(found) < scenes:
+            try:
+                costs = draw(random, goal)
+            except RunError:
+                continue
+            if costs:
+                best = min(costs.values())
+                worst = HOPELESS * best
+                found.append([np.log(min(costs.get(s, worst), worst) / best) for s in schemes])
+        losses[goal] = dict(zip(schemes, np.mean(found, axis=0).tolist(), strict=True))
+    return losses
+
+
+def best_table(losses: dict[float, dict[str, float]]) -> tuple[dict[str, float], float]:
+    """
+    Return above which goal each scheme is to be taken, and the mean loss of doing so.
+
+    Schemes follow one another from loose to tight, the cheapest way over all goals; the last one
+    is for all goals below. The loss is the geometric mean of cost over that of the cheapest.
+    """
+    goals = sorted(losses, reverse=True)
+    schemes = list(next(iter(losses.values())))
+    # Cheapest way to have come to each scheme: schemes are only ever left for later ones.
+    ways: list[tuple[float, list[str]]] = [(0.0, []) for _ in schemes]
+    for goal in goals:
+        reached = [min(ways[: k + 1], key=lambda way: way[0]) for k in range(len(schemes))]
+        ways = [
+            (total + losses[goal][scheme], [*path, scheme])
+            for (total, path), scheme in zip(reached, schemes, strict=True)
+        ]
+    total, path = min(ways, key=lambda way: way[0])
+    table = {}
+    for scheme in dict.fromkeys(path):
+        last = max(k for k, each in enumerate(path) if each == scheme)
+        # Halfway to the next goal, which is a power of ten as all goals are.
+        table[scheme] = 0.0 if last == len(goals) - 1 else float(f"{goals[last] / 10**0.5:.1g}")
+    return table, float(np.exp(total / len(goals)))

@@ -1,0 +1,66 @@
+"""How errors at equal steps, in units of the fastest bond, scatter between scenes."""
+
+import numpy as np
+
+from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of, run_in_house
+from chaincor.workflows.accuracy.scouting import scouting_from
+from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, sharpness
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.errors import RunError
+
+# Nearby steps stand for different phases of the contacts within a step.
+_PHASES = tuple(np.linspace(0.97, 1.0, 8).tolist())
+
+
+def _error(scene: Scene, scheme: StepSchemeName, truth: float) -> float:
+    step = USUAL_STEPS[scheme] / sharpness(scene)
+    return abs(eta_of(scene, run_in_house(scene, scheme, step)) - truth)
+
+
+def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
+    """Return the worst error by LAMMPS at some shares of each scheme's usual step."""
+    truth = find_truth(scene)
+    bonds = scouting_from(truth, scene).table_range(scene)
+    worst = {}
+    for scheme in COMPOSITIONS.values():
+        steps = [share * USUAL_STEPS[scheme.name] / sharpness(scene) for share in shares]
+        numerics = Numerics(scheme=scheme.name, timestep=steps[0], bond_range=bonds)
+        runs = lammps.run_at_steps(scene, numerics, steps)
+        worst[str(scheme.name)] = max(abs(eta_of(scene, run) - truth.restitution) for run in runs)
+    return worst
+
+
+def usual_error(random: Random, count: int) -> Samples:
+    """Error of eta in-house at the usual step of a scheme, in chains of 50 to 200 particles."""
+    schemes: tuple[StepSchemeName, ...] = (*COMPOSITIONS, "extrapolated14")
+    found: Samples = {scheme: [] for scheme in schemes}
+    while len(found["verlet"]) < count:
+        scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))
+        try:
+            truth = find_truth(scene).restitution
+            errors = [_error(scene, scheme, truth) for scheme in schemes]
+        except RunError:
+            continue
+        for scheme, error in zip(schemes, errors, strict=True):
+            found[scheme].append(error)
+    return found
+
+
+def promise_reserve(random: Random, count: int) -> Samples:
+    """Error by LAMMPS over the worst of lj at 0.4 v*, n = 100, at equal scaled steps."""
+    worst = _lammps_errors(Scene(), _PHASES)
+    found: Samples = {scheme: [] for scheme in worst}
+    while len(found["verlet"]) < count:
+        # The advice is for chains: errors of a few particles are another matter.
+        scene = draw_scene(random).replace(particles=round(20.0 * 10.0 ** random.uniform()))
+        try:
+            errors = _lammps_errors(scene, (1.0,))
+        except RunError:
+            continue
+        for scheme, error in errors.items():
+            found[scheme].append(error / worst[scheme])
+    return found

@@ -1,0 +1,92 @@
+"""Use the table of cheapest settings, measured on one scene, blind on twenty others.
+
+`chaincor tradeoff` measures a Lennard-Jones chain of 100 particles at 0.4 v*; each of its rows is
+then run in LAMMPS on scenes drawn at random, with no look at them before. A row keeps its word if
+the error is at most twice what it promises (or what rounding leaves, where that is more).
+
+Run: python -m benchmarks.blind_settings
+"""
+
+import argparse
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.front import CheapestRow
+from chaincor.workflows.tradeoff.study import measure_tradeoff
+from chaincor.workflows.tradeoff.truth import find_truth
+
+SCENES = 20
+KEEPS, BREAKS = 2.0, 10.0
+WANTED_SHARE = 0.9
+_POTENTIALS = ("lj", "toda", "log", "harmonic", "power")
+
+
+def draw_scenes(count: int = SCENES, seed: int = 4) -> list[Scene]:
+    """Return scenes of all potentials, 20 to 200 particles, 0.03 to 1 v*, evenly in logarithms."""
+    rng = np.random.default_rng(seed)
+    scenes = []
+    for k in range(count):
+        potential = _POTENTIALS[k % len(_POTENTIALS)]
+        particles = round(float(20.0 * 10.0 ** rng.uniform(0.0, 1.0)))
+        speed = float(0.03 * (1.0 / 0.03) ** rng.uniform())
+        fields: dict = {"potential": potential, "particles": particles}
+        # A quartic chain crosses itself above 0.7 v*, a harmonic one above 0.69.
+        if potential == "harmonic":
+            fields["velocity"] = 0.5 * speed
+        else:
+            fields["speed"] = 0.6 * speed if potential == "power" else speed
+        if potential == "power":
+            fields |= {"power_order": 4, "power_c": 1.0}
+        scenes.append(Scene(**fields))
+    return scenes
+
+
+def errors_over_promises(scene: Scene, rows: list[CheapestRow]) -> np.ndarray:
+    """Return error over promise of every row on a scene that was not measured."""
+    truth = find_truth(scene)
+    found = []
+    for row in rows:
+        try:
+            outcome = lammps.run(scene, row.numerics(scene))
+        except RunError:
+            found.append(np.inf)
+            continue
+        error = max(abs(eta_of(scene, outcome) - truth.restitution) - truth.restitution_error, 0.0)
+        found.append(error / row.promise(scene))
+    return np.array(found)
+
+
+def main() -> None:
+    """Print what became of the promises and fail if too many were broken."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="measure the table quickly")
+    parser.add_argument("--seed", type=int, default=4)
+    arguments = parser.parse_args()
+    study = measure_tradeoff(Scene(), quick=arguments.quick)
+    rows = study.cheapest["lammps"]
+    print("promises:", *(f"{row.error:.0e}" for row in rows))
+    worst, every = [], []
+    for scene in draw_scenes(seed=arguments.seed):
+        ratios = errors_over_promises(scene, rows)
+        worst.append(ratios.max())
+        every.extend(ratios)
+        speed = "" if scene.speed is None else f" at {scene.speed:.3f} v*"
+        print(
+            f"{scene.label} n = {scene.particles}{speed}: error/promise",
+            *(f"{ratio:.2g}" for ratio in ratios),
+            flush=True,
+        )
+    share = float(np.mean(np.array(every) <= KEEPS))
+    scenes = float(np.mean(np.array(worst) <= KEEPS))
+    print(f"kept within {KEEPS:g}: {share:.1%} of rows, all rows of {scenes:.0%} of scenes")
+    print(f"worst: {max(worst):.2g} times the promise")
+    if scenes < WANTED_SHARE or max(worst) > BREAKS:
+        raise SystemExit("too many promises were broken")
+
+
+if __name__ == "__main__":
+    main()

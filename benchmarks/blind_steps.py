@@ -1,0 +1,176 @@
+"""Compare Verlet runs that are blind between contacts with runs that ask for the wall every step.
+
+Random scenes of all potentials, short and long, slow and fast, with fine and very coarse steps and
+both walls. Contacts, their times and speeds, the final state and the end must be the same to the
+last bit, or both runs must fail alike.
+
+Run: python -m benchmarks.blind_steps [--scenes 1000] [--seed 1] [--longest 150]
+"""
+
+import argparse
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.errors import ChaincorError
+
+POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
+FINEST, COARSEST = 0.0025, 0.3
+SLOWEST, FASTEST = 0.01, 1.5
+
+
+def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, Numerics]:
+    """
+    Draw a collision and its numerics.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+        Where the numbers come from.
+    longest : int
+        Most particles.
+
+    Returns
+    -------
+    tuple of Scene and Numerics
+        Verlet steps between 0.0025 and 0.3, speeds between 0.01 and 1.5 v*.
+    """
+    potential = str(rng.choice(POTENTIALS))
+    fields: dict = {"potential": potential}
+    fields["particles"] = round(2.0 * (longest / 2.0) ** rng.uniform())
+    if potential == "power":
+        order = int(rng.integers(3, 7))
+        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    if potential == "harmonic":
+        fields["velocity"] = float(10.0 ** rng.uniform(-3.0, -0.3))
+    else:
+        fields["speed"] = float(SLOWEST * (FASTEST / SLOWEST) ** rng.uniform())
+    timestep = float(FINEST * (COARSEST / FINEST) ** rng.uniform())
+    wall = "reflect" if rng.uniform() < 0.2 else "event"
+    return Scene(**fields), Numerics(wall=wall, scheme="verlet", timestep=timestep)
+
+
+def outcome_bits(scene: Scene, numerics: Numerics, ask_every_step: bool) -> tuple:
+    """
+    Run a collision.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Its numerics.
+    ask_every_step : bool
+        Whether no step is blind.
+
+    Returns
+    -------
+    tuple
+        All that may not depend on how often the wall was asked for; the kind of a failure.
+    """
+    try:
+        outcome = lammps.run(scene, numerics, ask_every_step=ask_every_step)
+    except ChaincorError as error:
+        return (type(error).__name__,)
+    arrays = ("contact_times", "contact_speeds", "velocities", "displacements")
+    bits = tuple(getattr(outcome, name).tobytes() for name in arrays)
+    return (len(outcome.contact_times), outcome.ending, outcome.duration, *bits)
+
+
+def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
+    """
+    Give a collision's runs the same bond table.
+
+    Where a table turns out too short LAMMPS may read beyond its end what lies in memory, and the
+    widened table is then not the same in two runs.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Without a range of bonds.
+
+    Returns
+    -------
+    Numerics
+        With the range that a run ended up with; unchanged where it fails.
+    """
+    try:
+        table = lammps.run(scene, numerics).details["table"]
+    except ChaincorError:
+        return numerics
+    return replace(numerics, bond_range=(table["shortest"], table["longest"]))
+
+
+def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
+    """
+    Run a collision both ways.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Its numerics.
+
+    Returns
+    -------
+    tuple of bool and tuple
+        Whether both came out the same, and what asking every step found.
+    """
+    if scene.potential != "harmonic":
+        numerics = with_table_of_a_run(scene, numerics)
+    asking = outcome_bits(scene, numerics, True)
+    return outcome_bits(scene, numerics, False) == asking, asking
+
+
+def count_windows(counts: Counter) -> None:
+    """
+    Count blind windows, and those that came to the wall and were taken back.
+
+    Parameters
+    ----------
+    counts : Counter
+        Its keys ``windows``, ``taken back`` and ``blind steps``.
+    """
+    run_guarded = LammpsChain.run_guarded
+
+    def counting(self: LammpsChain, steps: int) -> bool:
+        kept = run_guarded(self, steps)
+        counts.update({"windows": 1, "taken back": not kept, "blind steps": steps})
+        return kept
+
+    LammpsChain.run_guarded = counting  # type: ignore[method-assign]
+
+
+def main() -> None:
+    """Print how many came out the same and fail if one did not."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--longest", type=int, default=150)
+    options = parser.parse_args()
+    counts: Counter = Counter()
+    count_windows(counts)
+    different = []
+    for k in range(options.scenes):
+        scene, numerics = random_scene(np.random.default_rng([options.seed, k]), options.longest)
+        same, found = compare(scene, numerics)
+        counts["failures alike" if len(found) == 1 else "collisions"] += same
+        counts["contacts"] += found[0] if same and len(found) > 1 else 0
+        if not same:
+            different.append(f"[{options.seed}, {k}] {scene.label} {scene.particles} {numerics}")
+            print("different:", different[-1], flush=True)
+    print(", ".join(f"{value} {key}" for key, value in counts.items()))
+    if different:
+        raise SystemExit(f"{len(different)} of {options.scenes} differ")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""The cells of the map of the extremes, and what is said about one."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from chaincor.lammps_inputs.scene import Scene
+
+TOLERANCE = 1e-6
+POTENTIALS: dict[str, dict[str, Any]] = {
+    "harmonic": {"potential": "harmonic"},
+    "lj": {"potential": "lj"},
+    "toda 1": {"potential": "toda", "toda_b": 1.0},
+    "toda 10": {"potential": "toda", "toda_b": 10.0},
+    "toda 100": {"potential": "toda", "toda_b": 100.0},
+    "log": {"potential": "log"},
+} | {
+    f"power {order}": {
+        "potential": "power",
+        "power_order": order,
+        "power_c": 1.0 if order % 2 == 0 else -1.0,
+    }
+    for order in range(3, 10)
+}
+SPEEDS = (1e-12, 1e-8, 1e-4, 1e-2, 0.4, 1.0, 3.0, 10.0, 100.0, 1e3)
+SIZES = (1, 2, 3, 10, 100, 1000)
+ENGINES = ("reference", "lammps")
+# LAMMPS takes ten seconds for a cell of 1000 particles: one bond of each kind does there.
+LAMMPS_LONGEST = 100
+LAMMPS_LONG = ("harmonic", "lj", "toda 10", "log", "power 3", "power 4")
+# What can be afforded of longer chains, in-house.
+LONG_CELLS = (
+    *(("harmonic", 10_000, speed) for speed in (1e-12, 0.4, 1e3)),
+    *((name, 10_000, 0.01) for name in ("lj", "toda 10", "log", "power 4")),
+    *((name, size, 1e3) for name in ("lj", "toda 100", "log") for size in (10_000, 100_000)),
+)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A collision: name of the potential, particles, speed (v*; velocity of a harmonic chain)."""
+
+    potential: str
+    particles: int
+    speed: float
+
+    def scene(self, engine: str) -> Scene:
+        """Return the scene for an engine."""
+        key = "velocity" if self.potential == "harmonic" else "speed"
+        return Scene(
+            **POTENTIALS[self.potential],
+            **{key: self.speed},
+            particles=self.particles,
+            engine=engine,
+            tolerance=TOLERANCE,
+        )
+
+
+@dataclass(frozen=True)
+class Found:
+    """What an engine, or the judge, says about a cell; the fields are those of a line."""
+
+    potential: str
+    particles: int
+    speed: float
+    by: str  # reference, lammps or judge
+    seconds: float
+    restitution: float | None = None
+    error: float | None = None
+    met: bool = False
+    scheme: str = ""
+    crossed: bool = False
+    failure: str | None = None  # name of the error's class
+    named: bool = True  # whether it is one of ours
+    message: str = ""
+
+    @property
+    def cell(self) -> Cell:
+        """The cell."""
+        return Cell(self.potential, self.particles, self.speed)
+
+
+def all_cells(quick: bool) -> Iterator[tuple[Cell, str]]:
+    """Return the cells and engines of the map, or of its bounded version."""
+    sizes, speeds = SIZES, SPEEDS
+    if quick:
+        sizes, speeds = (1, 3, 10), (1e-12, 1e-4, 0.4, 3.0, 100.0, 1e3)
+    for size in sizes:
+        for name in POTENTIALS:
+            for speed in speeds:
+                yield Cell(name, size, speed), "reference"
+                if size <= LAMMPS_LONGEST or name in LAMMPS_LONG:
+                    yield Cell(name, size, speed), "lammps"
+    if not quick:
+        for long_cell in LONG_CELLS:
+            yield Cell(*long_cell), "reference"

@@ -1,0 +1,1 @@
+"""Another integrator that simply runs on, and what it is asked to judge."""

@@ -1,0 +1,1 @@
+"""The engines against other people's, as ratios from one run."""

@@ -1,0 +1,116 @@
+"""Print how much smaller the event wall's error is than the stock wall's in the same time.
+
+The stock recipe is fix wall/reflect with Verlet at dt 0.005. Both walls are run in LAMMPS, over
+eight nearby steps each, in turns; errors are the root mean square, times the medians.
+
+Run: python -m benchmarks.peers.equal_time
+"""
+
+import argparse
+from dataclasses import dataclass
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.settings import (
+    STOCK_PHASES,
+    STOCK_TIMESTEP,
+    Series,
+    Setting,
+    time_unit,
+)
+from chaincor.workflows.tradeoff.truth import find_truth
+
+SCENES = (
+    {"potential": "harmonic", "velocity": 0.1},
+    {"potential": "lj", "speed": 0.1},
+    {"potential": "lj", "speed": 0.4},
+    {"potential": "lj", "speed": 1.0},
+)
+# In units of the most compressed bond's 1/frequency.
+STEPS = {
+    "verlet": (0.1, 0.05, 0.025, 0.0125),
+    "order6": (0.56, 0.4, 0.28, 0.2),
+    "order8": (0.8, 0.67, 0.56, 0.48, 0.4, 0.34, 0.28, 0.2, 0.14, 0.1, 0.07),
+}
+# Geometric means over the scenes, at the stock wall's time and at four times that.
+WANTED = {1: 300.0, 4: 1e6}
+
+
+@dataclass(frozen=True)
+class EqualTime:
+    """What the event wall gains in one scene: factor of time to ratio of errors and setting."""
+
+    name: str
+    stock_error: float
+    stock_seconds: float
+    ratios: dict[int, float]
+    best: dict[int, str]
+
+
+def compare(fields: dict, phases: int = STOCK_PHASES) -> EqualTime:
+    """Measure one scene."""
+    scene = Scene(particles=100, **fields)
+    truth = find_truth(scene)
+    spline = None if fields["potential"] == "harmonic" else "spline"
+    stock = Measurement(
+        Setting(
+            Series("lammps", "reflect", "verlet", spline),
+            STOCK_TIMESTEP * time_unit(scene, "reflect"),
+        )
+    )
+    unit = time_unit(scene, "event")
+    events = [
+        Measurement(Setting(Series("lammps", "event", scheme, spline), unit * step))
+        for scheme, steps in STEPS.items()
+        for step in steps
+    ]
+    for phase in range(phases):
+        for each in (stock, *events):
+            if each.failure is None:
+                each.run(scene, truth, phase / phases)
+    ratios, best = {}, {}
+    for factor in WANTED:
+        quick = [e for e in events if not e.failure and e.time <= factor * stock.time]
+        chosen = min(quick, key=lambda e: e.rms_error)
+        floor = max(chosen.rms_error, truth.restitution_error)
+        ratios[factor] = stock.rms_error / floor
+        setting = chosen.setting
+        best[factor] = f"{setting.series.scheme} H {setting.timestep:.3g}: {floor:.1e}"
+    name = " ".join(str(value) for value in fields.values())
+    return EqualTime(name, stock.rms_error, stock.time, ratios, best)
+
+
+def geometric_mean(results: list[EqualTime], factor: int) -> float:
+    """Return the mean ratio of errors at a factor of the stock wall's time."""
+    return float(np.exp(np.mean([np.log(result.ratios[factor]) for result in results])))
+
+
+def main() -> None:
+    """Print the ratios and fail if a mean is below what is wanted."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    print("| scene | stock error | stock ms | ratio | by | ratio at 4 times | by |")
+    print("|---|---|---|---|---|---|---|")
+    results = []
+    for fields in SCENES:
+        result = compare(fields)
+        results.append(result)
+        print(
+            f"| {result.name} | {result.stock_error:.1e} | {1e3 * result.stock_seconds:.0f} "
+            f"| {result.ratios[1]:.2g} | {result.best[1]} "
+            f"| {result.ratios[4]:.2g} | {result.best[4]} |",
+            flush=True,
+        )
+    missed = []
+    for factor, wanted in WANTED.items():
+        mean = geometric_mean(results, factor)
+        print(f"geometric mean at {factor} times the time: {mean:.3g}")
+        if mean < wanted:
+            missed.append(f"{mean:.2g} at {factor} times the time, wanted {wanted:g}")
+    if missed:
+        raise SystemExit("; ".join(missed))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,110 @@
+"""Print how long LAMMPS takes for eta to 1e-10 against heyoka and SciPy's DOP853.
+
+All integrate a Lennard-Jones chain of 100 particles at 0.4 v*, each with its coarsest setting from
+which on all finer ones are good. LAMMPS, with composed steps and with extrapolated ones, finds the
+last contact and shows that no other follows. Peers are timed in three tasks: up to just past the
+last contact, whose time they are told (*last*); with a look ahead, as LAMMPS does it, with a loose
+tolerance to the end of LAMMPS's argument (*look*); and to that end as they are (*end*).
+Compiling and set-up are apart; times are those of the processor, whatever else the machine does.
+
+Run: python -m benchmarks.peers.lammps_engine
+"""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, timed
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.tradeoff.truth import find_truth
+
+ERROR = 1e-10
+LIMIT = 5.0  # the quicker of ours over heyoka, both with a look ahead
+OURS = {
+    "lammps": ("order8", (0.2, 0.17, 0.15, 0.14, 0.12, 0.1, 0.085, 0.07)),
+    "lammps_extrapolated": ("extrapolated14", (0.67, 0.56, 0.48, 0.4, 0.34, 0.28)),
+}
+PEERS = {"heyoka": HeyokaChain, "dop853": Dop853Chain}
+MORE = 4
+TOLERANCES = (1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13)
+LOOSE = 1e-3
+
+
+def lammps_seconds(scene: Scene, numerics: Numerics) -> float:
+    """Return the time of an integration: what more runs after one set-up take."""
+    one = timed(lambda: lammps.run_at_steps(scene, numerics, [numerics.timestep]))
+    more = timed(lambda: lammps.run_at_steps(scene, numerics, [numerics.timestep] * (1 + MORE)))
+    return (more - one) / MORE
+
+
+def compare(repeats: int = 7) -> dict[str, float]:
+    """Return settings, errors, times and ratios from one run."""
+    scene = Scene(potential="lj", particles=100, speed=0.4)
+    truth = find_truth(scene)
+    last, end = truth.last_contact_time + 1e-3, truth.scouting.duration
+    bond_range = truth.scouting.table_range(scene)
+
+    found: dict[str, float] = {}
+    tasks: dict[str, Callable[[], float]] = {}
+    for name, (scheme, steps) in OURS.items():
+        bare = Numerics(scheme=scheme, bond_range=bond_range)
+
+        def error_at(step: float, bare: Numerics = bare) -> float:
+            outcome = lammps.run(scene, replace(bare, timestep=step))
+            return abs(eta_of(scene, outcome) - truth.restitution)
+
+        step, found[f"{name}_error"] = coarsest(steps, error_at, ERROR)
+        found[f"{name}_step"] = step
+        tasks[name] = partial(lammps_seconds, scene, replace(bare, timestep=step))
+    for name, kind in PEERS.items():
+        chains = {tolerance: kind(scene, tolerance) for tolerance in TOLERANCES}
+
+        def error_of(tolerance: float, chains=chains) -> float:
+            chain = chains[tolerance]
+            velocities = chain.run(chain.start, 0.0, last)[scene.particles :]
+            eta = (velocities.mean() / scene.impact_velocity) ** 2
+            return abs(float(eta) - truth.restitution)
+
+        tolerance, found[f"{name}_error"] = coarsest(TOLERANCES, error_of, ERROR)
+        found[f"{name}_tolerance"] = tolerance
+        chosen, loose = chains[tolerance], kind(scene, LOOSE)
+
+        def to(until: float, chosen=chosen) -> np.ndarray:
+            return chosen.run(chosen.start, 0.0, until)
+
+        tasks[f"{name}_last"] = partial(timed, partial(to, last))
+        tasks[f"{name}_end"] = partial(timed, partial(to, end))
+        tasks[f"{name}_look"] = partial(
+            timed, lambda to=to, loose=loose: loose.run(to(last), last, end)
+        )
+    times: dict[str, list[float]] = {name: [] for name in tasks}
+    for _ in range(repeats):
+        for name, task in tasks.items():
+            times[name].append(task())
+    for name, values in times.items():
+        found[f"{name}_ms"] = 1e3 * float(np.median(values))
+    for ours in OURS:
+        for peer in sorted(tasks.keys() - OURS.keys()):
+            found[f"{ours}_over_{peer}"] = found[f"{ours}_ms"] / found[f"{peer}_ms"]
+    return found
+
+
+def main() -> None:
+    """Print the comparison and fail if LAMMPS is too slow."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
+    found = compare()
+    for name, value in sorted(found.items()):
+        print(f"{name:40} {value:.3g}")
+    ratio = min(found[f"{ours}_over_heyoka_look"] for ours in OURS)
+    if ratio > LIMIT:
+        raise SystemExit(f"LAMMPS takes {ratio:.2g} times as long as heyoka, wanted {LIMIT:g}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,58 @@
+"""
+A one-dimensional chain hits a rigid wall: how much of its energy comes back, and how sure is that?
+
+What most scripts need is here, imported at first use, so that ``import chaincor`` costs nothing:
+``from chaincor import Scene, collide``. Everything else has its place in ``chaincor.lammps_inputs``
+(a scene, and the files LAMMPS reads), ``chaincor.analysis`` (results to physics; needs no LAMMPS)
+and ``chaincor.workflows`` (running things).
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from chaincor.analysis.job_folder import analyze_job as analyze_job
+    from chaincor.analysis.job_folder import find_job as find_job
+    from chaincor.lammps_inputs.scene import Scene as Scene
+    from chaincor.workflows.collision import collide as collide
+    from chaincor.workflows.result import Collision as Collision
+    from chaincor.workflows.store.export import to_pandas as to_pandas
+    from chaincor.workflows.store.results_store import Store as Store
+    from chaincor.workflows.sweep.execution import run_scenes as run_scenes
+    from chaincor.workflows.validation.comparison import validate as validate
+
+_HOMES = {
+    "Collision": "chaincor.workflows.result",
+    "Scene": "chaincor.lammps_inputs.scene",
+    "Store": "chaincor.workflows.store.results_store",
+    "analyze_job": "chaincor.analysis.job_folder",
+    "collide": "chaincor.workflows.collision",
+    "find_job": "chaincor.analysis.job_folder",
+    "run_scenes": "chaincor.workflows.sweep.execution",
+    "to_pandas": "chaincor.workflows.store.export",
+    "validate": "chaincor.workflows.validation.comparison",
+}
+
+__all__ = [
+    "Collision",
+    "Scene",
+    "Store",
+    "analyze_job",
+    "collide",
+    "find_job",
+    "run_scenes",
+    "to_pandas",
+    "validate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = getattr(importlib.import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})

@@ -1,0 +1,218 @@
+"""What is looked for in a bond whose formulas are not known: kinks, jumps, a wrong energy."""
+
+import sys
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import PotentialError
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.bonds.potential import Potential
+
+# Strains looked at reach from nearly no length to a thousand lengths, closely enough about rest
+# for chains as slow as 1e-4.
+_SMALLEST, _SHORTEST, _LONGEST = 1e-4, -0.95, 1e3
+_COMPRESSED, _STRETCHED = 200, 300
+# Brackets are halved down to this part of the strain, or to this strain.
+_NARROW, _NARROWEST = 1e-8, 1e-9
+# A change of slope within the narrowest bracket is a kink where it is this part of the larger
+# slope, which rounding (eps F/1e-9, some 1e-7 of it) stays far below, and where a bracket four
+# times as wide sees no more than the last factor more: of a smooth curve it would see four times.
+_KINK, _SAME = 1e-4, 2.0
+# Of a force, and of what it cancels from, in four differences of it.
+_ROUNDINGS = 64.0
+# A step of the force itself is this much more than the slopes on both sides explain.
+_JUMP = 4.0
+# Energy and force may differ by this part of the work done: what constants of seven digits leave.
+# It stands for no error of eta, which follows from the force alone.
+_WORK = 1e-6
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+def scan_strains(bond: "Potential") -> NDArray[np.float64]:
+    """
+    Return the strains between which a bond is looked at.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+
+    Returns
+    -------
+    ndarray
+        Rising, geometric on both sides of rest, within the bond's own range.
+    """
+    low, high = max(bond.strain_min, _SHORTEST), min(bond.strain_max, _LONGEST)
+    nearest = min(_SMALLEST, 1e-2 * -low, 1e-2 * high)
+    return np.concatenate(
+        (-np.geomspace(-low, nearest, _COMPRESSED), np.geomspace(nearest, high, _STRETCHED))
+    )
+
+
+def find_kinks(bond: "Potential") -> tuple[float, ...]:
+    """
+    Find the strains at which the stiffness of a bond jumps.
+
+    Brackets that overlap by half are halved, each about its largest second difference, until
+    they are 1e-8 of the strain: what is left of the change of slope there is a kink.
+
+    Parameters
+    ----------
+    bond : Potential
+        A bond of finite stiffness.
+
+    Returns
+    -------
+    tuple of float
+        Rising strains. One kink in 1e-2 of a strain is found for certain, of those much closer
+        the sharper.
+
+    Raises
+    ------
+    PotentialError
+        If the force itself jumps.
+    """
+    edges = scan_strains(bond)
+    scale = _slope_at_rest(bond, edges)
+    low, high = edges[:-2].copy(), edges[2:].copy()
+    rows = np.arange(len(low))
+    quarters = np.arange(5) / 4.0
+    with np.errstate(all="ignore"):
+        for _ in range(60):
+            width = high - low
+            narrow = 4.0 * np.maximum(_NARROW * np.maximum(abs(low), abs(high)), _NARROWEST)
+            wide = width > narrow
+            if not wide.any():
+                break
+            points = low[wide, None] + width[wide, None] * quarters
+            bends = np.abs(np.diff(_forces(bond, points), 2, axis=1))
+            middle = 1 + np.argmax(np.where(np.isfinite(bends), bends, -1.0), axis=1)
+            centre = points[rows[: len(points)], middle]
+            low[wide] = centre - 0.25 * width[wide]
+            high[wide] = centre + 0.25 * width[wide]
+        middles = 0.5 * (low + high)
+        near = np.maximum(_NARROW * np.abs(middles), _NARROWEST)
+        change, larger, left, right = _change_of_slope(bond, middles, near)
+        further, *_ = _change_of_slope(bond, middles, 4.0 * near)
+        _refuse_jumps(bond, middles, near, np.maximum(larger, scale))
+        below, above = _forces(bond, middles - near), _forces(bond, middles + near)
+        size = np.abs(below) + scale * np.abs(middles)  # of what a small force cancels from
+        kinked = np.abs(change) > _KINK * np.maximum(larger, _SMALLEST * scale)
+        kinked &= np.abs(change) > _ROUNDINGS * sys.float_info.epsilon * size / near
+        kinked &= np.abs(further) < _SAME * np.abs(change)
+        # Where the lines on both sides meet.
+        met = middles + (above - below - near * (left + right)) / (left - right)
+    places: list[float] = []
+    for k in np.flatnonzero(kinked).tolist():
+        if not abs(met[k] - middles[k]) <= 4.0 * near[k]:
+            continue
+        place = round(float(met[k]), 9)
+        place = place if abs(place - met[k]) <= 0.1 * near[k] else float(met[k])
+        if not places or place - places[-1] > 20.0 * near[k]:
+            places.append(place + 0.0)
+    return tuple(places)
+
+
+def _slope_at_rest(bond: "Potential", edges: NDArray[np.float64]) -> float:
+    """Return the larger slope of the force on the two sides of rest."""
+    near = edges[[_COMPRESSED - 1, _COMPRESSED]]
+    return float(np.max(np.abs(bond.force(near) / near)))
+
+
+def _forces(bond: "Potential", strains: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(bond.force(strains.ravel()), dtype=float).reshape(strains.shape)
+
+
+def _change_of_slope(
+    bond: "Potential", middles: NDArray[np.float64], near: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
+    """Return how the slope of the force changes, the larger slope, and both, left and right."""
+    places = middles[:, None] + near[:, None] * np.array([-3.0, -1.0, 1.0, 3.0])
+    forces = _forces(bond, places)
+    left = (forces[:, 1] - forces[:, 0]) / (2.0 * near)
+    right = (forces[:, 3] - forces[:, 2]) / (2.0 * near)
+    return right - left, np.maximum(np.abs(left), np.abs(right)), left, right
+
+
+def _refuse_jumps(
+    bond: "Potential",
+    middles: NDArray[np.float64],
+    near: NDArray[np.float64],
+    slope: NDArray[np.float64],
+) -> None:
+    before, after = _forces(bond, middles - near), _forces(bond, middles + near)
+    jump = np.abs(after - before)
+    explained = _JUMP * 2.0 * near * slope
+    noise = 1e2 * sys.float_info.epsilon * np.maximum(np.abs(before), slope)
+    excess = np.where(np.isfinite(jump), jump - explained - noise, -np.inf)
+    worst = int(np.argmax(excess))
+    if excess[worst] > 0.0:
+        raise PotentialError(
+            f"the force of bond '{bond.name}' jumps by {jump[worst]:.3g} at strain "
+            f"{middles[worst]:.6g}; expected a force without steps: join its parts, if need be "
+            "by a short steep line"
+        )
+
+
+def refuse_mismatch(bond: "Potential") -> None:
+    """
+    Refuse a bond whose force is not the derivative of its energy.
+
+    Between neighbouring strains of :func:`scan_strains` the work of the force, by Gauss's rule
+    with 8 points, must be what the energy loses; the rule's own error is told by halving, and
+    rounding by the size of the energies.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+
+    Raises
+    ------
+    PotentialError
+        With the strain at which they differ most.
+    """
+    # Gauss's rule knows no kinks: intervals end at them.
+    edges = np.unique(np.concatenate((scan_strains(bond), bond.kinks)))
+    with np.errstate(all="ignore"):
+        energies = np.asarray(bond.energy(edges), dtype=float)
+        low, high = edges[:-1], edges[1:]
+        middle = 0.5 * (low + high)
+        whole, size = _work(bond, low, high)
+        halves = _work(bond, low, middle)[0] + _work(bond, middle, high)[0]
+        mismatch = np.abs(energies[:-1] - energies[1:] - halves)
+        rounding = 64.0 * sys.float_info.epsilon
+        # What formulas cancel to give a small energy is of the size of stiffness times length
+        # squared, and of the constant that an energy carries.
+        size_at_rest = _slope_at_rest(bond, scan_strains(bond)) + abs(bond.energy_offset)
+        rounding *= np.abs(energies[:-1]) + np.abs(energies[1:]) + size_at_rest
+        allowed = _WORK * size + 4.0 * np.abs(halves - whole) + rounding
+        excess = mismatch / np.maximum(allowed, sys.float_info.min)
+    known = np.isfinite(excess)
+    if not known.any():
+        raise PotentialError(
+            f"bond '{bond.name}' has no finite energy and force anywhere near length 1; expected "
+            "functions of the strain r - 1"
+        )
+    usual = known & (excess > 1.0) & (np.abs(middle) < 1.0)  # rather than where no bond goes
+    worst = int(np.argmax(np.where(usual if usual.any() else known, excess, -1.0)))
+    if excess[worst] > 1.0:
+        work = float(halves[worst] / (high[worst] - low[worst]))
+        slope = float((energies[worst] - energies[worst + 1]) / (high[worst] - low[worst]))
+        raise PotentialError(
+            f"energy and force of bond '{bond.name}' do not belong together: near strain "
+            f"{middle[worst]:.6g} the force is {work:.6g}, but -dU/dr is {slope:.6g}; expected "
+            "force = -dU/dr (for a formula that ends somewhere, give strain_min and strain_max)"
+        )
+
+
+def _work(
+    bond: "Potential", low: NDArray[np.float64], high: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the integral of the force over each interval, and of its size."""
+    half = 0.5 * (high - low)
+    forces = _forces(bond, 0.5 * (low + high)[:, None] + half[:, None] * _NODES)
+    return half * (forces @ _WEIGHTS), half * (np.abs(forces) @ _WEIGHTS)

@@ -1,0 +1,266 @@
+"""What a bond potential is: energy, force and curvature as functions of the strain."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.check import find_kinks
+
+
+class Potential(ABC):
+    """
+    A bond between neighbours, with natural length 1.
+
+    Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
+    (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
+    the named potentials, bond stiffness are 1.
+
+    Attributes
+    ----------
+    name : str
+        The name used in scenes.
+    strain_min, strain_max : float
+        Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
+    dissociation : float
+        U at infinite length; inf for a bond that cannot break.
+    smooth : bool
+        Whether the force is known to have derivatives of every order.
+    energy_offset : float
+        Constant taken off the energies, whose rounding it leaves in them.
+    """
+
+    name: str
+    strain_min: float = -math.inf
+    strain_max: float = math.inf
+    dissociation: float = math.inf
+    smooth: ClassVar[bool] = False
+    energy_offset: float = 0.0
+
+    @abstractmethod
+    def energy(self, strain):
+        """
+        Return U as a function of the strain.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Energy, zero at s = 0.
+        """
+
+    def force(self, strain):
+        """
+        Return -dU/dr.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Force, positive where the bond is compressed.
+        """
+        kernel = self.force_kernel
+        assert kernel is not None, "a potential without a kernel overrides force"
+        return kernel(np.asarray(strain, dtype=float), *self.parameters)
+
+    @abstractmethod
+    def curvature(self, strain):
+        """
+        Return U''.
+
+        Parameters
+        ----------
+        strain : array_like
+            Strain s = r - 1.
+
+        Returns
+        -------
+        numpy.ndarray
+            Curvature: the local stiffness.
+        """
+
+    def lammps_energy(self, strain: str) -> str | None:
+        """
+        Return U as a formula for LAMMPS variables, good to their 17 digits or so.
+
+        Parameters
+        ----------
+        strain : str
+            Name of the variable that holds the strain.
+
+        Returns
+        -------
+        str or None
+            None for a bond that has no formula.
+        """
+        return None
+
+    @property
+    def force_kernel(self) -> Callable | None:
+        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
+        return None
+
+    @property
+    def parameters(self) -> tuple[float, float]:
+        """The (p, q) of the kernel."""
+        return (0.0, 0.0)
+
+    @property
+    def anharmonic_order(self) -> int | None:
+        """Order of the lowest anharmonic term of U at s = 0; None for harmonic or unknown."""
+        return 3
+
+    @property
+    def stiffness(self) -> float:
+        """U''(1): 1 for every named potential."""
+        return 1.0
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Strains at which the stiffness jumps, found by looking where formulas are not known."""
+        return () if self.smooth else find_kinks(self)
+
+    @property
+    def convex_strain(self) -> float:
+        """Largest strain up to which U is convex; inf where it always is."""
+        return math.inf
+
+    @property
+    def barrier(self) -> float:
+        """Energy of the barrier beyond which U falls without bound; inf where there is none."""
+        return math.inf
+
+    @cached_property
+    def compressed_root(self) -> float | None:
+        """x* < 1, where U equals twice its harmonic part; None where no such length exists."""
+        strain = self._find_compressed_strain()
+        return None if strain is None else 1.0 + strain
+
+    @cached_property
+    def natural_speed(self) -> float | None:
+        """
+        v* = sqrt(2 U(x*)), the speed scale of the nonlinearity; None for harmonic.
+
+        Rounded to 13 digits: the last ones depend on the processor, and with them would the scene
+        that a speed in units of v* describes, and its key in a store of results.
+        """
+        strain = self._find_compressed_strain()
+        if strain is None:
+            return None
+        return float(f"{math.sqrt(2.0 * float(self.energy(strain))):.12e}")
+
+    def _find_compressed_strain(self) -> float | None:
+        """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
+        from scipy.optimize import brentq
+
+        def excess(strain):
+            return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
+
+        near = -1e-3
+        while excess(near) >= 0.0 and near < -1e-100:  # a bond this steep has its root closer
+            near *= 1e-3
+        for _ in range(200):
+            far = near * 1.1
+            if far <= self.strain_min:
+                far = 0.5 * (near + self.strain_min)
+                if far - self.strain_min < 1e-12:
+                    return None
+            with np.errstate(all="ignore"):
+                value = excess(far)
+            if not math.isfinite(value):
+                return None
+            if value >= 0.0:
+                return float(brentq(excess, near, far, xtol=1e-15, rtol=1e-15))
+            near = far
+        return None
+
+
+def compressed_strain(bond: Potential, energy: float) -> float:
+    """
+    Return the compressed strain at which a bond holds an energy.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    energy : float
+        U, positive.
+
+    Returns
+    -------
+    float
+        Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
+    """
+    floor = max(bond.strain_min, -1.0)
+    # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
+    low, high = -700.0, 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        strain = floor * -math.expm1(middle)
+        with np.errstate(all="ignore"):
+            held = float(bond.energy(strain))
+        if held > energy or not math.isfinite(held):
+            low = middle
+        else:
+            high = middle
+    return floor * -math.expm1(high)
+
+
+_GRID = 64
+
+
+def bond_strains(bond: Potential, energy: float) -> tuple[float, float]:
+    """
+    Return the strains between which a bond must be if it holds no more than an energy.
+
+    Parameters
+    ----------
+    bond : Potential
+        The potential.
+    energy : float
+        U, positive.
+
+    Returns
+    -------
+    tuple of float
+        Shortest and longest, rounded outward by less than a thousandth; inf where the energy
+        suffices to break the bond.
+    """
+    scale = math.sqrt(2.0 * energy / bond.stiffness)
+    shortest = -_outermost(bond, energy, scale, -1.0)
+    if energy >= bond.dissociation:
+        return shortest, math.inf
+    return shortest, min(_outermost(bond, energy, scale, 1.0), bond.strain_max)
+
+
+def _outermost(bond: Potential, energy: float, scale: float, side: float) -> float:
+    """Return where U first exceeds an energy, going out from zero to one side."""
+    end = -bond.strain_min if side < 0.0 else bond.strain_max
+    inner, outer = 0.0, 1e-3 * scale
+    for _ in range(_GRID):
+        if outer >= end:
+            outer = end
+            break
+        with np.errstate(all="ignore"):
+            if not float(bond.energy(side * outer)) <= energy:
+                break
+        inner, outer = outer, 2.0 * outer
+    for _ in range(2):
+        strains = np.linspace(inner, outer, _GRID)
+        with np.errstate(all="ignore"):
+            above = ~(bond.energy(side * strains) <= energy)
+        above[-1] = True
+        first = int(np.argmax(above))
+        inner, outer = float(strains[max(first - 1, 0)]), float(strains[first])
+    return outer

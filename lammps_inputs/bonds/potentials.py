@@ -1,0 +1,303 @@
+"""Bond potentials U(r) as functions of the strain s = r - 1: one class each, used by everything."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
+from chaincor.lammps_inputs.errors import PotentialError
+
+# Force kernels: -dU/dr as a function of the strain and two parameters. They use only arithmetic
+# and NumPy functions that a compiler for scalars also knows, so that the same text serves arrays
+# here and compiled loops in the integrators.
+
+
+def harmonic_force(strain, _p, _q):
+    """Return -s."""
+    return -strain
+
+
+def lj_force(strain, _p, _q):
+    """
+    Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
+
+    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so that
+    nothing cancels: the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
+    """
+    w = 1.0 / (1.0 + strain)
+    w2 = w * w
+    w4 = w2 * w2
+    return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
+
+
+# exp(x) - 1 of :func:`toda_force`: 1/ln 2; ln 2 in two parts, of which the first has few bits; a
+# number to which doubles can be added only rounded to integers; 1/2! to 1/13!, after which the
+# series is exact to 2e-17 up to ln(2)/2.
+_PER_LN_2 = 1.4426950408889634
+_LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+_TO_INTEGER = 1.5 * 2.0**52
+_A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
+    1.0 / math.factorial(k) for k in range(2, 14)
+)
+
+
+def toda_force(strain, b, _q):
+    """
+    Return (exp(-b s) - 1)/b to an epsilon or so, at any strain.
+
+    The exponential is written out, for no compiler vectorises a call of expm1: with
+    x = k ln 2 + y and abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is
+    made of its bits. Beyond exp(709) the force stays what it is there.
+    """
+    x = np.minimum(np.maximum(-b * strain, -40.0), 709.0)  # exp(-40) is no part of 1
+    shifted = x * _PER_LN_2 + _TO_INTEGER
+    k = shifted - _TO_INTEGER
+    y = (x - k * _LN_2) - k * _LN_2_REST
+    high = _A8 + y * (_A9 + y * (_A10 + y * (_A11 + y * (_A12 + y * _A13))))
+    rest = _A2 + y * (_A3 + y * (_A4 + y * (_A5 + y * (_A6 + y * (_A7 + y * high)))))
+    bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
+    power_of_2 = bits.view(np.float64)
+    return ((power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)) / b
+
+
+def log_force(strain, _p, _q):
+    """Return 1/r - 1 = -s/(1 + s)."""
+    return -strain / (1.0 + strain)
+
+
+@cache
+def power_force(order: int) -> Callable:
+    """
+    Return the kernel -s - order c s^(order - 1) for one order.
+
+    To a compiler the order is then a constant, and the power a few multiplications.
+
+    Parameters
+    ----------
+    order : int
+        Order of the anharmonic term, 3 or more.
+
+    Returns
+    -------
+    callable
+        ``kernel(strain, c, order)``, which must be the same order.
+    """
+    exponent = order - 2
+
+    def kernel(strain, c, _order):
+        return -strain * (1.0 + order * c * strain**exponent)
+
+    # Compiled loops are told apart by qualified names.
+    kernel.__qualname__ = f"power{order}_force"
+    return kernel
+
+
+# Parameters whose squares and inverse squares floating point can hold.
+_SMALLEST, _LARGEST = 1e-100, 1e100
+
+
+@dataclass(frozen=True)
+class Harmonic(Potential):
+    """U = s^2/2."""
+
+    name = "harmonic"
+    smooth = True
+    force_kernel = staticmethod(harmonic_force)
+
+    @property
+    def anharmonic_order(self):
+        """None: there is no anharmonic term."""
+        return None
+
+    def energy(self, strain):
+        """Return s^2/2."""
+        return 0.5 * np.square(strain)
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"0.5*{strain}*{strain}"
+
+    def curvature(self, strain):
+        """Return 1."""
+        return np.ones_like(np.asarray(strain, dtype=float))
+
+    def _find_compressed_strain(self):
+        return None
+
+
+@dataclass(frozen=True)
+class LennardJones(Potential):
+    """U = (r^-6 - 1)^2/72, which is (r^-12 - 2 r^-6 + 1)/72."""
+
+    name = "lj"
+    smooth = True
+    force_kernel = staticmethod(lj_force)
+    strain_min = -1.0
+    dissociation = 1.0 / 72.0
+
+    def energy(self, strain):
+        """Return expm1(-6 log1p(s))^2/72."""
+        return np.square(np.expm1(-6.0 * np.log1p(strain))) / 72.0
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"(1.0-(1.0+{strain})^-6)^2/72.0"
+
+    def curvature(self, strain):
+        """Return (13 r^-14 - 7 r^-8)/6."""
+        r = 1.0 + np.asarray(strain, dtype=float)
+        return (13.0 * r**-14.0 - 7.0 * r**-8.0) / 6.0
+
+    @property
+    def convex_strain(self):
+        """The inflection at r^6 = 13/7."""
+        return (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
+
+
+@dataclass(frozen=True)
+class Toda(Potential):
+    """U = (exp(-b s) - 1 + b s)/b^2 with b > 0."""
+
+    b: float = 10.0
+
+    name = "toda"
+    smooth = True
+    force_kernel = staticmethod(toda_force)
+
+    def __post_init__(self):
+        """Refuse a b that is not a positive number, or whose square is none."""
+        if not _SMALLEST <= self.b <= _LARGEST:
+            raise PotentialError(
+                f"toda_b is {self.b!r}; expected a positive number from {_SMALLEST:g} to "
+                f"{_LARGEST:g}, such as 10"
+            )
+
+    @property
+    def parameters(self):
+        """(b, unused)."""
+        return (float(self.b), 0.0)
+
+    def energy(self, strain):
+        """Return (expm1(-b s) + b s)/b^2."""
+        return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
+
+    def curvature(self, strain):
+        """Return exp(-b s)."""
+        return np.exp(-self.b * np.asarray(strain, dtype=float))
+
+    def _find_compressed_strain(self):
+        """Scale the root at b = 1: U(s; b) = U(b s; 1)/b^2."""
+        if self.b == 1.0:
+            return super()._find_compressed_strain()
+        return Toda(1.0)._find_compressed_strain() / self.b
+
+
+@dataclass(frozen=True)
+class Logarithmic(Potential):
+    """U = s - ln(1 + s)."""
+
+    name = "log"
+    smooth = True
+    force_kernel = staticmethod(log_force)
+    strain_min = -1.0
+
+    def energy(self, strain):
+        """Return s - log1p(s)."""
+        return x_minus_log1p(strain)
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"{strain}-ln(1.0+{strain})"
+
+    def curvature(self, strain):
+        """Return r^-2."""
+        return (1.0 + np.asarray(strain, dtype=float)) ** -2.0
+
+
+@dataclass(frozen=True)
+class Power(Potential):
+    """U = s^2/2 + c s^order; c > 0 for even order, c < 0 for odd order."""
+
+    order: int
+    c: float
+
+    name = "power"
+    smooth = True
+
+    def __post_init__(self):
+        """Refuse orders below 3 and the sign of c that softens compression."""
+        if self.order < 3:
+            raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
+        sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
+        if not _SMALLEST <= self.c * sign <= _LARGEST:
+            raise PotentialError(
+                f"power_c is {self.c!r}; order {self.order} needs a {word} number, such as "
+                f"{sign}.0, so that compression stiffens the bond (and from {_SMALLEST:g} to "
+                f"{_LARGEST:g} in size)"
+            )
+
+    @property
+    def force_kernel(self):
+        """The kernel of this order."""
+        return power_force(int(self.order))
+
+    @property
+    def parameters(self):
+        """(c, order); the kernel knows the order."""
+        return (float(self.c), int(self.order))
+
+    @property
+    def anharmonic_order(self):
+        """The order itself."""
+        return self.order
+
+    def energy(self, strain):
+        """Return s^2 (1/2 + c s^(order - 2))."""
+        s = np.asarray(strain, dtype=float)
+        return s * s * (0.5 + self.c * s ** (self.order - 2))
+
+    def lammps_energy(self, strain):
+        """Return the formula of U."""
+        return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
+
+    def curvature(self, strain):
+        """Return 1 + order (order - 1) c s^(order - 2)."""
+        s = np.asarray(strain, dtype=float)
+        return 1.0 + self.order * (self.order - 1) * self.c * s ** (self.order - 2)
+
+    @property
+    def convex_strain(self):
+        """Odd orders soften when stretched: U'' = 0 here."""
+        if self.order % 2 == 0:
+            return math.inf
+        return (-self.order * (self.order - 1) * self.c) ** (-1.0 / (self.order - 2))
+
+    @property
+    def barrier_strain(self) -> float:
+        """Strain at which a stretched bond of odd order is pulled no further back: U' = 0."""
+        if self.order % 2 == 0:
+            return math.inf
+        return (-self.order * self.c) ** (-1.0 / (self.order - 2))
+
+    @property
+    def barrier(self):
+        """U at the barrier strain."""
+        strain = self.barrier_strain
+        return math.inf if math.isinf(strain) else float(self.energy(strain))
+
+    def _find_compressed_strain(self):
+        """Solve |c| |s|^(order - 2) = 1/2 in closed form."""
+        return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
+
+
+NAMED_POTENTIALS: dict[str, type[Potential]] = {
+    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Logarithmic, Power)
+}

@@ -1,0 +1,176 @@
+"""A bond of a user's own: Python functions of the strain."""
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import PotentialError
+
+
+class UserBond(Potential):
+    r"""
+    A bond given by a user's own functions of the strain.
+
+    The force must be continuous, vanish at natural length and be the derivative of the energy,
+    :math:`F = -dU/ds`, which is checked. It may have kinks, strains at which the stiffness jumps,
+    and it may vanish in tension: such a bond holds nothing together.
+
+    Parameters
+    ----------
+    energy, force : callable
+        U(s) and -dU/dr(s), of arrays; functions of one number are called for each.
+    name : str
+        A label for results.
+    strain_min, strain_max : float
+        Strains at which the functions may be asked lie between these.
+    kinks : sequence of float
+        Strains at which the stiffness jumps. Others are looked for: see `kinks` of the object.
+
+    Raises
+    ------
+    PotentialError
+        If the force does not vanish at natural length, jumps or is not that of the energy, the
+        bond is not stable, or the functions do not return numbers.
+    """
+
+    anharmonic_order = None
+    _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
+
+    def __init__(
+        self,
+        energy: Callable,
+        force: Callable,
+        name: str = "user",
+        strain_min: float = -1.0,
+        strain_max: float = math.inf,
+        kinks: Sequence[float] = (),
+    ) -> None:
+        self.name = name
+        if not strain_min < 0.0 < strain_max:
+            raise PotentialError(
+                f"bond '{name}' is given for strains {strain_min:g} to {strain_max:g}; expected "
+                "a range with 0, the natural length, inside"
+            )
+        self.strain_min, self.strain_max = strain_min, strain_max
+        if not all(strain_min < kink < strain_max for kink in kinks):
+            raise PotentialError(
+                f"bond '{name}' has kinks {tuple(kinks)}; expected strains between "
+                f"{strain_min:g} and {strain_max:g}"
+            )
+        self._declared = tuple(sorted({float(kink) for kink in kinks}))
+        self._energy = _of_arrays(energy, f"energy of bond '{name}'")
+        self._force = _of_arrays(force, f"force of bond '{name}'")
+        self._users_force = force
+        self.energy_offset = float(self._energy(np.zeros(1))[0])
+        at_rest = float(self.force(0.0))
+        self._stiffness = float(self.curvature(0.0))
+        if not abs(at_rest) <= 1e-9 * abs(self._stiffness):
+            raise PotentialError(
+                f"bond '{name}' pushes with {at_rest:g} at length 1; expected no force there: "
+                "scale lengths so that the natural bond length is 1"
+            )
+        if not self._stiffness > 0:
+            raise PotentialError(
+                f"bond '{name}' has curvature {self._stiffness:g} at length 1; expected a stable "
+                "bond, with positive curvature there"
+            )
+        self.dissociation = self._end_of_energy()
+        refuse_mismatch(self)
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Strains at which the stiffness jumps: those declared, and others found by looking."""
+        found = find_kinks(self)
+        apart = [s for s in found if all(abs(s - k) > 1e-7 for k in self._declared)]
+        return tuple(sorted((*self._declared, *apart)))
+
+    @property
+    def users_force(self) -> Callable:
+        """The user's function itself, for compilers."""
+        return self._users_force
+
+    def energy(self, strain):
+        """Return the user's energy, shifted to zero at s = 0."""
+        return self._energy(np.asarray(strain, dtype=float)) - self.energy_offset
+
+    def force(self, strain):
+        """Return the user's force."""
+        return self._force(np.asarray(strain, dtype=float))
+
+    def curvature(self, strain):
+        """Return -dF/ds by differences on one side of kinks; at a kink, on the compressed one."""
+        s = np.asarray(strain, dtype=float)
+        below = np.maximum(s - self._STEP, self.strain_min)
+        above = np.minimum(s + self._STEP, self.strain_max)
+        for kink in self.kinks:
+            above = np.where((s <= kink) & (kink < above), kink, above)
+            below = np.where((below < kink) & (kink < s), kink, below)
+        return -(self.force(above) - self.force(below)) / (above - below)
+
+    @property
+    def stiffness(self):
+        """U''(1), from the user's force; of the compressed side where it has a kink there."""
+        return self._stiffness
+
+    def _end_of_energy(self) -> float:
+        """Return U at infinite length where it comes to an end: 0 for a bond without tension."""
+        if math.isfinite(self.strain_max):
+            return math.inf
+        with np.errstate(all="ignore"):
+            near, far, further = self.energy(np.array([1e6, 1e9, 1e12]))
+        # A power law that ends, r^-1 and steeper, has come within 1e-6 of its end at 1e6.
+        settled = abs(far - near) <= 1e-5 * abs(far) and abs(further - far) <= 1e-8 * abs(further)
+        return float(further) if settled and further >= 0.0 else math.inf
+
+    @cached_property
+    def convex_strain(self) -> float:
+        """Largest strain up to which the stiffness was seen to be positive; 0 if it never is."""
+        edges = scan_strains(self)
+        with np.errstate(all="ignore"):
+            forces = self.force(edges)
+            noise = 1e-12 * (np.abs(forces[1:]) + self._stiffness * np.abs(edges[1:]))
+            softer = np.diff(forces) > noise
+        if np.any(softer & (edges[1:] < 0.0)):
+            return 0.0
+        first = np.flatnonzero(softer)
+        # The inflection may lie in the interval before the first that softens as a whole.
+        return float(edges[first[0] - 1]) if len(first) else self.strain_max
+
+
+def _of_arrays(function: Callable, what: str) -> Callable[..., NDArray[np.float64]]:
+    """Return a function of arrays, also where the user's takes one number at a time."""
+    three = np.array([-1e-3, 0.0, 1e-3])
+    try:
+        returned = np.asarray(function(three), dtype=float)
+        takes_arrays = returned.shape == three.shape
+    except Exception:  # whatever a function of one number does with three
+        takes_arrays = False
+    if takes_arrays:
+        return lambda strain: np.asarray(function(strain), dtype=float)
+    try:
+        for strain in three.tolist():
+            float(function(strain))
+    except Exception as error:
+        said = " ".join(str(error).split())[:120]
+        raise PotentialError(
+            f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; expected "
+            "a function of the strain r - 1 that returns a number for each"
+        ) from None
+    return np.vectorize(_finite_or_nan(function), otypes=[float])
+
+
+def _finite_or_nan(function: Callable) -> Callable[[float], float]:
+    """Return a function of one number that gives nan where the user's one has no value."""
+
+    def value(strain):
+        try:
+            return float(function(float(strain)))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return math.nan
+
+    return value

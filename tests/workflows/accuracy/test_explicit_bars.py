@@ -1,0 +1,62 @@
+"""Error bars of explicit numerics: they hold, with either wall and any scheme."""
+
+import pytest
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, error_bar
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.engines.lammps import engine as lammps
+
+
+def exact(scene):
+    """Return eta by modes, or by the in-house engine to 1e-11."""
+    return collide(scene.replace(engine="reference"), tolerance=1e-11)
+
+
+# LAMMPS's Verlet errs by c h^2 in harmonic chains with a small c, and by as much again by contacts
+# that graze the wall: at these lengths the difference to one run at h/2 alone is far too small.
+@pytest.mark.parametrize("particles", [42, 65, 80])
+def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
+    scene = Scene(potential="harmonic", particles=particles)
+    truth = exact(scene)
+    result = collide(scene.replace(scheme="verlet", timestep=0.005))
+    error = abs(result.restitution - truth.restitution)
+    assert error <= result.restitution_error + truth.restitution_error
+    # Nor is the bar wide: the error is c h^2 with a c below 1.
+    assert result.restitution_error <= 0.005**2
+
+
+@pytest.mark.parametrize("timestep", [0.01, 0.014233, 0.01873, 0.0237])
+def test_the_bar_of_the_stock_wall_holds(timestep):
+    scene = Scene(potential="lj", particles=10, speed=0.4)
+    truth = exact(scene)
+    result = collide(
+        scene.replace(wall="reflect", scheme="verlet", timestep=timestep, table="linear")
+    )
+    error = abs(result.restitution - truth.restitution)
+    assert error <= result.restitution_error + truth.restitution_error
+    # Each of up to n contacts errs by up to 2 a h/(n v0), with a below v0: 2 h in all, if they all
+    # conspired, and the share that runs apart by as much are counted with.
+    assert result.restitution_error <= 2.0 * PROOF_SHARE["reflect"] * timestep
+
+
+@pytest.mark.slow
+def test_the_bar_of_the_stock_wall_of_the_readme_holds():
+    # This phase is a lucky one for a difference to half the step: three times that is 5.9e-6.
+    eta = 0.77079983
+    result = collide(Scene(wall="reflect", scheme="verlet", timestep=0.01, table="linear"))
+    assert abs(result.restitution - eta) <= result.restitution_error
+    assert result.restitution_error <= 1e-2
+
+
+def test_extrapolated_steps_in_lammps_have_a_bar():
+    scene = Scene(potential="harmonic", particles=10, velocity=1e-5)
+    outcome = lammps.run(scene, Numerics(scheme="extrapolated14", timestep=0.4))
+    bar = error_bar(outcome, scene, 1e-12)
+    truth = eta_of(scene, modal.run(scene))
+    assert abs(eta_of(scene, outcome) - truth) <= bar.total
+    # The mixture amplifies rounding: 10 eps/v0 = 2e-10 times 6, by some tens at most.
+    assert bar.total <= 1e-7

@@ -1,0 +1,139 @@
+"""A tolerance in, an error bar out: met, honest, and no tighter than it costs."""
+
+import numpy as np
+import pytest
+
+from benchmarks.bars.honest import random_scene, try_scene
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from tests.reference_cases import CASES, case_name, case_scene
+
+# The published values are good to this.
+PUBLISHED = 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
+def test_reference_values_in_house(case):
+    result = collide(case_scene(case).replace(engine="reference"), tolerance=1e-9)
+    assert result.tolerance_met
+    assert abs(result.restitution - case["restitution"]) <= PUBLISHED + result.restitution_error
+    assert result.contacts == case["contacts"]
+
+
+QUICK = [case for case in CASES if case["particles"] <= 20]
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+@pytest.mark.parametrize("case", QUICK, ids=map(case_name, QUICK))
+def test_reference_values_by_lammps(case, tolerance):
+    result = collide(case_scene(case), tolerance=tolerance)
+    assert result.tolerance_met
+    assert result.restitution_error <= tolerance
+    assert abs(result.restitution - case["restitution"]) <= PUBLISHED + result.restitution_error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_error_bars_of_random_scenes_are_honest(engine):
+    # Of 300 scenes at least 99 % must be honest (python -m benchmarks.bars.honest): of these
+    # few, all.
+    random = np.random.default_rng(7)
+    trials = [try_scene(random_scene(random, engine)) for _ in range(12)]
+    answered = [t for t in trials if t.reported is not None]
+    assert len(answered) >= 8
+    assert [t for t in answered if t.true > t.reported + t.judge_error] == []
+    assert [t for t in answered if t.met and t.reported > t.tolerance] == []
+
+
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_a_looser_tolerance_costs_less(engine):
+    scene = Scene(potential="lj", particles=50, speed=0.4, engine=engine)
+    costs = []
+    for tolerance in (1e-3, 1e-6, 1e-9):
+        result = collide(scene, tolerance=tolerance)
+        assert result.tolerance_met
+        # No waste either: three orders of tolerance are not met by one and the same run.
+        assert result.restitution_error > 1e-4 * tolerance
+        costs.append(STEP_SCHEMES[result.scheme].evaluations / result.timestep)
+    # Force evaluations per time. Steps of high order take fewer, each with more to do besides.
+    loose, middle, tight = costs
+    assert loose < 0.8 * min(middle, tight)
+    assert middle < 1.2 * tight
+
+
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"potential": "harmonic", "particles": 10, "velocity": 0.1},
+        {"potential": "lj", "particles": 12, "speed": 0.8},
+        {"potential": "log", "particles": 6, "speed": 0.3},
+    ],
+    ids=["harmonic", "lj", "log"],
+)
+def test_a_tighter_wish_never_widens_the_bar(fields, engine):
+    scene = Scene(engine=engine, **fields)
+    # Also between the powers of ten, and beyond rounding, where no wish is met.
+    tolerances = [10.0 ** (-0.5 * k) for k in range(12, 29)]
+    found = [collide(scene, tolerance=tolerance) for tolerance in tolerances]
+    bars = np.array([result.restitution_error for result in found])
+    assert np.all(np.diff(bars) <= 0.0), bars
+    met = np.array([result.tolerance_met for result in found])
+    assert np.all(bars[met] <= np.array(tolerances)[met])
+    assert not met[-1]
+    # Each bar holds: all etas agree with the tightest one.
+    etas = np.array([result.restitution for result in found])
+    assert np.all(np.abs(etas - etas[-1]) <= bars + bars[-1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tolerance", [1e-11, 1e-12])
+def test_the_default_scene_is_not_less_exact_for_being_asked_for_more(tolerance):
+    looser = collide(Scene(), tolerance=10.0 * tolerance)
+    assert collide(Scene(), tolerance=tolerance).restitution_error <= looser.restitution_error
+
+
+def test_a_tolerance_below_the_rounding_of_lammps_is_refused_with_an_honest_bar():
+    scene = Scene(potential="lj", particles=20, speed=1e-6)
+    result = collide(scene, tolerance=1e-10)
+    assert not result.tolerance_met
+    assert "rounding" in result.reason
+    truth = collide(scene.replace(engine="reference"), tolerance=1e-10)
+    assert truth.tolerance_met
+    error = abs(result.restitution - truth.restitution)
+    assert error <= result.restitution_error <= 1e-3
+
+
+def test_low_speeds_have_no_floor_in_house():
+    # The harmonic limit of 20 particles; what is left of anharmonicity is of the order of v/v*.
+    limit = collide(Scene(potential="harmonic", particles=20, velocity=1e-13, engine="reference"))
+    slow = Scene(potential="lj", particles=20, speed=1e-12, engine="reference")
+    result = collide(slow, tolerance=1e-10)
+    assert result.tolerance_met
+    assert abs(result.restitution - limit.restitution) <= 1e-9
+
+
+@pytest.mark.slow
+def test_a_chain_that_breaks_amplifies_rounding_and_the_bar_says_so():
+    # Composed steps of order 8 and adaptive ones of Dormand and Prince, at 1e-13, agree on this.
+    eta = 0.72016036188
+    scene = Scene(potential="lj", particles=1000, speed=1.0, engine="reference")
+    result = collide(scene, tolerance=1e-8)
+    assert result.tolerance_met
+    assert result.error_parts.rounding > 1e-9  # a hundred times what plain rounding gives
+    assert abs(result.restitution - eta) <= result.restitution_error
+
+
+@pytest.mark.slow
+def test_a_chain_too_sensitive_for_any_step_says_so():
+    # Steps from 0.05 to 0.005 give anything from 0.7333 to 0.7338.
+    scene = Scene(potential="log", particles=1000, speed=1.0, engine="reference")
+    result = collide(scene)
+    assert not result.tolerance_met
+    assert "amplifies the last digit" in result.reason
+    assert 1e-5 < result.restitution_error < 1e-2
+    assert abs(result.restitution - 0.73355) <= result.restitution_error
+    # Three steps agree to 2e-5 by chance; the others, of which none is worse, do not.
+    assert result.error_parts.step > 1e-4

@@ -1,0 +1,233 @@
+"""The loops: compiled against NumPy, kept on disk without mixing potentials, contacts found."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.contact_search import (
+    build_contact_search,
+    count_sign_changes,
+    fit_path,
+)
+from chaincor.workflows.engines.in_house.stages import (
+    array_copy,
+    array_drift,
+    array_mix,
+    array_outside,
+    array_stage,
+    array_start,
+    looped_copy,
+    looped_drift,
+    looped_mix,
+    looped_outside,
+    looped_stage,
+    looped_start,
+)
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, composed_leap, extrapolated_leap
+
+BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
+
+
+def as_it_is(function):
+    return function
+
+
+def kernel_of(bond):
+    force = scalar_force(bond)
+    assert force is not None
+    return force
+
+
+@pytest.mark.parametrize("bond", BONDS, ids=lambda bond: bond.name)
+def test_compiled_stage_is_the_stage_in_numpy(bond):
+    rng = np.random.default_rng(5)
+    strain, velocity = rng.uniform(-0.1, 0.1, 37), rng.uniform(-0.1, 0.1, 38)
+    force = kernel_of(bond)
+    compiler = LoopCompiler("test_kernels", keep=False)
+    stage = compiler.compile(looped_stage(compiler.register(force.function)))
+    loops, arrays = (strain.copy(), velocity.copy()), (strain.copy(), velocity.copy())
+    stage(*loops, 37, 0.03, 0.05, *force.parameters)
+    array_stage(bond)(*arrays, 37, 0.03, 0.05, 0.0, 0.0)
+    # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
+    assert np.allclose(loops[0], arrays[0], rtol=0.0, atol=1e-16)
+    assert np.allclose(loops[1], arrays[1], rtol=0.0, atol=2e-15)
+
+
+@pytest.mark.parametrize("bonds", [9, 5])
+def test_loops_say_what_arrays_say(bonds):
+    # Of the 9 bonds of a chain, all or the first few.
+    rng = np.random.default_rng(6)
+    bond = LennardJones()
+    force = kernel_of(bond).function
+    old = (rng.uniform(-0.1, 0.1, 9), rng.uniform(-0.1, 0.1, 10))
+    for loop, array, inputs, arguments in (
+        (looped_start(force), array_start(bond), old, (0.1, 0.2, 0.0, 0.0)),
+        (looped_stage(force), array_stage(bond), (), (0.1, 0.2, 0.0, 0.0)),
+        (looped_drift, array_drift, (), (0.1,)),
+        (looped_copy, array_copy, old, ()),
+    ):
+        states = [(rng.permutation(old[0]), old[1][::-1].copy())] * 2
+        states = [(s.copy(), v.copy()) for s, v in states]
+        for function, state in zip((loop, array), states, strict=True):
+            function(*inputs, *state, bonds, *arguments)
+        for ours, theirs in zip(*states, strict=True):
+            assert np.allclose(ours, theirs, rtol=1e-14)
+    mixtures = []
+    for mix in (looped_mix, array_mix):
+        mixture = (np.ones(9), np.ones(10))
+        mix(*old, 0.5 * old[0], 0.5 * old[1], bonds, 0.1, 3.0, *mixture)
+        mixtures.append(mixture)
+    assert np.allclose(mixtures[0][0], mixtures[1][0], rtol=1e-14)
+    assert np.allclose(mixtures[0][1][: bonds + 1], 1.0 + 1.5 * old[1][: bonds + 1], rtol=1e-14)
+    assert np.array_equal(mixtures[0][1][bonds + 1 :], np.ones(9 - bonds))
+    strain = old[0].copy()
+    strain[3] = strain[7] = np.nan
+    expected = 2 if bonds == 9 else 1
+    for outside in (looped_outside, array_outside):
+        assert outside(strain, bonds, -1.0, 1.0) == expected
+
+
+@pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
+def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme):
+    rng = np.random.default_rng(7)
+    bond = LennardJones()
+    start, stage = array_start(bond), array_stage(bond)
+    if scheme.extrapolated:
+        leap = extrapolated_leap(start, stage, array_copy, array_mix)
+    else:
+        leap = composed_leap(start, stage, array_drift)
+    old = (rng.uniform(-0.1, 0.1, 39), rng.uniform(-0.1, 0.1, 40))
+    made_of = (scheme.outer, scheme.inner)
+
+    def after(bonds, size):
+        new, trial = [(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
+        x = leap(0.1, old, new, trial, 39, bonds, 0.1, made_of, (0.0, 0.0))
+        return x, new[0][:bonds], new[1][:bonds]
+
+    whole, near = after(39, 39), after(1, scheme.reach)
+    # The same operations on the same numbers.
+    assert whole[0] == near[0]
+    assert whole[1][0] == near[1][0]
+    assert whole[2][0] == near[2][0]
+
+
+@pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
+def test_weights(scheme):
+    if scheme.extrapolated:
+        # A mixture must be exact for constants and remove the even powers up to its order.
+        for power in range(0, scheme.order, 2):
+            total = float(scheme.outer @ scheme.inner ** (-float(power)))
+            assert total == pytest.approx(1.0 if power == 0 else 0.0, abs=1e-13)
+    else:
+        assert scheme.outer.sum() == pytest.approx(1.0, rel=1e-15)
+        assert scheme.inner.sum() == pytest.approx(1.0, rel=1e-15)
+        assert np.array_equal(scheme.outer, scheme.outer[::-1])
+
+
+RUN_TWO = """
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house import stepping as reference
+for potential, speed in (("harmonic", {}), ("lj", {"speed": 0.4})):
+    scene = Scene(potential=potential, particles=5, **speed)
+    outcome = reference.run(scene, Numerics(scheme="order8", timestep=0.1))
+    print(repr((outcome.velocities.mean() / scene.impact_velocity) ** 2))
+"""
+
+
+@pytest.mark.slow
+def test_loops_kept_on_disk_do_not_mix_potentials(tmp_path):
+    # The second process loads both from the cache; with shared symbols lj once got the harmonic
+    # force there.
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    answers = [
+        subprocess.run(
+            [sys.executable, "-c", RUN_TWO],
+            env=environment, capture_output=True, text=True, check=True,
+        ).stdout
+        for _ in range(2)
+    ]  # fmt: skip
+    assert answers[0] == answers[1]
+    harmonic, lj = answers[0].split()
+    assert harmonic != lj
+    kept = sorted(path.name for path in tmp_path.rglob("*.nbi"))
+    # The exact motion and the coarse one that looks ahead.
+    assert len([name for name in kept if "lj_force" in name]) == 2
+
+
+def search_for(path):
+    """Return the search on a path given as a polynomial."""
+    slope, bend = path.deriv(), path.deriv(2)
+
+    def probe(time, *_):
+        return path(time), slope(time), bend(time)
+
+    find = build_contact_search(probe=probe, register=as_it_is)
+    ends = [(path(t), slope(t), bend(t)) for t in (0.0, 1.0)]
+    return find(1.0, *ends, None, None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("roots", "first"),
+    [
+        ((0.3,), 0.3),
+        ((0.3, 0.6), 0.3),
+        ((0.45, 0.46), 0.45),
+        ((0.2, 0.5, 0.9), 0.2),
+        ((0.7, 0.71, 0.72), 0.7),
+        ((-0.1, 1.2), -1.0),
+        ((1.0001,), -1.0),
+    ],
+)
+@pytest.mark.parametrize("departs", [False, True])
+def test_first_contact_of_a_path(roots, first, departs):
+    path = np.polynomial.Polynomial.fromroots(((0.0, *roots)) if departs else roots)
+    start = path.deriv()(0.0) if departs else path(0.0)
+    path = path * np.sign(start)
+    assert search_for(path) == pytest.approx(first, abs=1e-12)
+
+
+def test_random_paths_lose_no_contact():
+    rng = np.random.default_rng(8)
+    found = 0
+    for _ in range(300):
+        roots = rng.uniform(-1.0, 2.0, 4)
+        path = np.polynomial.Polynomial.fromroots(roots)
+        path = path * np.sign(path(0.0))
+        inside = roots[(roots > 0.0) & (roots < 1.0)]
+        expected = inside.min() if len(inside) else -1.0
+        assert search_for(path) == pytest.approx(expected, abs=1e-9)
+        found += len(inside) > 0
+    assert found > 150
+
+
+@pytest.mark.parametrize("frequency", [2.0, 4.0, 6.0, 8.0])
+@pytest.mark.parametrize("offset", [-0.2, 0.0, 0.3, 0.9])
+def test_path_that_no_quintic_fits(frequency, offset):
+    # Up to three wiggles of particle 1 in one step: the fit alone would point anywhere.
+    def probe(time, *_):
+        phase = frequency * time
+        bend = -(frequency**2) * np.sin(phase)
+        return np.sin(phase) + offset * phase, frequency * (np.cos(phase) + offset), bend
+
+    find = build_contact_search(probe=probe, register=as_it_is)
+    time = find(1.0, probe(0.0), probe(1.0), None, None, None, None)
+    times = np.linspace(1e-4, 1.0, 100_000)
+    below = np.flatnonzero(probe(times)[0] < 0.0)
+    expected = times[below[0]] if len(below) else -1.0
+    assert time == pytest.approx(expected, abs=2e-5)
+
+
+def test_quintic_fit():
+    path = np.polynomial.Polynomial([0.3, -0.7, 0.2, 1.1, -0.4, 0.9])
+    step = 0.8
+    ends = [(path(t), path.deriv()(t), path.deriv(2)(t)) for t in (0.0, step)]
+    fitted = fit_path(*ends, step)
+    assert fitted == pytest.approx(path.coef * step ** np.arange(6), abs=1e-13)
+    assert count_sign_changes((0.0, 1.0, 0.0), (1.0, 1.0, 0.0), 1.0) == 0
+    assert count_sign_changes((0.0, 1.0, 0.0), (-1.0, -3.0, 0.0), 1.0) == 1

@@ -1,0 +1,254 @@
+"""The LAMMPS engine against the published reference values, and the identities of a collision."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.timestep_table import case_limit
+from chaincor.analysis.restitution import momentum_residual, restitution
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps import course
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.errors import BondRangeError, LostAtomsError, TimestepError
+from tests.reference_cases import CASES, case_name, case_scene
+
+# Composed step of order 8 that each case needs (python -m benchmarks.timestep_table): the
+# faster the collision, the steeper the bonds it sees.
+TIMESTEPS = {
+    "harmonic": {0.1: 0.15},
+    "lj": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.1, 1.0: 0.1, 2.0: 0.05, 5.0: 0.018},
+    "toda": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.1, 1.0: 0.1, 2.0: 0.05, 5.0: 0.018},
+    "log": {0.01: 0.2, 0.1: 0.2, 0.4: 0.15, 0.78: 0.07, 1.0: 0.05},
+    "power": {0.1: 0.2},
+}
+
+
+def momentum_error(scene, outcome):
+    return momentum_residual(outcome.velocities, scene.impact_velocity, 0.5 * outcome.impulses)
+
+
+@pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
+def test_reference_values(case):
+    scene = case_scene(case)
+    speed = case.get("speed_over_vstar", case.get("velocity"))
+    step = TIMESTEPS[case["potential"]][speed]
+    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=step))
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    assert abs(eta - case["restitution"]) <= case_limit(case)
+    assert len(outcome.contact_times) == case["contacts"]
+    # Published to 1e-7; a time error is about an eta error over the rate at which eta changes.
+    assert outcome.contact_times[-1] == pytest.approx(case["last_contact_time"], abs=1e-6)
+    assert abs(momentum_error(scene, outcome)) <= 1e-12
+    # Bonds are held at both ends: the errors of energy and of eta shrink together.
+    assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=1e-6)
+
+
+@pytest.mark.parametrize("case", CASES[1:3], ids=map(case_name, CASES[1:3]))
+def test_reference_values_are_not_met_by_a_coarse_step(case):
+    # The test above can fail: Verlet at this step is wrong by 1e-5.
+    scene = case_scene(case)
+    outcome = lammps.run(scene, Numerics(scheme="verlet", timestep=0.05))
+    eta = restitution(outcome.velocities, scene.impact_velocity)
+    assert abs(eta - case["restitution"]) > 1e-7
+
+
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("potential", ["harmonic", "lj"])
+def test_momentum_comes_from_the_wall_alone(wall, potential):
+    scene = Scene(potential=potential, particles=30, velocity=0.05)
+    outcome = lammps.run(scene, Numerics(wall=wall, scheme="verlet", timestep=0.01))
+    assert np.array_equal(outcome.impulses, 2.0 * outcome.contact_speeds)
+    assert abs(momentum_error(scene, outcome)) <= 1e-12
+
+
+def test_one_particle_bounces_once():
+    outcome = lammps.run(Scene(particles=1, velocity=0.3), Numerics())
+    assert outcome.velocities.tolist() == [0.3]
+    assert outcome.contact_times.tolist() == [0.0]
+    assert (outcome.bond_min, outcome.bond_max, outcome.fragments) == (1.0, 1.0, 1)
+
+
+def test_two_harmonic_particles_return_everything():
+    # Relative motion of two particles: omega = sqrt(2), and half a period later they hit again.
+    outcome = lammps.run(
+        Scene(potential="harmonic", particles=2, velocity=0.1),
+        Numerics(scheme="order8", timestep=0.1),
+    )
+    assert outcome.contact_times == pytest.approx([0.0, np.pi / np.sqrt(2.0)], abs=1e-12)
+    assert outcome.velocities == pytest.approx([0.1, 0.1], abs=1e-13)
+
+
+def test_harmonic_collisions_scale_with_the_velocity():
+    # Times and eta of a harmonic chain are those of any other speed; coordinates are rounded to
+    # n eps, against displacements of v0.
+    slow, fast = (
+        lammps.run(
+            Scene(potential="harmonic", particles=20, velocity=v),
+            Numerics(scheme="order6", timestep=0.1),
+        )
+        for v in (1e-4, 0.1)
+    )
+    rounding = 20 * sys.float_info.epsilon / 1e-4
+    assert slow.contact_times == pytest.approx(fast.contact_times, abs=200 * rounding)
+    assert slow.velocities / 1e-4 == pytest.approx(fast.velocities / 0.1, abs=200 * rounding)
+
+
+def test_the_final_state_is_that_after_the_last_contact():
+    scene = Scene(potential="harmonic", particles=10, velocity=0.1)
+    outcome = lammps.run(scene, Numerics(), frame_interval=0.1)
+    assert outcome.displacements[0] == 0.0
+    assert outcome.velocities[0] == outcome.contact_speeds[-1]
+    assert outcome.duration > outcome.contact_times[-1]
+    frames = outcome.frames
+    assert frames.displacements.shape == frames.velocities.shape == (len(frames.times), 10)
+    assert np.all(np.diff(frames.times) > 0.0)
+    # Free flight after the last contact keeps the momentum.
+    late = frames.velocities[frames.times > outcome.contact_times[-1]]
+    assert late.mean(axis=1) == pytest.approx(outcome.velocities.mean(), abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("wall", "scheme"), [("event", "verlet"), ("event", "order6"), ("reflect", "verlet")]
+)
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"potential": "harmonic", "particles": 10, "velocity": 0.1},
+        {"potential": "harmonic", "particles": 40, "velocity": 0.1},
+        {"potential": "lj", "particles": 30, "speed": 0.4},
+        {"potential": "lj", "particles": 30, "speed": 1.0},
+        {"potential": "toda", "particles": 30, "speed": 2.0},
+    ],
+    ids=lambda f: f"{f['potential']}-{f['particles']}-{f.get('speed')}",
+)
+def test_looking_ahead_for_the_end_changes_no_contact(fields, wall, scheme):
+    # A run that takes frames goes on with exact steps to the end: every bit must be the same.
+    scene = Scene(**fields)
+    numerics = Numerics(wall=wall, scheme=scheme, timestep=0.0125, bond_range=(0.4, 40.0))
+    ahead = lammps.run(scene, numerics)
+    exact = lammps.run(scene, numerics, frame_interval=1e6)
+    for name in ("contact_times", "contact_speeds", "velocities", "displacements"):
+        assert np.array_equal(getattr(ahead, name), getattr(exact, name))
+
+
+def test_a_narrow_range_is_widened_to_the_same_answer():
+    scene = Scene(potential="lj", particles=10, speed=0.4)
+    numerics = Numerics(scheme="order8", timestep=0.1)
+    etas = []
+    for bond_range in ((0.99, 1.01), (0.85, 1.4)):
+        found = lammps.run(
+            scene,
+            Numerics(scheme="order8", timestep=numerics.timestep, bond_range=bond_range),
+        )
+        assert found.details["table"]["shortest"] < found.bond_min
+        assert found.details["table"]["longest"] > found.bond_max
+        etas.append(restitution(found.velocities, scene.impact_velocity))
+    # Both tables are exact to about 1e-12 of the force.
+    assert etas[0] == pytest.approx(etas[1], abs=1e-10)
+
+
+def test_a_users_bond_runs_like_the_named_one():
+    lj = LennardJones()
+    named = Scene(potential="lj", particles=10, velocity=0.05)
+    mine = Scene(potential=UserBond(lj.energy, lj.force), particles=10, velocity=0.05)
+    numerics = Numerics(scheme="order6", timestep=0.05, bond_range=(0.9, 1.2))
+    one, two = lammps.run(named, numerics), lammps.run(mine, numerics)
+    # Only the end slopes of the spline differ, which a central difference gives to 1e-9.
+    assert two.velocities == pytest.approx(one.velocities, abs=1e-11)
+
+
+def test_files_are_kept_on_request_only(tmp_path):
+    scene = Scene(
+        potential="lj",
+        particles=5,
+        save=tmp_path / "job",
+        dump=tmp_path / "deep" / "motion.dump",
+    )
+    lammps.run(scene, Numerics(scheme="verlet", timestep=0.02))
+    kept = {file.name for file in (tmp_path / "job").iterdir()}
+    assert {"chain.data", "bond.table", "log.lammps"} <= kept
+    warnings = [
+        line
+        for line in (tmp_path / "job" / "log.lammps").read_text().splitlines()
+        if "WARNING" in line
+        # A force extremum is no fault of a table, and LAMMPS says so itself.
+        and "inconsistent with -dE/dr" not in line
+        and "inflection points" not in line
+    ]
+    assert not warnings
+    lines = (tmp_path / "deep" / "motion.dump").read_text().splitlines()
+    assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"
+
+
+def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
+    """Within a bin beyond its last row LAMMPS takes forces from whatever lies in memory."""
+    scene = Scene(particles=5, speed=0.4)
+    given = Numerics(scheme="verlet", timestep=0.02, bond_range=(0.9, 1.2))
+    for numerics, near in ((given, 1e-6), (replace(given, bond_range=None), 0.02)):
+        plain, tables, collide = lammps.run(scene, numerics), [], lammps._collide
+
+        def seen_near_the_end(*arguments, near=near, tables=tables, collide=collide):
+            outcomes, seen = collide(*arguments)
+            tables.append(arguments[3])
+            if len(tables) > 1:
+                return outcomes, seen
+            return outcomes, [tables[0].longest - near for _ in seen]
+
+        with monkeypatch.context() as patch:
+            patch.setattr(lammps, "_collide", seen_near_the_end)
+            outcome = lammps.run(scene, numerics)
+        assert len(tables) == 2
+        assert tables[1].longest - 1.0 > 1.4 * (tables[0].longest - 1.0)
+        assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
+
+
+@pytest.mark.parametrize("error", [BondRangeError("1e+40 long"), LostAtomsError("lost")])
+def test_an_impossible_length_is_excused_once(monkeypatch, error):
+    scene, numerics = Scene(particles=5, speed=0.4), Numerics(scheme="verlet", timestep=0.02)
+    plain = lammps.run(scene, numerics)
+    if isinstance(error, BondRangeError):
+        error.length = 1e40
+    failures, collide = [], lammps._collide
+
+    def kicked(*arguments):
+        if len(failures) < times:
+            failures.append(error)
+            raise error
+        return collide(*arguments)
+
+    monkeypatch.setattr(lammps, "_collide", kicked)
+    times = 1
+    outcome = lammps.run(scene, numerics)
+    assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
+    failures.clear()
+    times = 2
+    with pytest.raises(TimestepError, match="no bond can be that long"):
+        lammps.run(scene, numerics)
+
+
+def test_a_late_contact_is_waited_for():
+    """The in-house integrator, asked what comes, tells of the 27th; LAMMPS finds it by itself."""
+    scene = Scene(particles=28, speed=1.47)
+    outcome = lammps.run(scene, Numerics(scheme="order8", timestep=0.05))
+    assert len(outcome.contact_times) == 27
+    # From two integrators of another kind; errors grow 1e4 times in this collision.
+    assert outcome.contact_times[-1] == pytest.approx(38.808724, abs=1e-4)
+    assert outcome.ending.kind in ("proved", "argued")
+
+
+def test_impatience_changes_nothing(monkeypatch):
+    """When the in-house integrator is asked what comes is a question of cost alone."""
+    scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)
+    plain = lammps.run(scene, numerics)
+    for patience in (1.0, 10.0):
+        monkeypatch.setattr(course, "PATIENCE", patience)
+        outcome = lammps.run(scene, numerics)
+        # Who flies on longer sees longer bonds, and takes a wider table: forces good to 1e-12,
+        # whose errors grow by some hundred times where the chain breaks.
+        assert np.abs(outcome.velocities - plain.velocities).max() < 1e-9 * scene.impact_velocity
+        assert np.abs(outcome.contact_times - plain.contact_times).max() < 1e-8

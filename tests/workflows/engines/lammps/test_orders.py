@@ -1,0 +1,81 @@
+"""The fitted order of the error of eta is the order each composition declares."""
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+SCENE = Scene(potential="lj", particles=10, speed=0.4)
+BOND_RANGE = (0.85, 1.3)
+# Eight steps within 3 %: after five or more steps each contact falls into another part of a
+# step, so their mean square is that over the phases of the contacts, without touching the scene.
+PHASES = 1.0 + 0.03 * np.linspace(-0.5, 0.5, 8)
+RANGES = {
+    "verlet": (0.005, 0.05),
+    "order4": (0.02, 0.2),
+    "order6": (0.05, 0.2),
+    "order8": (0.15, 0.4),
+}
+
+
+def restitution_of(run, scheme, timestep):
+    outcome = run(SCENE, Numerics(scheme=scheme, timestep=timestep, bond_range=BOND_RANGE))
+    return float(restitution(outcome.velocities, SCENE.impact_velocity))
+
+
+@pytest.fixture(scope="module")
+def truth():
+    """Return eta by the in-house integrator, good to 1e-13: (0.04/0.15)^8 of 3e-10."""
+    return restitution_of(stepping.run, "order8", 0.03)
+
+
+def rms_errors(scheme, timesteps, truth):
+    return [
+        np.sqrt(
+            np.mean(
+                [(restitution_of(lammps.run, scheme, h * p) - truth) ** 2 for p in PHASES.tolist()]
+            )
+        )
+        for h in timesteps.tolist()
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", RANGES)
+def test_fitted_order(scheme, truth):
+    timesteps = np.geomspace(*RANGES[scheme], 8)
+    errors = rms_errors(scheme, timesteps, truth)
+    slope = np.polyfit(np.log(timesteps), np.log(errors), 1)[0]
+    # 0.3 is what irregular contact phases leave of a fit over eight steps.
+    assert slope == pytest.approx(COMPOSITIONS[scheme].order, abs=0.3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["extrapolated12", "extrapolated14"])
+def test_extrapolated_steps_converge_at_their_order_down_to_rounding(scheme, truth):
+    timesteps = np.geomspace(0.34, 1.0, 10)
+    slope = np.polyfit(np.log(timesteps), np.log(rms_errors(scheme, timesteps, truth)), 1)[0]
+    # Steps as long as the time between two contacts: whether one falls into a step or between two
+    # makes a factor of ten, which over a range of three is 2 in the slope.
+    assert slope == pytest.approx(STEP_SCHEMES[scheme].order, abs=2.0)
+    # The mixture multiplies the rounding of coordinates up to 10 by up to 60, over v0 = 0.05.
+    assert rms_errors(scheme, np.array([0.25]), truth)[0] < 1e-10
+
+
+def test_the_reflecting_wall_is_far_from_second_order(truth):
+    # Its error is of first order and of either sign: the reason for the event wall.
+    def error(wall, timestep):
+        numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep, bond_range=BOND_RANGE)
+        outcome = lammps.run(SCENE, numerics)
+        return abs(restitution(outcome.velocities, SCENE.impact_velocity) - truth)
+
+    steps = (0.005 * PHASES).tolist()
+    stock = np.sqrt(np.mean([error("reflect", h) ** 2 for h in steps]))
+    event = np.sqrt(np.mean([error("event", h) ** 2 for h in steps]))
+    assert stock > 10.0 * event

@@ -1,0 +1,42 @@
+"""Frames for pictures, and the moving picture that `run --animate` writes."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.commands.run import run
+from chaincor.workflows.pictures import recording
+from chaincor.workflows.pictures.recording import record_motion
+
+
+@pytest.mark.parametrize("fields", [{"potential": "harmonic"}, {"potential": "lj", "speed": 0.8}])
+def test_frames_are_regular_and_end_as_the_collision_does(fields):
+    scene = Scene(particles=8, engine="reference", **fields)
+    outcome = record_motion(scene, 0.25)
+    frames = outcome.frames
+    assert np.diff(frames.times)[:-1] == pytest.approx(0.25, abs=1e-9)
+    exact = collide(scene, tolerance=1e-8)
+    # Followed to 1e-6; between hits the mean velocity does not change, so the last frame has it.
+    assert (frames.velocities[-1].mean() / scene.impact_velocity) ** 2 == pytest.approx(
+        exact.restitution, abs=3e-6
+    )
+
+
+@pytest.mark.slow
+def test_run_writes_a_moving_picture(tmp_path, monkeypatch):
+    # Three pictures show what a hundred would, in a thirtieth of the time.
+    monkeypatch.setattr(recording.write_animation, "__defaults__", (3,))
+    file = tmp_path / "motion.gif"
+    done = CliRunner().invoke(
+        run, ["--particles", "5", "--engine", "reference", "--animate", str(file)]
+    )
+    assert done.exit_code == 0, done.output
+    assert file.read_bytes().startswith(b"GIF89a")
+
+
+def test_another_ending_is_refused_before_anything_runs():
+    done = CliRunner().invoke(run, ["--animate", "motion.avi"])
+    assert done.exit_code == 2
+    assert "expected a name in .gif or .mp4" in done.output

@@ -1,0 +1,133 @@
+"""Merging stores, asking them, exporting them."""
+
+import contextlib
+
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.attempt import Attempt
+from chaincor.workflows.store.export import export_store, to_pandas
+from chaincor.workflows.store.merge import merge_stores
+from chaincor.workflows.store.query import count_rows, query_rows
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.schema import PLAIN_COLUMNS
+
+SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
+
+
+def test_merging_keeps_the_tighter_result_with_its_arrays(tmp_path, make_attempt, make_failure):
+    other = SCENE.replace(speed=0.5)
+    paths = [tmp_path / f"{name}.sqlite" for name in "abc"]
+    with Store(paths[0]) as store:
+        store.record([make_attempt(SCENE, 0.51), make_failure(other)])
+    with Store(paths[1]) as store:
+        store.record([make_attempt(SCENE.replace(tolerance=1e-8), 0.52)], arrays=True)
+        store.record([make_attempt(other, 0.53)])
+    for order in ((0, 1), (1, 0)):
+        target = tmp_path / f"merged{order}.sqlite"
+        assert merge_stores(target, [paths[k] for k in order]) == 2
+        with Store(target) as store:
+            assert store.get(SCENE, arrays=True).restitution == 0.52
+            assert store.get(SCENE, arrays=True).arrays["contact_times"][1] == 0.52
+            assert store.get(other).restitution == 0.53
+            assert store.find(other).failure is None
+            assert store.get(SCENE).result["versions"]["python"]
+
+
+def test_merging_twice_changes_nothing(tmp_path, make_attempt):
+    source, target = tmp_path / "a.sqlite", tmp_path / "b.sqlite"
+    with Store(source) as store:
+        store.record([make_attempt(SCENE)], arrays=True)
+    merge_stores(target, [source])
+    before = target.read_bytes()
+    assert merge_stores(target, [source]) == 1
+    with Store(target) as store:
+        assert store.find(SCENE).tries == 1
+    assert len(target.read_bytes()) == len(before)
+
+
+def test_merging_into_itself_is_refused(tmp_path):
+    Store(tmp_path / "a.sqlite").close()
+    with pytest.raises(StoreError, match="itself"):
+        merge_stores(tmp_path / "a.sqlite", [tmp_path / "a.sqlite"])
+
+
+def test_questions_with_conditions_and_order(store, make_attempt, make_failure):
+    scenes = [Scene(potential=p, speed=s) for p in ("lj", "toda") for s in (0.1, 0.2, 0.3)]
+    store.record([make_attempt(scene) for scene in scenes] + [make_failure(Scene(potential="log"))])
+    rows = query_rows(
+        store,
+        ["potential", "speed"],
+        where=["speed>=0.2", "failure="],
+        order=["potential", "-speed"],
+    )
+    assert rows == [("lj", 0.3), ("lj", 0.2), ("toda", 0.3), ("toda", 0.2)]
+    assert count_rows(store, ["failure!="]) == 1
+    assert count_rows(store, ["potential = toda", "speed < 0.3"]) == 2
+    for wrong in ("nonsense", "colour=red", "speed<"):
+        with pytest.raises(StoreError):
+            count_rows(store, [wrong])
+    with pytest.raises(StoreError, match="no column"):
+        query_rows(store, ["speed; DROP TABLE collisions"])
+
+
+def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_failure):
+    pandas = pytest.importorskip("pandas")
+    scenes = [Scene(potential="lj", speed=0.1 * k) for k in range(1, 8)]
+    store.record([make_attempt(s, 1.0 / (3 + k)) for k, s in enumerate(scenes)])
+    store.record([make_failure(Scene(potential="log"))])
+    export_store(store, tmp_path / "a.csv")
+    export_store(store, tmp_path / "a.parquet")
+    direct = to_pandas(store)
+    from_csv = pandas.read_csv(tmp_path / "a.csv")
+    from_parquet = pandas.read_parquet(tmp_path / "a.parquet")
+    assert list(direct.columns) == list(PLAIN_COLUMNS)
+    for frame in (
+        direct,
+        from_csv,
+        from_parquet,
+        to_pandas(str(store.path)),
+        to_pandas(store.path),
+    ):
+        assert frame["restitution"].dropna().to_list() == [1.0 / (3 + k) for k in range(7)]
+        assert frame["failure"].notna().sum() == 1
+    with pytest.raises(StoreError, match="nowhere"):
+        to_pandas(tmp_path / "nowhere.sqlite")
+    with pytest.raises(StoreError, match=r"\.csv or \.parquet"):
+        export_store(store, tmp_path / "a.txt")
+
+
+def test_many_rows_are_asked_in_a_moment(store, make_attempt):
+    # What SQLite does for an answer is counted, not timed: resuming costs the same for a row
+    # among four thousand as among four hundred, and a list of all rows is linear in them (times
+    # log n, as it is sorted).
+    scenes = [
+        Scene(potential="lj", particles=n, speed=0.001 * k)
+        for n in range(10, 30)
+        for k in range(1, 201)
+    ]
+    one = make_attempt(scenes[0])
+    columns = ["particles", "speed", "restitution"]
+    counts = []
+    for part in (scenes[:400], scenes[400:]):
+        # The same result under every key: only the numbers of rows matter here.
+        store.record([Attempt(scene, one.collision, None, "here") for scene in part])
+        with _instructions(store) as alone:
+            assert store.standing(scenes[0]).answers(scenes[0])
+        with _instructions(store) as whole:
+            assert len(query_rows(store, columns, order=["speed"])) == len(store)
+        counts.append((len(alone), len(whole) / len(store)))
+    (alone_few, each_few), (alone_many, each_many) = counts
+    # An index may be a page deeper; log 4000 / log 400 is 1.4.
+    assert alone_many <= alone_few + 10
+    assert each_many < 1.5 * each_few
+
+
+@contextlib.contextmanager
+def _instructions(store):
+    """Yield a list that grows by one with each instruction of SQLite's virtual machine."""
+    done = []
+    store.connection.set_progress_handler(lambda: done.append(None), 1)
+    yield done
+    store.connection.set_progress_handler(None, 0)

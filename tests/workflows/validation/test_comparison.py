@@ -1,0 +1,131 @@
+"""Who is right: agreement where both are, and wrong integrators caught."""
+
+import json
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import main
+from chaincor.workflows.validation.comparison import grid_around, validate, validate_user
+
+# An integrator of a user's own, in a module that the child process imports: the in-house steps,
+# which can be spoilt.
+MODULE = """
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.workflows.engines.in_house import stepping as reference
+
+def collide(scene, timestep=0.1, force=1.0):
+    if force != 1.0:
+        bond = scene.bond
+        spoilt = UserBond(bond.energy, lambda s: force * bond.force(s))
+        scene = scene.replace(potential=spoilt, speed=None, velocity=scene.impact_velocity)
+    done = reference.run(scene, Numerics(scheme="order8", timestep=timestep))
+    return {
+        "velocities": done.velocities,
+        "displacements": done.displacements,
+        "contact_times": done.contact_times,
+        "contact_speeds": done.contact_speeds,
+    }
+
+def long_steps(scene):
+    return collide(scene, timestep=1.0)
+
+def off_by_a_millionth(scene):
+    return collide(scene, force=1.0 + 1e-6)
+"""
+SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-9)
+
+
+@pytest.fixture
+def users_module(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(MODULE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def verdicts(validation):
+    return {each.quantity: each.agrees for each in validation.comparisons}
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        SCENE,
+        Scene(potential="harmonic", particles=20, velocity=0.1, tolerance=1e-9),
+        Scene(potential="log", particles=5, speed=1.0, tolerance=1e-8),
+        Scene(potential="power", power_order=4, power_c=1.0, particles=8, speed=1.0),
+    ],
+    ids=lambda scene: scene.label,
+)
+def test_both_engines_agree_in_every_quantity(scene):
+    found = validate(scene)
+    assert found.agrees, found
+    assert set(verdicts(found)) == {
+        "restitution", "contacts", "contact_times", "contact_speeds", "velocities", "mode_energies"
+    }  # fmt: skip
+    # All of them judged, none by a bar so wide that it says nothing.
+    assert all(0.0 <= each.allowed < 1e-4 for each in found.comparisons)
+
+
+def test_the_stock_wall_is_told_apart():
+    # Its contacts are not located: their times are wrong by parts of a step, the bar of which is
+    # the difference to half the step. Within such bars it may agree, but not with those of eta.
+    found = validate(SCENE.replace(tolerance=None, wall="reflect", timestep=0.005))
+    exact = validate(SCENE)
+    difference = {each.quantity: each.difference for each in found.comparisons}
+    allowed = {each.quantity: each.allowed for each in exact.comparisons}
+    assert difference["restitution"] > 1e3 * allowed["restitution"]
+    assert difference["contact_times"] > 1e3 * allowed["contact_times"]
+
+
+def test_a_users_integrator_that_is_right(users_module):
+    found = validate_user(SCENE, "mine:collide")
+    assert found.agrees
+    assert set(verdicts(found)) == {
+        "restitution", "contacts", "contact_times", "contact_speeds", "mode_energies"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("wrong", ["long_steps", "off_by_a_millionth"])
+def test_a_users_integrator_that_is_wrong(users_module, wrong):
+    # A force off by 1e-6 is a speed off by 5e-7, and eta falls by about 0.2 per v*: 4e-8 here.
+    found = validate_user(SCENE, f"mine:{wrong}")
+    assert not verdicts(found)["restitution"]
+    assert not found.agrees
+
+
+def test_the_grid_keeps_tolerance_and_numerics():
+    grid = grid_around(SCENE.replace(tolerance=None, scheme="order6", timestep=0.05))
+    assert len(grid) == 39
+    assert {scene.label for scene in grid} == {"harmonic", "lj", "toda", "log"}
+    assert {(scene.scheme, scene.timestep) for scene in grid} == {("order6", 0.05)}
+    assert {scene.tolerance for scene in grid_around(SCENE)} == {1e-9}
+
+
+def chaincor(capsys, *arguments):
+    with pytest.raises(SystemExit) as left:
+        main(list(arguments))
+    captured = capsys.readouterr()
+    return left.value.code, captured.out, captured.err
+
+
+def test_the_command_says_who_agrees(capsys, users_module):
+    scene = ("--potential", "lj", "--particles", "10", "--tolerance", "1e-8")
+    status, out, _ = chaincor(capsys, "validate", *scene, "--json", "--plot", "agreement.png")
+    assert status == 0
+    assert json.loads(out)["agrees"] is True
+    assert (users_module / "agreement.png").stat().st_size > 5000
+    status, out, _ = chaincor(capsys, "validate", *scene, "--against", "mine:long_steps")
+    assert status == 1
+    assert out.endswith("verdict: they DIFFER\n")
+
+
+@pytest.mark.slow
+def test_the_whole_grid_agrees(capsys):
+    status, out, _ = chaincor(capsys, "validate", "--grid", "--tolerance", "1e-8", "--json")
+    report = json.loads(out)
+    assert [v for v in report["validations"] if not v["agrees"]] == []
+    assert status == 0
+    assert np.isfinite([v["restitution"] for v in report["validations"]]).all()

@@ -1,0 +1,115 @@
+"""A user's own integrator: what it may return, and one line for whatever it does wrong."""
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
+
+MODULE = """
+import os, time
+import numpy as np
+
+def only_velocities(scene):
+    return np.full(scene.particles, 0.05)
+
+def raises(scene):
+    raise ValueError("no\\nway")
+
+def hangs(scene):
+    time.sleep(60)
+
+def dies(scene):
+    os._exit(3)
+
+def returns_nothing(scene):
+    return None
+
+def returns_nan(scene):
+    return [float("nan")] * scene.particles
+
+def returns_another_shape(scene):
+    return np.zeros((scene.particles, 3))
+
+def returns_too_few(scene):
+    return np.zeros(scene.particles - 1)
+
+def returns_no_velocities(scene):
+    return {"contact_times": [0.0]}
+
+def returns_words(scene):
+    return {"velocities": ["fast", "slow", "none"]}
+"""
+SCENE = Scene(potential="harmonic", particles=3, velocity=0.1)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(MODULE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_final_velocities_are_enough():
+    found = run_user_integrator("mine:only_velocities", SCENE, timeout=600.0)
+    assert found.velocities.tolist() == [0.05] * 3
+    assert found.contact_times is None
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        ("raises", r"raised ValueError: no way$"),
+        ("dies", "ended its process without returning"),
+        ("returns_nothing", "finite numbers|shape"),
+        ("returns_nan", "not a list of finite numbers"),
+        ("returns_another_shape", r"shape \(3, 3\); expected \(3,\)"),
+        ("returns_too_few", r"shape \(2,\); expected \(3,\)"),
+        ("returns_no_velocities", "gives no velocities"),
+        ("returns_words", "raised ValueError"),
+    ],
+)
+def test_what_a_function_does_wrong_is_one_line(function, says):
+    with pytest.raises(UserIntegratorError, match=says) as raised:
+        run_user_integrator(f"mine:{function}", SCENE, timeout=600.0)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_function_that_hangs_is_stopped():
+    with pytest.raises(UserIntegratorError, match=r"has not returned after 3 s.*--timeout"):
+        run_user_integrator("mine:hangs", SCENE, timeout=3.0)
+
+
+@pytest.mark.parametrize(
+    ("against", "says"),
+    [
+        ("mine", "expected module:function, or a file"),
+        ("mine:nobody", "cannot find mine:nobody"),
+        ("nowhere:collide", "cannot find nowhere:collide"),
+        ("nothing.csv", "cannot read 'nothing.csv': No such file"),
+    ],
+)
+def test_what_is_not_there(against, says):
+    with pytest.raises(InputError, match=says):
+        run_user_integrator(against, SCENE, timeout=600.0)
+
+
+def test_files(folder):
+    velocities, displacements = np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.01, -0.01])
+    np.savez(folder / "mine.npz", velocities=velocities, contact_times=[0.0, 1.5])
+    found = run_user_integrator("mine.npz", SCENE, timeout=1.0)
+    assert found.velocities.tolist() == velocities.tolist()
+    assert found.contact_times.tolist() == [0.0, 1.5]
+    rows = zip(velocities, displacements, strict=True)
+    text = "velocity,displacement\n" + "".join(f"{v:.17g},{u:.17g}\n" for v, u in rows)
+    (folder / "mine.csv").write_text(text)
+    found = run_user_integrator("mine.csv", SCENE, timeout=1.0)
+    assert found.velocities.tolist() == velocities.tolist()
+    assert found.displacements.tolist() == displacements.tolist()
+    (folder / "bad.csv").write_text("velocity\n0.1\nfast\n0.2\n")
+    with pytest.raises(InputError, match="not a number; expected a CSV with a column 'velocity'"):
+        run_user_integrator("bad.csv", SCENE, timeout=1.0)
+    (folder / "bad.npz").write_bytes(b"PK\x03\x04 no archive")
+    with pytest.raises(InputError, match=r"cannot read 'bad.npz'"):
+        run_user_integrator("bad.npz", SCENE, timeout=1.0)

@@ -1,0 +1,1 @@
+"""Tolerance in, numerics and error bar out."""

@@ -1,0 +1,124 @@
+"""The answer to a tolerance: a run, its error bar, and why it is not met where it is not."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.error_bars import error_bar, spreads, table_error
+from chaincor.workflows.engines.in_house import hard_sphere
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import rounding_of
+from chaincor.workflows.result import ErrorBar
+
+
+@dataclass(frozen=True)
+class Answer:
+    """
+    A run that was asked to meet a tolerance.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    bar : ErrorBar
+        Its error.
+    reason : str or None
+        Why the tolerance is not met, where it was compared with one and is not.
+    details : dict
+        Scouting, choice and proof, for the record.
+    """
+
+    outcome: Outcome
+    bar: ErrorBar
+    reason: str | None = None
+    details: dict[str, Any] = field(default_factory=dict)
+
+
+def answer(
+    scene: Scene, outcome: Outcome, step: float, details: dict[str, Any], jitter: float = 0.0
+) -> Answer:
+    """
+    Gather the error bar of a run.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome : Outcome
+        The run that gives the number.
+    step : float
+        Its error due to the finite step.
+    details : dict
+        For the record.
+    jitter : float
+        See :func:`chaincor.workflows.accuracy.error_bars.error_bar`.
+
+    Returns
+    -------
+    Answer
+        Not yet compared with a tolerance.
+    """
+    return Answer(outcome, error_bar(outcome, scene, step, jitter), details=details)
+
+
+def reason_missed(found: Answer, tolerance: float) -> str | None:
+    """
+    Say why a tolerance is not met.
+
+    Parameters
+    ----------
+    found : Answer
+        What was reached.
+    tolerance : float
+        Error asked of eta.
+
+    Returns
+    -------
+    str or None
+        None where it is met.
+    """
+    outcome, bar = found.outcome, found.bar
+    if bar.total is None or bar.step is None or bar.total <= tolerance:
+        return None
+    parts = {
+        "step": bar.step,
+        "table": bar.table,
+        "rounding": bar.rounding,
+        "ending": bar.ending,
+    }
+    largest = max(parts, key=lambda name: parts[name])
+    coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
+    remedy = {
+        "step": "the collision is too sensitive for the steps that were tried",
+        "table": "a longer bond table would be needed",
+        "rounding": coarse
+        if outcome.engine == "lammps"
+        else "the collision amplifies the last digit of any number; ask for less",
+        "ending": "a piece of the broken chain may still hit the wall, however long it is followed",
+    }[largest]
+    if outcome.scheme == hard_sphere.SCHEME:
+        remedy = "so far hard spheres may be off; ask for less: to step would take too long"
+    return (
+        f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
+        f"{parts[largest]:.2g}, is {largest}: {remedy}"
+    )
+
+
+def spread_of(scene: Scene, outcome: Outcome, other: Outcome) -> dict[str, float]:
+    """
+    Return how far the arrays of two runs lie apart, for comparisons with other integrators.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome, other : Outcome
+        The run that gives the number, and the one that proves it.
+
+    Returns
+    -------
+    dict
+        By array; see :func:`chaincor.workflows.accuracy.error_bars.spreads`.
+    """
+    floor = table_error(outcome, scene) + rounding_of(outcome, scene)
+    return spreads(outcome, other, scene, floor)

@@ -1,0 +1,184 @@
+"""Meeting a tolerance with the in-house engines."""
+
+import math
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
+from chaincor.workflows.accuracy.convergence import eta_of, is_believed, jitter, run_in_house
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
+from chaincor.workflows.accuracy.irregular import refine
+from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.measured import measured
+
+# With bonds sharper than this, adaptive steps are cheaper than fixed ones: about where, by
+# processor time, decides costs only.
+SHARPEST_FIXED = 60.0
+# Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
+_ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0, 0.4))
+# Kinks make it fall irregularly: as of fixed steps, three times as much.
+_IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
+# The first step is guessed for this share of the goal: half, as the bar must have room for the
+# rest. It decides costs only.
+_STEP_SHARE = 0.5
+_MOST_REFINEMENTS = 15
+# Steps that get smaller so many times without halving the error show that it is not the steps':
+# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
+_STALLED = 3
+# A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
+# long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
+# three digits, with the bar that they have.
+_MOST_STEPPED = 7.5e10
+_ROUGH_SPHERES = 1e-3
+# Schemes, and above which goal each is usually the cheapest.
+_SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
+
+
+def meet_in_house(scene: Scene, goal: float, noise: float) -> Answer:
+    """
+    Run a scene with the engine that does most with least: exact where it can be.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    goal : float
+        Error asked of eta.
+    noise : float
+        Its jitter, where that matters; see :func:`chaincor.workflows.accuracy.convergence.jitter`.
+
+    Returns
+    -------
+    Answer
+        By modes, hard spheres, fixed or adaptive steps.
+    """
+    if isinstance(scene.bond, Harmonic):
+        return _at_once(scene, modal.run(scene), 0.0)
+    if sharpness(scene) <= SHARPEST_FIXED:
+        return _meet_with_fixed_steps(scene, goal, noise)
+    deviation = hard_sphere.deviation(scene)
+    reached = deviation + rounding_error("reference", scene)
+    senseless = (scene.particles * math.log(sharpness(scene))) ** 3 > _MOST_STEPPED
+    if reached <= goal or (senseless and deviation <= _ROUGH_SPHERES):
+        return _at_once(scene, hard_sphere.run(scene), deviation)
+    if senseless:
+        raise RunError(
+            f"to step {scene.particles} particles with bonds {sharpness(scene):.2g} times sharper "
+            "than at rest would take hours or more, and the limit of hard spheres is only good to "
+            f"{deviation:.1g} here; expected fewer particles, or another speed: lower either"
+        )
+    stepped = _meet_with_adaptive_steps(scene, goal)
+    assert stepped.bar.total is not None
+    if reached < stepped.bar.total:
+        return _at_once(scene, hard_sphere.run(scene), deviation)
+    return stepped
+
+
+def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
+    """Answer with an outcome that no step was chosen for."""
+    return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
+
+
+def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
+    """Start from the usual step of a scheme and refine until three steps agree."""
+    scheme = next(name for name, least in _SCHEMES.items() if goal > least)
+    if not scene.bond.smooth:
+        return _meet_irregularly(scene, goal, scheme, noise)
+    order, share = STEP_SCHEMES[scheme].order, COARSER_SHARE[scheme]
+    # Below the rounding floor a finer step buys nothing.
+    floor = rounding_error("reference", scene)
+    reachable = max(goal, floor)
+    step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
+    tries: list[dict[str, float]] = []
+    best: tuple[float, Outcome, Outcome] | None = None
+    found: list[list[float]] = []
+    stalled = 0
+    refusals: list[RunError] = []
+    # What follows the last contact is looked at once before the step is found, and once after.
+    known: Outcome | None = None
+    for _ in range(_MOST_REFINEMENTS):
+        try:
+            fine = run_in_house(scene, scheme, step, known)
+            known = known or fine
+            eta = eta_of(scene, fine)
+            coarse = [run_in_house(scene, scheme, k * step, fine) for k in (2.0, 1.86)]
+            found.append([eta, *(eta_of(scene, run) for run in coarse)])
+            error = share * max(abs(other - eta) for other in found[-1][1:])
+        except RunError as failure:
+            error = math.inf
+            refusals.append(failure)
+            if is_believed(refusals):
+                raise
+        else:
+            refusals.clear()
+            stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
+            if best is None or error < best[0]:
+                best = (error, fine, coarse[0])
+        tries.append({"timestep": step, "step_error": error})
+        if error + floor <= goal or error < 0.3 * floor or step < 1e-5:
+            break
+        if stalled == _STALLED:
+            break
+        wanted = (0.5 * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
+        step *= min(max(wanted, 0.3), 0.8)
+    if best is None:
+        raise refusals[-1]
+    error, fine, proof = best
+    if fine is not known and fine.timestep is not None:
+        whole = run_in_house(scene, scheme, fine.timestep)
+        error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
+        fine = whole
+    if stalled == _STALLED:
+        # No order of convergence holds here: the truth may be wherever one of these runs went.
+        error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
+        noise = noise or jitter(scene)
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
+    return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
+
+
+def _meet_irregularly(scene: Scene, goal: float, scheme: StepSchemeName, noise: float) -> Answer:
+    """Refine without trust in an order: bonds of users may have kinks."""
+    floor = rounding_error("reference", scene)
+    # The share of extrapolated steps rests on their order.
+    composed: StepSchemeName = scheme if scheme in COMPOSITIONS else "order8"
+    found = refine(scene, goal, composed, floor)
+    if found.stalled:
+        noise = noise or jitter(scene)
+    details = {
+        "choice": {"tries": found.tries},
+        "spread": spread_of(scene, found.fine, found.proof),
+    }
+    return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, noise)
+
+
+def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
+    """Ask the adaptive integrator for ever more accuracy until three runs agree."""
+    floor = rounding_error("reference", scene)
+    shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
+    accuracy = max(goal, floor)
+    coarser, coarse = (adaptive.run(scene, k * accuracy) for k in (10.0, 1.0))
+    tries: list[dict[str, float]] = []
+    for _ in range(_MOST_REFINEMENTS):
+        accuracy *= 0.1
+        fine = adaptive.run(scene, accuracy)
+        # An error shrinks by less than ten now and then: one difference can be small by chance.
+        eta = eta_of(scene, fine)
+        error = max(
+            share * abs(eta_of(scene, run) - eta)
+            for share, run in zip(shares, (coarse, coarser), strict=True)
+        )
+        tries.append({"accuracy": accuracy, "step_error": error})
+        if error + floor <= goal or accuracy < 1e-14:
+            break
+        coarser, coarse = coarse, fine
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
+    return answer(scene, fine, max(error, LEAST_SHARE * goal), details)

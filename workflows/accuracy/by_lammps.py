@@ -1,0 +1,218 @@
+"""Meeting a tolerance with LAMMPS: choosing scheme, step and table, proving, refining."""
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from chaincor.lammps_inputs.bonds.potential import compressed_strain
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
+from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
+from chaincor.workflows.accuracy.convergence import Converged, converge, eta_of, exact_modes
+from chaincor.workflows.accuracy.error_bars import (
+    COARSER_SHARE,
+    LEAST_SHARE,
+    TABLE_SENSITIVITY,
+    error_bar,
+)
+from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
+from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.rounding import jitter_error, rounding_error
+from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
+from chaincor.workflows.measured import measured
+
+# The step may use this share of the tolerance, the table that one; the rest is for rounding. A
+# table costs little more for being exact, a step much: shares decide costs, as the sum is proved.
+_STEP_SHARE = 0.5
+_TABLE_SHARE = 0.01
+# LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
+SHARPEST_LAMMPS = 300.0
+# The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
+TRUTH_SHARE = 0.03
+_MOST_REFINEMENTS = 5
+# Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
+# and 1 us a step.
+_MOST_BOND_STEPS = 1e9
+
+
+def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
+    """
+    Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    goal : float
+        Error asked of eta.
+    noise : float
+        Jitter of the in-house eta, where that matters; see
+        :func:`chaincor.workflows.accuracy.convergence.jitter`.
+
+    Returns
+    -------
+    Answer
+        The number from a step h, its error from a run at 2h and from the choice of h.
+    """
+    started = time.perf_counter()
+    floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
+    # Below the rounding floor a finer step buys nothing.
+    reachable = max(goal - floor, floor)
+    truth = _yardstick(scene, reachable)
+    scouting = scouting_from(truth, scene)
+    numerics = choose_numerics(scene, reachable, truth, scouting)
+    chosen = time.perf_counter() - started
+    tries: list[dict[str, Any]] = []
+    order = COMPOSITIONS[numerics.scheme].order
+    for attempt in range(_MOST_REFINEMENTS):
+        h = numerics.timestep
+        last = attempt == _MOST_REFINEMENTS - 1
+        try:
+            fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
+        except (TimestepError, LostAtomsError):
+            if last:
+                raise
+            numerics = replace(numerics, timestep=0.5 * h)
+            continue
+        difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
+        expected = error_near(scene, numerics.scheme, numerics.timestep, truth)
+        if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
+            expected = difference
+        # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
+        step = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
+        # Chains that break amplify what no order of convergence tells of: what is known is how far
+        # the two are apart.
+        step = max(step, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
+        # Where an in-house motion is in doubt about a late contact, so is this one.
+        if truth.outcome.ending.missed_momentum > fine.ending.missed_momentum:
+            fine = replace(fine, ending=truth.outcome.ending)
+        bar = error_bar(fine, scene, step, noise)
+        assert bar.total is not None
+        tries.append({"timestep": numerics.timestep, "step_error": step})
+        hopeless = bar.rounding + bar.ending > goal or step < 0.3 * floor
+        hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
+        if bar.total <= goal or last or hopeless:
+            break
+        if step > _STEP_SHARE * reachable:
+            wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
+            numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
+        elif numerics.force_error is not None:
+            numerics = replace(numerics, force_error=0.1 * numerics.force_error)
+    details = scouting_details(scouting)
+    details["spread"] = spread_of(scene, fine, coarse)
+    details["choice"] = {
+        "seconds": chosen,
+        "in_house_restitution": truth.restitution,
+        "in_house_error": truth.error,
+        "tries": tries,
+    }
+    return answer(scene, fine, max(step, LEAST_SHARE * goal), details, noise)
+
+
+def _yardstick(scene: Scene, tolerance: float) -> Converged:
+    """Return the in-house eta that steps are chosen by."""
+    goal = TRUTH_SHARE * tolerance
+    if isinstance(scene.bond, Harmonic):
+        return exact_modes(scene)
+    sharp = sharpness(scene)
+    if sharp > SHARPEST_LAMMPS:
+        shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
+        raise RunError(
+            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
+            f"{sharp:.2g} times faster than at rest; expected less than {SHARPEST_LAMMPS:g} times "
+            "for LAMMPS's fixed steps: lower the speed, or use engine 'reference'"
+        )
+    return converge(scene, goal)
+
+
+def choose_numerics(
+    scene: Scene,
+    tolerance: float,
+    truth: Converged,
+    scouting: Scouting,
+    schemes: Sequence[Scheme] | None = None,
+) -> Numerics:
+    """
+    Return the scheme that is usually cheapest for a tolerance, with the step and table it needs.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error of eta.
+    truth : Converged
+        The in-house collision.
+    scouting : Scouting
+        Bond lengths of the collision.
+    schemes : sequence of str or None
+        Schemes to try in turn; None: those of the measured table, the usually cheapest first.
+
+    Returns
+    -------
+    Numerics
+        Those of the first scheme that meets the tolerance.
+    """
+    force_error = None
+    # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
+    style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
+    if not isinstance(scene.bond, Harmonic):
+        force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
+    if truth.kinked:
+        return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
+    for scheme in schemes or _usual_schemes(tolerance):
+        goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
+        start = estimate_step(scene, scheme, goal, truth)
+        coarse = None
+        if start is not None:
+            coarse = find_step(scene, scheme, goal, truth, start)
+        if coarse is not None:
+            return Numerics(
+                scheme=scheme,
+                timestep=0.5 * coarse,
+                bond_range=scouting.table_range(scene),
+                force_error=force_error,
+            )
+    raise RunError(
+        f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
+        "tolerance or a lower speed; the engine 'reference' may do it"
+    )
+
+
+def _verlet_numerics(
+    scene: Scene,
+    tolerance: float,
+    truth: Converged,
+    scouting: Scouting,
+    style: TableStyle,
+    force_error: float | None,
+) -> Numerics:
+    """Return Verlet steps, which past kinks are as exact as any others, and far quicker."""
+    goal = _STEP_SHARE * tolerance / COARSER_SHARE["verlet"]
+    start = guess_step(scene, "verlet", goal)
+    coarse = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
+    return Numerics(
+        scheme="verlet",
+        timestep=max(0.5 * coarse, _least_step(scene, scouting)),
+        table=style,
+        bond_range=scouting.table_range(scene),
+        force_error=force_error,
+    )
+
+
+def _least_step(scene: Scene, scouting: Scouting) -> float:
+    """Return the smallest Verlet step of a run that comes to an end within minutes."""
+    return scouting.duration * scene.particles / _MOST_BOND_STEPS
+
+
+def _usual_schemes(tolerance: float) -> list[Scheme]:
+    """Return the schemes, that which is usually cheapest for a tolerance first."""
+    table = measured("lammps_schemes")
+    usual = [scheme for scheme, least in table.items() if tolerance > least]
+    return usual[:1] + [name for name in COMPOSITIONS if name not in usual[:1]]

@@ -1,0 +1,236 @@
+"""Refining the in-house integrator until it has converged."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.engines.in_house import modal, stepping
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import CrossingError, RunError, TimestepError
+
+# Of the exact propagator, which only rounds: against itself in higher precision it is below this.
+MODAL_ERROR = 1e-13
+# A guess is wrong by less than 500; what so small a step does not resolve, none of use will.
+_MOST_HALVINGS = 9
+# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
+# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
+_CONFIRMATIONS = 4
+# Steps for this error resolve whatever amplifies rounding.
+_JITTER_GOAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Converged:
+    """
+    A collision by the in-house integrator, refined until two steps agree.
+
+    Attributes
+    ----------
+    outcome : Outcome
+        The finer run.
+    restitution : float
+        Its eta.
+    error : float
+        Its error, from the difference to twice the step.
+    seconds : float
+        Integration time of all runs it took.
+    kinked : bool
+        Whether bonds pass kinks, where no scheme has an order above 2.
+    """
+
+    outcome: Outcome
+    restitution: float
+    error: float
+    seconds: float
+    kinked: bool = False
+
+
+def eta_of(scene: Scene, outcome: Outcome) -> float:
+    """
+    Return the restitution of an outcome.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    outcome : Outcome
+        A run of it.
+
+    Returns
+    -------
+    float
+        eta.
+    """
+    return float(restitution(outcome.velocities, scene.impact_velocity))
+
+
+def run_in_house(
+    scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
+) -> Outcome:
+    """
+    Run the in-house integrator with one scheme and step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    scheme : str
+        Composition or extrapolation.
+    timestep : float
+        H.
+    known : Outcome, optional
+        See :func:`chaincor.workflows.engines.in_house.stepping.run`.
+
+    Returns
+    -------
+    Outcome
+        Raw outcome.
+    """
+    return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
+
+
+def is_believed(refusals: Sequence[RunError]) -> bool:
+    """
+    Return whether runs at ever smaller steps agree on what stops them.
+
+    Parameters
+    ----------
+    refusals : sequence of RunError
+        What stopped the runs since the last that was not stopped.
+
+    Returns
+    -------
+    bool
+        True where the last few have the same name, one that a smaller step does not cure.
+    """
+    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
+    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
+
+
+def converge(scene: Scene, goal: float) -> Converged:
+    """
+    Refine the in-house integrator until its error is below a goal.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    goal : float
+        Error of eta wanted.
+
+    Returns
+    -------
+    Converged
+        The finest run; of bonds whose smoothness is not known, the error may be above the goal.
+
+    Raises
+    ------
+    RunError
+        What stopped the finest run, or that steps cannot become small enough.
+    """
+    scheme: StepSchemeName = "order8"
+    if not scene.bond.smooth:
+        from chaincor.workflows.accuracy.irregular import refine  # which runs by what stands above
+
+        found = refine(scene, goal, scheme)
+        eta = eta_of(scene, found.fine)
+        return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
+    step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
+    coarse: Outcome | None = None
+    known: Outcome | None = None
+    refusals: list[RunError] = []
+    seconds = 0.0
+    for _ in range(_MOST_HALVINGS):
+        try:
+            fine = run_in_house(scene, scheme, step, known)
+            known = known or fine
+        except RunError as error:
+            refusals.append(error)
+            if is_believed(refusals):
+                raise
+            coarse, step = None, 0.5 * step
+            continue
+        refusals.clear()
+        seconds += fine.seconds
+        if coarse is not None:
+            difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
+            error_bar = COARSER_SHARE[scheme] * difference
+            if error_bar <= goal and len(fine.contact_times) == len(coarse.contact_times):
+                return Converged(fine, eta_of(scene, fine), error_bar, seconds)
+        coarse, step = fine, 0.5 * step
+    if refusals:
+        raise refusals[-1]
+    raise RunError(
+        f"no step was found that resolves this collision to {goal:.1g}; expected bonds that are "
+        "not compressed to nothing: lower the speed, or use engine 'reference'"
+    )
+
+
+def exact_modes(scene: Scene) -> Converged:
+    """
+    Return the exact collision of a harmonic chain, for LAMMPS to follow.
+
+    Parameters
+    ----------
+    scene : Scene
+        A harmonic chain.
+
+    Returns
+    -------
+    Converged
+        With the rounding of modes as its error.
+
+    Raises
+    ------
+    CrossingError
+        If particles pass through each other, which LAMMPS cannot follow.
+    """
+    outcome = modal.run(scene)
+    if outcome.crossed:
+        raise CrossingError(
+            f"particles of a harmonic chain pass through each other at velocity "
+            f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
+            "absolute bond length); expected less than about 0.69: use engine 'reference'"
+        )
+    return Converged(outcome, eta_of(scene, outcome), MODAL_ERROR, outcome.seconds)
+
+
+def jitter(scene: Scene) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision, with bonds that fixed steps can follow.
+
+    Returns
+    -------
+    float
+        Largest change for impact velocities a few units in the last place away, with a step that
+        depends on the scene alone.
+    """
+    v0 = scene.impact_velocity
+    step = guess_step(scene, "order8", _JITTER_GOAL)
+    for last in (False,) * _MOST_HALVINGS + (True,):
+        try:
+            plain = run_in_house(scene, "order8", step)
+            worst = 0.0
+            for ulps in (-5.0, 3.0):
+                velocity = v0 * (1.0 + ulps * sys.float_info.epsilon)
+                nudged = scene.replace(speed=None, velocity=velocity)
+                other = run_in_house(nudged, "order8", step, plain)
+                change = eta_of(nudged, other) - eta_of(scene, plain)
+                worst = max(worst, abs(change))
+        except RunError:
+            if last:
+                raise
+            step *= 0.5
+        else:
+            break
+    return worst

@@ -1,0 +1,152 @@
+"""What a run costs, from measurements: for forecasts only, a number never depends on it."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from platformdirs import user_config_path
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.ending import look_interval
+from chaincor.workflows.engines.look_ahead import COARSE_STEP
+
+_FILE = "cost_model.json"
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """
+    Seconds taken by the parts of a LAMMPS run.
+
+    Attributes
+    ----------
+    measured_on : str
+        Date and machine of the measurement.
+    step : float
+        One Verlet step inside a run, apart from its bonds.
+    harmonic_bond, linear_bond, spline_bond : float
+        One bond in one step, by kind of bond.
+    stage : float
+        Added by one stage of a composition: a ``timestep`` and a ``run 1`` command.
+    contact : float
+        Added by one contact with Verlet: blind windows, the shortened step, the reversal.
+    """
+
+    measured_on: str
+    step: float
+    harmonic_bond: float
+    linear_bond: float
+    spline_bond: float
+    stage: float
+    contact: float
+
+    def integration(
+        self,
+        scene: Scene,
+        numerics: Numerics,
+        duration: float,
+        last_contact_time: float | None = None,
+    ) -> float:
+        """
+        Return the expected seconds of integration.
+
+        Parameters
+        ----------
+        scene : Scene
+            Potential and number of particles.
+        numerics : Numerics
+            Scheme, step and table.
+        duration : float
+            Simulated time.
+        last_contact_time : float or None
+            Time of the last contact, where it is known: coarse steps do for what follows it.
+
+        Returns
+        -------
+        float
+            Seconds.
+        """
+        harmonic = scene.label == "harmonic"
+        per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
+        stages = COMPOSITIONS[numerics.scheme].stages
+        per_stage = self.step + per_bond * (scene.particles - 1)
+        quiet = 0.0
+        if last_contact_time is not None and duration > 0.0:
+            exact = last_contact_time + 1.5 * look_interval(scene.particles, scene.bond.stiffness)
+            step = min(COARSE_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
+            if stages > 1 or numerics.timestep < step:
+                quiet = max(duration - exact, 0.0) / step * per_stage
+                duration = min(exact, duration)
+        evaluations = stages * duration / numerics.timestep
+        if numerics.scheme == "verlet":
+            return quiet + evaluations * per_stage + 0.9 * scene.particles * self.contact
+        # A contact costs about one more composed step.
+        return quiet + (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
+
+    def save(self, path: Path) -> None:
+        """
+        Write the model.
+
+        Parameters
+        ----------
+        path : pathlib.Path
+            The file; its folder is made.
+        """
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(asdict(self), indent=2) + "\n")
+
+
+def user_cost_model_path() -> Path:
+    """
+    Return where ``chaincor tradeoff --calibrate`` keeps this machine's model.
+
+    Returns
+    -------
+    pathlib.Path
+        A file in the user's settings folder.
+    """
+    return user_config_path("chaincor") / _FILE
+
+
+@cache
+def cost_model() -> CostModel:
+    """
+    Return this machine's model, or the one that comes with the program.
+
+    Returns
+    -------
+    CostModel
+        Measured costs. Where the file of this machine cannot be used, one line on stderr says so.
+    """
+    path = user_cost_model_path()
+    try:
+        return CostModel(**json.loads(path.read_text()))
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError, TypeError) as error:
+        print(
+            f"chaincor: the cost model {path} cannot be used ({error}); expected what `chaincor "
+            "tradeoff --calibrate` writes: forecasts use the one that comes with the program",
+            file=sys.stderr,
+        )
+    return shipped_cost_model()
+
+
+def shipped_cost_model() -> CostModel:
+    """
+    Return the model that comes with the program.
+
+    Returns
+    -------
+    CostModel
+        Costs of the machine that it was measured on.
+    """
+    return CostModel(
+        **json.loads(resources.files("chaincor.workflows.accuracy").joinpath(_FILE).read_text())
+    )

@@ -1,0 +1,167 @@
+"""Error bars of the restitution: what a second step, a table and rounding say about it."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import jitter_error, rounding_of
+from chaincor.workflows.measured import measured
+from chaincor.workflows.result import ErrorBar
+
+# With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares
+# measured are larger, because near-grazing contacts make the convergence irregular.
+COARSER_SHARE: dict[str, float] = measured("coarser_share")
+# With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
+# and, as phases of contacts make errors irregular, two that are no simple fraction.
+PROOF_STEPS = (0.5, 0.54, 0.93)
+# Error over the largest difference to those runs. In theory it is 4/3 for order 2 and near 1 for
+# higher ones; the stock wall's error does not shrink regularly, and a difference says its size.
+PROOF_SHARE: dict[str, float] = measured("proof_share")
+# A step chosen for a tolerance is not believed to err by less than this share of it: where two runs
+# agree better than what they were chosen for, that is luck. With goals that are powers of ten, it
+# also makes bars shrink as tolerances do.
+LEAST_SHARE = 0.1
+
+# |change of eta| * v0 / |force error|; the kinks of a linear table also cost the integrator its
+# order.
+TABLE_SENSITIVITY: dict[str, float] = measured("table_sensitivity")
+
+# Single velocities and times feel a table and rounding more than their mean does.
+ARRAY_SENSITIVITY: float = measured("array_sensitivity")
+
+
+def proof_error(wall: str, differences: Sequence[float]) -> float:
+    """
+    Return the error of eta due to the step, from runs at `PROOF_STEPS` times the step.
+
+    Parameters
+    ----------
+    wall : str
+        ``event`` or ``reflect``.
+    differences : sequence of float
+        eta of each of those runs, less the number's.
+
+    Returns
+    -------
+    float
+        The largest difference, times the share measured for the wall.
+    """
+    return PROOF_SHARE[wall] * max(abs(difference) for difference in differences)
+
+
+def table_error(outcome: Outcome, scene: Scene) -> float:
+    """
+    Return the error of eta due to the bond table, from its certificate.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        A run; without a table its error is zero.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        Force error in units of v0 (the scale of all forces), times the measured sensitivity.
+    """
+    certificate = outcome.details.get("table")
+    if certificate is None:
+        return 0.0
+    sensitivity = TABLE_SENSITIVITY[certificate["style"]]
+    return sensitivity * certificate["force_error"] / scene.impact_velocity
+
+
+def ending_error(outcome: Outcome, scene: Scene) -> float:
+    r"""
+    Return how much eta could change by contacts that may still come.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        A run.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where
+        the end is proved or argued.
+    """
+    gained = outcome.ending.missed_momentum / scene.particles
+    mean = abs(float(np.mean(outcome.velocities)))
+    return (2.0 * mean + gained) * gained / scene.impact_velocity**2
+
+
+def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float = 0.0) -> ErrorBar:
+    """
+    Gather the error bar of a run.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    scene : Scene
+        The collision.
+    step : float or None
+        Error due to the finite step, where it was measured.
+    jitter : float
+        Change of the in-house eta when all roundings change, where it was measured.
+
+    Returns
+    -------
+    ErrorBar
+        Its parts.
+    """
+    return ErrorBar(
+        step=step,
+        table=table_error(outcome, scene),
+        rounding=max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene)),
+        ending=ending_error(outcome, scene),
+    )
+
+
+def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict[str, float]:
+    """
+    Return how far the arrays of two runs at different steps lie apart, floors included.
+
+    Parameters
+    ----------
+    first, second : Outcome
+        Two runs of the same collision.
+    scene : Scene
+        The collision.
+    floor : float
+        Relative error from causes that both runs share: tables and rounding.
+
+    Returns
+    -------
+    dict
+        Largest absolute difference of contact times and speeds, velocities and mode energies;
+        inf where the numbers of contacts differ.
+    """
+    v0, stiffness = scene.impact_velocity, scene.bond.stiffness
+    energy = 0.5 * scene.particles * v0**2
+    pairs = {
+        "contact_times": (first.contact_times, second.contact_times, first.duration),
+        "contact_speeds": (first.contact_speeds, second.contact_speeds, v0),
+        "velocities": (first.velocities, second.velocities, v0),
+        "mode_energies": (
+            mode_energies(first.displacements, first.velocities, stiffness),
+            mode_energies(second.displacements, second.velocities, stiffness),
+            energy,
+        ),
+    }
+    found = {}
+    for name, (one, other, scale) in pairs.items():
+        if len(one) != len(other):
+            found[name] = math.inf
+            continue
+        difference = float(np.max(np.abs(one - other), initial=0.0))
+        found[name] = difference + ARRAY_SENSITIVITY * floor * scale
+    return found

@@ -1,0 +1,122 @@
+"""What one collision will take: time from the measured cost model."""
+
+import math
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE
+from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
+from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
+from chaincor.workflows.durations import format_duration
+from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.errors import CostError
+
+# Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
+# 1e-4 to 1e-9. What any collision with LAMMPS takes, and any in-house:
+_LAMMPS_SECONDS = 0.025
+_IN_HOUSE_SECONDS = 0.002
+# The run that gives the number, and the proof of it at twice the step.
+_LAMMPS_RUNS = 1.5
+# One stage, and one bond in it, of the in-house integrator; its runs until they agree, or until
+# LAMMPS's step is chosen.
+_IN_HOUSE_STAGE = 1e-7
+_IN_HOUSE_BOND = 1e-9
+_IN_HOUSE_RUNS = 3.5
+# A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
+# as particles. Measured for 1000 to 4000.
+_MODAL_PAIR = 7e-8
+# Its adaptive steps: by pairs of particles and digits of the sharpness.
+_ADAPTIVE_PAIR = 5e-5
+
+
+def expected_seconds(scene: Scene) -> float:
+    """
+    Estimate the time of one collision from the measured cost model.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        Seconds on one core, everything included. Measured for up to 500 particles; chains of
+        thousands, which no cache holds, may take some times longer.
+    """
+    # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
+    duration = 2.2 * scene.particles / math.sqrt(scene.bond.stiffness)
+    if scene.explicit:
+        return _given_seconds(scene, duration)
+    goal = asked_tolerance(scene)
+    assert goal is not None
+    sharp = sharpness(scene)
+    modal = _MODAL_PAIR * scene.particles**2 if isinstance(scene.bond, Harmonic) else 0.0
+    if scene.engine == "reference":
+        if modal:
+            return _IN_HOUSE_SECONDS + modal
+        if sharp > SHARPEST_FIXED:
+            return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(sharp)
+        return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
+    if sharp > SHARPEST_LAMMPS:
+        return _LAMMPS_SECONDS  # refused at once
+    numerics = Numerics(scheme="order8", timestep=0.5 * _order8_step(scene, 0.5 * goal))
+    run = cost_model().integration(scene, numerics, duration)
+    choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
+    return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice + modal
+
+
+def refuse_endless(scene: Scene, most_seconds: float) -> None:
+    """
+    Refuse a collision that would take too long.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    most_seconds : float
+        How long it may take.
+
+    Raises
+    ------
+    CostError
+        If it is expected to take longer.
+    """
+    expected = expected_seconds(scene)
+    if expected <= most_seconds:
+        return
+    cheaper = ""
+    if scene.engine != "reference" and not scene.explicit:
+        in_house = expected_seconds(scene.replace(engine="reference"))
+        cheaper = f", or use engine 'reference' (about {format_duration(in_house)})"
+    raise CostError(
+        f"{scene.particles} particles would take about {format_duration(expected)} on one core; "
+        f"expected at most {format_duration(most_seconds)}: take fewer particles or a larger "
+        f"tolerance or timestep{cheaper}, or allow more (--most-hours, or most_seconds in Python)"
+    )
+
+
+def _given_seconds(scene: Scene, duration: float) -> float:
+    numerics = Numerics.from_scene(scene)
+    works = 1.0 + (sum(1.0 / k for k in PROOF_STEPS) if scene.error else 0.0)
+    if scene.engine == "lammps":
+        return _LAMMPS_SECONDS + works * cost_model().integration(scene, numerics, duration)
+    stages = COMPOSITIONS[numerics.scheme].stages * duration / numerics.timestep
+    return _IN_HOUSE_SECONDS + works * stages * _in_house_stage(scene)
+
+
+def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
+    stages = COMPOSITIONS["order8"].stages * duration / _order8_step(scene, goal)
+    return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
+
+
+def _in_house_stage(scene: Scene) -> float:
+    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.particles
+
+
+def _order8_step(scene: Scene, goal: float) -> float:
+    return guess_step(scene, "order8", goal / COARSER_SHARE["order8"])

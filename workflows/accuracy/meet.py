@@ -1,0 +1,74 @@
+"""Tolerance in, numerics and error bar out."""
+
+import math
+from dataclasses import replace
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import Answer, reason_missed
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
+from chaincor.workflows.accuracy.convergence import jitter
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error
+
+# Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
+# decade; more decades are missed only where nothing converges, and then the bar is not small.
+_MOST_LOOSER = 2
+
+
+def meet(scene: Scene, tolerance: float) -> Answer:
+    """
+    Run a scene with the numerics that usually meet a tolerance most cheaply, and prove it.
+
+    Numerics are chosen for goals that are powers of ten, the largest within the tolerance or, where
+    that is below rounding, the first below rounding. Where a goal is missed the next looser one is
+    tried, too, and the smallest bar counts. A bar that meets its goal is not less than a tenth of
+    it (`chaincor.workflows.accuracy.error_bars.LEAST_SHARE`). So a tighter wish never widens the
+    bar.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision, without explicit numerics.
+    tolerance : float
+        Absolute error asked of eta.
+
+    Returns
+    -------
+    Answer
+        With the reason where the tolerance could not be met.
+    """
+    floor = rounding_error(scene.engine, scene)
+    goal = max(_decade_within(tolerance), _decade_within(floor))
+    noise = 0.0
+    if goal < JITTER_MATTERS * floor and _steps_are_fixed(scene):
+        noise = jitter(scene)
+    run = meet_with_lammps if scene.engine == "lammps" else meet_in_house
+    best = found = run(scene, goal, noise)
+    for _ in range(_MOST_LOOSER):
+        # What contacts after an open end could change, no step makes less.
+        if _bar(found) - found.bar.ending <= goal:
+            break
+        goal *= 10.0
+        found = run(scene, goal, noise)
+        best = min(best, found, key=_bar)
+    return replace(best, reason=reason_missed(best, tolerance))
+
+
+def _decade_within(tolerance: float) -> float:
+    # The logarithm of a power of ten may come out a last digit short of a whole number.
+    return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
+
+
+def _bar(found: Answer) -> float:
+    assert found.bar.total is not None
+    return found.bar.total
+
+
+def _steps_are_fixed(scene: Scene) -> bool:
+    """Return whether eta comes from fixed steps, whose rounding a collision may amplify."""
+    if isinstance(scene.bond, Harmonic):
+        return False  # no chaos
+    sharpest = SHARPEST_LAMMPS if scene.engine == "lammps" else SHARPEST_FIXED
+    return sharpness(scene) <= sharpest

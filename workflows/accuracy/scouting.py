@@ -1,0 +1,172 @@
+"""Scouting: what a short in-house run says about a collision before LAMMPS runs it."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import ScoutedEnd
+from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.ending import look_interval, quiet_time
+from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
+from chaincor.workflows.engines.lammps.course import PATIENCE
+from chaincor.workflows.errors import RunError
+
+# The range of bonds is settled long before eta is.
+_SCOUTING_GOAL = 1e-4
+# Steps that follow bonds as sharp as this take a second to cross a hundred particles; LAMMPS, with
+# the far longer step that a scene asks for, says by itself what it cannot follow.
+_SHARPEST = 1e4
+# LAMMPS asks what comes when a contact is late, and for some steps more that may be no contact.
+_ASKED_WITHIN = 1.3
+
+
+@dataclass(frozen=True)
+class Scouting:
+    """
+    What a short in-house run says about a collision before LAMMPS runs it.
+
+    Attributes
+    ----------
+    bond_min, bond_max : float
+        Shortest and longest bond up to the last contact.
+    flight_min, flight_max : float
+        The same until LAMMPS stops, some time after.
+    last_contact_time, duration : float
+        Length of the collision, and of the run to the end that was argued.
+    contacts : int
+        Hits on the wall.
+    ending : str
+        ``proved``, ``argued`` or ``open``.
+    fragments : int
+        Connected pieces at the end.
+    seconds : float
+        What the scouting cost.
+    """
+
+    bond_min: float
+    bond_max: float
+    flight_min: float
+    flight_max: float
+    last_contact_time: float
+    duration: float
+    contacts: int
+    ending: str
+    fragments: int
+    seconds: float
+
+    @property
+    def end(self) -> ScoutedEnd:
+        """What a script must know of the end."""
+        return ScoutedEnd(self.last_contact_time, self.contacts, self.ending)
+
+    def table_range(self, scene: Scene) -> tuple[float, float]:
+        """
+        Return the lengths a bond table must hold.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+
+        Returns
+        -------
+        tuple of float
+            Shortest and longest bond; where bonds may have broken, with room for the pieces to
+            fly on until LAMMPS looks for the end.
+        """
+        longest = self.flight_max
+        nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
+        if self.fragments > 1 or nearly_broken:
+            flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
+            longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
+        return self.flight_min, longest
+
+
+def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -> Scouting:
+    """
+    Take the scouting from a converged run.
+
+    Parameters
+    ----------
+    found : Converged
+        An in-house run.
+    scene : Scene
+        Its collision.
+    fly_on : float, optional
+        For how long after the last contact bonds are watched too; by default until LAMMPS has
+        asked what comes, and for frames as long as they are taken.
+
+    Returns
+    -------
+    Scouting
+        Its bonds and its length.
+    """
+    outcome = found.outcome
+    shortest, longest = outcome.bond_min, outcome.bond_max
+    if scene.particles > 1 and not isinstance(scene.bond, Harmonic):
+        if fly_on is None:
+            fly_on = _ASKED_WITHIN * PATIENCE / scene.bond.stiffness**0.5
+            if scene.dump is not None and scene.dump_frames != "contacts":
+                fly_on = max(fly_on, quiet_time(scene.particles, scene.bond.stiffness))
+        low, high = bonds_in_flight(scene, outcome, fly_on)
+        shortest, longest = min(shortest, low), max(longest, high)
+    return Scouting(
+        bond_min=outcome.bond_min,
+        bond_max=outcome.bond_max,
+        flight_min=shortest,
+        flight_max=longest,
+        last_contact_time=float(outcome.contact_times[-1]),
+        duration=outcome.duration,
+        contacts=len(outcome.contact_times),
+        ending=outcome.ending.kind,
+        fragments=outcome.fragments,
+        seconds=found.seconds,
+    )
+
+
+def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
+    """
+    Find the bond lengths of a collision that LAMMPS will run.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    fly_on : float, optional
+        See :func:`scouting_from`.
+
+    Returns
+    -------
+    Scouting or None
+        None for the in-house engine, which sees its bonds, and where it cannot tell.
+    """
+    if scene.engine != "lammps":
+        return None
+    if isinstance(scene.bond, Harmonic):
+        return scouting_from(exact_modes(scene), scene)
+    if sharpness(scene) > _SHARPEST:
+        return None
+    try:
+        found = converge(scene, _SCOUTING_GOAL)
+    except RunError:
+        return None
+    return scouting_from(found, scene, fly_on)
+
+
+def scouting_details(found: Scouting | None) -> dict[str, Any]:
+    """
+    Return the scouting for the record.
+
+    Parameters
+    ----------
+    found : Scouting or None
+        From :func:`scout`.
+
+    Returns
+    -------
+    dict
+        Under the key ``scouting``; empty where there was none.
+    """
+    return {} if found is None else {"scouting": asdict(found)}

@@ -1,0 +1,1 @@
+"""The engines of our own: stepping, adaptive, modal and hard spheres."""

@@ -1,0 +1,306 @@
+"""The adaptive engine, for bonds so compressed that no fixed step resolves them."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import Logarithmic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
+from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
+from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
+from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.finish import (
+    PATIENCE,
+    LastContact,
+    allowed_strains,
+    displacements_from,
+    finish,
+    run_single_particle,
+    strain_error,
+    unfinished_error,
+)
+from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.errors import RunError, TimestepError
+
+SCHEME = "adaptive8"
+
+# Errors of single steps allowed, relative to the accuracy asked of the restitution: over the 1e3
+# to 1e6 steps of a collision they mostly cancel.
+LOCAL_SHARE = 0.03
+# Below this rounding, not the step, decides; the control would only be misled.
+FINEST_LOCAL = 1e-15
+
+# While a bond is this short its strain has no digits, and the end is not argued.
+_LOG_LENGTH_TO_ARGUE = -20.0
+
+Array = NDArray[np.float64]
+
+
+def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry a chain through its collision with steps that adapt to the stiffest bond.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    accuracy : float
+        Error aimed at in the restitution; a run at a tenth of it tells the error reached.
+    frame_interval : float, optional
+        Time between snapshots, taken by partial steps beside the motion.
+
+    Returns
+    -------
+    Outcome
+        Scheme ``adaptive8``, no timestep.
+
+    Raises
+    ------
+    TimestepError
+        If no step however small is accurate.
+    BarrierError, CrossingError, UnfinishedCollisionError
+        As in ``reference.run``.
+    """
+    if scene.particles == 1:
+        return run_single_particle(scene, SCHEME, None, frame_interval)
+    bond = _bond_loops(scene.bond)
+    flight = _Flight(scene, bond, accuracy, frame_interval)
+    flight.warm_up()
+    started = time.perf_counter()
+    ending = flight.run()
+    seconds = time.perf_counter() - started
+    ledger, contacts = flight.ledger, int(flight.ledger.contacts)
+    lowest, highest = (bond.length_of(y) for y in (ledger.contact_lowest, ledger.contact_highest))
+    last_bonds, last_velocities = flight.split(flight.last)
+    potential_energy = float(np.sum(bond.energy(last_bonds)))
+    return finish(
+        scene,
+        LastContact(
+            bond.strains(last_bonds),
+            last_velocities,
+            flight.contacts[0, :contacts].copy(),
+            flight.contacts[1, :contacts].copy(),
+        ),
+        scheme=SCHEME,
+        timestep=None,
+        ending=ending,
+        duration=float(ledger.time),
+        bond_range=(float(lowest), float(highest)),
+        seconds=seconds,
+        force_evaluations=int(ledger.evaluations),
+        frames=flight.collected(),
+        energy_end=0.5 * float(last_velocities @ last_velocities) + potential_energy,
+    )
+
+
+@dataclass(frozen=True)
+class BondLoops:
+    """
+    The loops for one potential and the meaning of its coordinate y.
+
+    Attributes
+    ----------
+    advance : callable
+        See ``adaptive_loops``.
+    parameters : tuple
+        (p, q) of the force.
+    strains : callable
+        s of y.
+    length_of : callable
+        r of y.
+    energy : callable
+        U of y.
+    logarithmic : bool
+        Whether y is ln r, else the strain.
+    """
+
+    advance: Callable
+    parameters: tuple
+    strains: Callable
+    length_of: Callable
+    energy: Callable
+    logarithmic: bool
+
+
+def _bond_loops(bond: Potential) -> BondLoops:
+    if isinstance(bond, Logarithmic):
+        from chaincor.lammps_inputs.bonds.series import expm1_minus_x
+
+        advance = _compile(adaptive.log_length_bond, keep=True, logarithmic=True)
+        # U = r - 1 - ln r = e^y - 1 - y
+        return BondLoops(advance, (0.0, 0.0), np.expm1, np.exp, expm1_minus_x, True)
+    force = scalar_force(bond)
+    if force is None:
+        advance, parameters = _build(adaptive.array_rates(bond.force)), (0.0, 0.0)
+    else:
+        advance = _compile(force.function, keep=force.keep, logarithmic=False)
+        parameters = force.parameters
+    return BondLoops(advance, parameters, np.array, lambda y: 1.0 + y, bond.energy, False)
+
+
+def _build(rates: Callable) -> Callable:
+    return adaptive.build_flight(rates, build_contact_search, lambda function: function)
+
+
+@lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
+def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    register = compiler.register
+    kernel = register(function)
+    bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
+    rates = register(adaptive.looped_rates(bond))
+    return compiler.compile(adaptive.build_flight(rates, build_contact_search, register))
+
+
+class _Flight:
+    """A collision in progress: the arrays of the adaptive loops, and when to stop them."""
+
+    def __init__(
+        self, scene: Scene, bond: BondLoops, accuracy: float, frame_interval: float | None
+    ) -> None:
+        from scipy.integrate import DOP853
+
+        particles, speed = scene.particles, scene.impact_velocity
+        self._scene, self._bond, self._interval = scene, bond, frame_interval
+        self._particles = particles
+        self.state = np.zeros(2 * particles)
+        self.state[particles:] = -speed
+        self.state[particles] = speed
+        self.last = self.state.copy()
+        self.contacts = np.zeros((2, 2 * particles + 64))
+        self.contacts[1, 0] = speed
+        self.frames = np.zeros((1 if frame_interval is None else 64, 2 * particles))
+        local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
+        self._scale = np.full(2 * particles, local * min(1.0, speed))
+        self._scale[particles:] = local * speed
+        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
+        self._method = tuple(np.ascontiguousarray(part) for part in tableau)
+        slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
+        self._work = (self.state.copy(), slopes, self.state.copy(), slopes.copy())
+        self.ledger = self._open_ledger(scene)
+        self._not_before = 0.0
+
+    def _open_ledger(self, scene: Scene) -> np.record:
+        speed, stiffness = scene.impact_velocity, scene.bond.stiffness
+        ledger = np.zeros(1, adaptive.LEDGER).view(np.recarray)[0]
+        ledger.momentum = (2 - scene.particles) * speed
+        ledger.patience = PATIENCE
+        ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * stiffness)
+        ledger.longest = longest_collision(scene.particles, stiffness, 0.0)
+        ledger.frame_interval = math.inf if self._interval is None else self._interval
+        ledger.next_frame = 0.0 if self._interval is not None else math.inf
+        floor, ceiling = allowed_strains(scene.bond)
+        ledger.floor = -math.inf if self._bond.logarithmic else floor
+        ledger.ceiling = ceiling
+        ledger.contacts = 1
+        # A guess only: steps that are too large are refused and shrink.
+        ledger.step = 0.05 / (math.sqrt(stiffness) * max(1.0, speed))
+        return ledger
+
+    def _advance(self) -> int:
+        stages = len(self._method[1])
+        while True:
+            self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
+            status = self._bond.advance(
+                self.ledger,
+                self.state,
+                self.last,
+                self.contacts,
+                self.frames,
+                self._scale,
+                self._method,
+                self._work,
+                self._bond.parameters,
+            )
+            if status != adaptive.PAUSE:
+                return status
+
+    def warm_up(self) -> None:
+        """Load or compile the loops, which is not integration."""
+        longest, self.ledger.longest = float(self.ledger.longest), -1.0
+        self._advance()
+        self.ledger.longest = longest
+
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
+        ledger, scene = self.ledger, self._scene
+        watch = EndWatch(scene.particles, scene.bond)
+        while True:
+            status = self._advance()
+            now, last = float(ledger.time), float(ledger.last_contact)
+            if status == adaptive.FULL:
+                self._make_room()
+            elif status in (adaptive.ARGUE, adaptive.LATE):
+                ending = self._look(watch)
+                if ending is not None:
+                    return ending
+                ledger.argue_after = watch.next_look(now, last) - last
+                if status == adaptive.LATE:
+                    if now > watch.followed_until(last):
+                        raise unfinished_error(scene, now)
+                    ledger.longest = 1.01 * watch.followed_until(last)
+            else:
+                raise self._failure(status)
+
+    def _make_room(self) -> None:
+        if self.ledger.contacts == self.contacts.shape[1]:
+            self.contacts = np.concatenate((self.contacts, np.zeros_like(self.contacts)), axis=1)
+        else:
+            self.frames = np.concatenate((self.frames, np.zeros_like(self.frames)))
+
+    def _look(self, watch: EndWatch) -> Ending | None:
+        bonds, velocities = self.split(self.state)
+        if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
+            return None
+        ledger, scene = self.ledger, self._scene
+        now, last = float(ledger.time), float(ledger.last_contact)
+        first, strains = float(self.state[0]), self._bond.strains(bonds)
+        ending = watch.look(now, last, first, strains, velocities)
+        quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        if ending is not None or now - last < quiet or now < self._not_before:
+            return ending
+        # What has fallen apart and flown for so long is followed with fixed steps.
+        shortest = float(self._bond.length_of(bonds.min()))
+        displacements = displacements_from(first, strains)
+        ahead = follow(
+            scene, displacements, velocities, now=now, last_contact=last, shortest=shortest
+        )
+        self._not_before = ahead.time
+        return ahead.ending
+
+    def _failure(self, status: int) -> RunError:
+        ledger, scene = self.ledger, self._scene
+        now = float(ledger.time)
+        if status == adaptive.OUTSIDE:
+            low, high = (float(self._bond.length_of(y)) for y in (ledger.lowest, ledger.highest))
+            return strain_error(scene, low - 1.0, high - 1.0, now, "lower the speed")
+        return TimestepError(
+            f"no step resolves the {scene.label} bonds at time {now:.6g} to the accuracy asked; "
+            "ask for less, or lower the speed"
+        )
+
+    def split(self, state: Array) -> tuple[Array, Array]:
+        """Return bond coordinates and velocities of a state."""
+        return state[1 : self._particles], state[self._particles :]
+
+    def collected(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        count = int(self.ledger.frames)
+        states = self.frames[:count]
+        strains = [self._bond.strains(self.split(state)[0]) for state in states]
+        return Frames(
+            np.array([k * self._interval for k in range(count)]),
+            np.array([displacements_from(s[0], e) for s, e in zip(states, strains, strict=True)]),
+            states[:, self._particles :].copy(),
+        )

@@ -1,0 +1,282 @@
+"""Looking ahead with the stepping engine: a copy of the chain flies on with coarse steps."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.look_ahead import coarse_step, find_end, required_clearance
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+
+
+class ChainCoast:
+    """
+    A copy of a chain that flies ahead with coarse steps.
+
+    Parameters
+    ----------
+    chain : Chain
+        In flight; not changed.
+    kernels : Kernels
+        The loops.
+    now : float
+        Time since the first contact.
+    step : float
+        The Verlet step.
+    clearance : float
+        How near to the wall particle 1 may come.
+    ceiling : float
+        How far bonds may stretch.
+
+    Attributes
+    ----------
+    chain : Chain
+        The copy.
+    time : float
+        Time since the first contact.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        kernels: Kernels,
+        now: float,
+        step: float,
+        clearance: float,
+        ceiling: float,
+    ) -> None:
+        self.chain, self.time = chain.copy(), now
+        self.chain.ledger.strain_ceiling = ceiling
+        # What has stretched before is looked at again.
+        self.chain.ledger.strain_max = float(np.max(chain.strain))
+        self._kernels, self._step, self._clearance = kernels, step, clearance
+
+    def fly(self, duration: float) -> bool:
+        """
+        Fly on.
+
+        Parameters
+        ----------
+        duration : float
+            At least so long.
+
+        Returns
+        -------
+        bool
+            False where particle 1 comes nearer to the wall than allowed, or a bond gets longer
+            than allowed: the chain is there then.
+        """
+        steps = max(1, math.ceil(duration / self._step))
+        done, most = 0, steps_at_once(len(self.chain.strain))
+        for begin in range(0, steps, most):
+            part = min(most, steps - begin)
+            taken = self._kernels.coast(
+                self.chain.ledger,
+                self.chain.strain,
+                self.chain.velocity,
+                part,
+                self._step,
+                self._clearance,
+                begin == 0,
+                begin + part == steps,
+                self._kernels.parameters,
+            )
+            done += taken
+            if taken < part:
+                break
+        self.time += done * self._step
+        return bool(done == steps)
+
+    def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Return where the chain is.
+
+        Returns
+        -------
+        tuple
+            Distance of particle 1 from the wall, strains and velocities.
+        """
+        return float(self.chain.ledger.wall_distance), self.chain.strain, self.chain.velocity
+
+
+# A chain that broke is followed again and again, with so many times the step of the run.
+_SAMPLES = (0.97, 0.91, 0.83, 0.77)
+
+
+class LookAhead:
+    """
+    Finds out, ahead of an exact run, that no further contact comes.
+
+    A hot chain that broke forgets its initial state within some hundred units of time. Several
+    motions, with errors as the run has them, then tell whether these decide on a late contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    chain : Chain
+        The chain, which is not changed but for its count of force evaluations.
+    kernels : Kernels
+        Its loops.
+    scheme : StepScheme
+        Its steps: where coarse ones are no cheaper, they are not taken.
+    step : float
+        Their size.
+    start : float
+        Time of the chain's step zero, since the first contact.
+
+    Attributes
+    ----------
+    doubt : float
+        Largest momentum of contacts that some motions have and others have not.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        chain: Chain,
+        kernels: Kernels,
+        scheme: StepScheme,
+        step: float,
+        start: float = 0.0,
+    ) -> None:
+        self._scene, self._chain, self._kernels = scene, chain, kernels
+        self._scheme, self._step, self._start = scheme, step, start
+        self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        self.not_before = 0.0
+        self.doubt = 0.0
+        self._left: tuple[float, float, Chain] | None = None
+
+    def warm_up(self) -> None:
+        """Load or compile the loop, which is not integration."""
+        ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf, math.inf).fly(0.0)
+
+    def settle(self) -> tuple[ChainCoast, Ending] | None:
+        """
+        Look ahead from where the chain is.
+
+        Returns
+        -------
+        tuple of ChainCoast and Ending, or None
+            The coarse motion at the end of the collision, and that end; None where another
+            contact may come, or a bond may break.
+        """
+        ledger, scene = self._chain.ledger, self._scene
+        now = self._start + float(ledger.steps * self._step)
+        last = self._start + float(ledger.last_contact)
+        if self._left is None or self._left[0] != last:
+            self._left = last, now, self._chain.copy()
+        if now < self.not_before:
+            return None
+        # What has fallen apart and flown for so long hardly depends on how it is followed.
+        if now - last > self._quiet:
+            return self._sample(now, last)
+        clearance = required_clearance(scene, float(ledger.wall_distance))
+        ceiling = _coarse_ceiling(scene)
+        coarse = coarse_step(scene.bond, float(ledger.strain_min))
+        if clearance is None or np.max(self._chain.strain) >= ceiling:
+            return None
+        if 1.0 / coarse >= self._scheme.evaluations / self._step:
+            return None
+        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
+        ending = find_end(scene, coast, last)
+        if ending is not None:
+            return coast, ending
+        ledger.evaluations = coast.chain.ledger.evaluations
+        self.not_before = coast.time
+        return None
+
+    def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
+        """Follow the chain to its end, first with steps as those of the run, then coarsely."""
+        settled, met = None, []
+        for share in _SAMPLES:
+            found = self._follow_again(share, now, last)
+            if isinstance(found, tuple):
+                settled = settled or found
+            else:
+                met.append(found)
+        if not met:
+            return settled
+        # Where they do not agree, the run itself is one motion among many.
+        if settled is not None:
+            self.doubt = max(self.doubt, *met)
+        self.not_before = math.inf
+        return None
+
+    def _follow_again(
+        self, share: float, now: float, last: float
+    ) -> tuple[ChainCoast, Ending] | float:
+        """Return the end of one more motion, or the momentum of the contact that it comes to."""
+        assert self._left is not None
+        _, begun, kept = self._left
+        chain, step = kept.copy(), share * self._step
+        chain.ledger.steps, chain.ledger.argue_after = 0, math.inf
+        chain.advance(self._kernels, math.ceil((now - begun) / step), step, self._scheme)
+        if chain.ledger.contacts > 1:
+            return 2.0 * float(chain.contacts[1, 1])
+        coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger.strain_min))
+        coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
+        ending = find_end(self._scene, coast, last)
+        if ending is None:
+            return 2.0 * abs(float(coast.chain.velocity[0]))
+        return coast, ending
+
+    def doubted(self, ending: Ending) -> Ending:
+        """
+        Return an end as it is known when other motions are looked at, too.
+
+        Parameters
+        ----------
+        ending : Ending
+            Of the exact motion.
+
+        Returns
+        -------
+        Ending
+            Open where contacts came in some motions and not in others.
+        """
+        if self.doubt > ending.missed_momentum:
+            return Ending("open", self.doubt)
+        return ending
+
+
+def _coarse_ceiling(scene: Scene) -> float:
+    """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
+    bond = scene.bond
+    barrier = getattr(bond, "barrier_strain", math.inf)
+    return bond.convex_strain if math.isfinite(bond.dissociation) else barrier
+
+
+def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
+    """
+    Return how short and long bonds get in free flight after the last contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        At least two particles.
+    outcome : Outcome
+        Its collision, with the state right after the last contact.
+    duration : float
+        How long the flight is.
+
+    Returns
+    -------
+    tuple of float
+        Shortest and longest bond, good to some parts in 1e3 of their strains; flight ends early
+        where a bond is as no bond may be.
+    """
+    scheme = STEP_SCHEMES["verlet"]
+    chain = Chain.in_flight(scene, scheme, outcome.displacements, outcome.velocities)
+    step = coarse_step(scene.bond, outcome.bond_min - 1.0)
+    ceiling = float(chain.ledger.strain_ceiling)
+    coast = ChainCoast(chain, kernels_for(scene.bond, scheme), 0.0, step, -math.inf, ceiling)
+    coast.fly(duration)
+    ledger = coast.chain.ledger
+    return 1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)

@@ -1,0 +1,164 @@
+"""How a bond's force becomes part of compiled loops, and how these are kept between processes."""
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.core.types import Number
+from numba.extending import register_jitable
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+
+# Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
+# time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
+
+
+# Tells apart the loops of users' forces, which may share a name.
+_COUNT = itertools.count()
+
+
+@dataclass(frozen=True)
+class ScalarForce:
+    """
+    A force that can be compiled.
+
+    Attributes
+    ----------
+    function : callable
+        -dU/dr of one strain, ``function(strain, p, q)``.
+    parameters : tuple
+        The (p, q) to call it with.
+    keep : bool
+        Whether its compiled form may be kept on disk.
+    """
+
+    function: Callable
+    parameters: tuple
+    keep: bool
+
+
+def scalar_force(bond: Potential) -> ScalarForce | None:
+    """
+    Return the force of a bond for compiled loops.
+
+    Parameters
+    ----------
+    bond : Potential
+        Its `force_kernel` is taken where it has one; else its user's function is tried.
+
+    Returns
+    -------
+    ScalarForce or None
+        None where there is no function that compiles and then gives the same numbers.
+    """
+    if bond.force_kernel is not None:
+        return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
+    user_force = getattr(bond, "users_force", None)
+    if not isinstance(user_force, FunctionType):
+        return None
+    single = njit(user_force, **OPTIONS)
+    strains = np.linspace(-0.25, 0.25, 11)
+    try:
+        compiled = [float(single(strain)) for strain in strains]
+        # Loops need a number: np.where of a number, for one, is an array.
+        plain = all(isinstance(s.return_type, Number) for s in single.nopython_signatures)
+    except Exception:  # also whatever the function itself raises
+        return None
+    if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
+        return None
+
+    def function(strain, _p, _q):
+        return single(strain)
+
+    return ScalarForce(function, (0.0, 0.0), keep=False)
+
+
+@dataclass(frozen=True)
+class LoopCompiler:
+    """
+    Compiles loops whose inner functions are plain Python functions.
+
+    Numba's cache on disk is looked up by what a compiled function closes over. A function of a
+    module would be pickled by its name, which stays the same when the code behind it changes; a
+    copy is pickled by its code. And what is loaded from the cache is linked by symbols made of
+    qualified names: with equal names the loops of one potential would call those of another.
+
+    Attributes
+    ----------
+    label : str
+        Ends the qualified names of all functions compiled here; no two forces share one.
+    keep : bool
+        Whether compiled loops are kept on disk.
+    """
+
+    label: str
+    keep: bool
+
+    @classmethod
+    def for_force(cls, force: ScalarForce) -> "LoopCompiler":
+        """
+        Return the compiler for loops around a force.
+
+        Parameters
+        ----------
+        force : ScalarForce
+            The force.
+
+        Returns
+        -------
+        LoopCompiler
+            With a label of its own.
+        """
+        function = force.function
+        label = f"{function.__module__}.{function.__qualname__}"
+        return cls(label if force.keep else f"{label}-{next(_COUNT)}", force.keep)
+
+    def register(self, function: Callable) -> Callable:
+        """
+        Make a function known to the compiler.
+
+        Parameters
+        ----------
+        function : callable
+            Plain Python; it may close over registered functions.
+
+        Returns
+        -------
+        callable
+            A plain copy, to be called from compiled functions.
+        """
+        # Inlined: a call that hands arrays over costs as much as a short loop.
+        return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
+
+    def compile(self, function: Callable) -> Callable:
+        """
+        Compile a function that Python calls.
+
+        Parameters
+        ----------
+        function : callable
+            Closes over registered functions only.
+
+        Returns
+        -------
+        callable
+            Compiled at its first call, or loaded.
+        """
+        return njit(self._own(function), cache=self.keep, **OPTIONS)
+
+    def _own(self, function: Callable) -> FunctionType:
+        assert isinstance(function, FunctionType)
+        copy = FunctionType(
+            function.__code__,
+            function.__globals__,
+            function.__name__,
+            function.__defaults__,
+            function.__closure__,
+        )
+        copy.__qualname__ = f"{function.__qualname__.removesuffix(self.label)}{self.label}"
+        return copy

@@ -1,0 +1,276 @@
+"""From the state after the last contact to an outcome, shared by the in-house engines."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.pieces import count_fragments
+from chaincor.workflows.errors import (
+    BarrierError,
+    BondRangeError,
+    CrossingError,
+    RunError,
+    TimestepError,
+    UnfinishedCollisionError,
+)
+
+# The end is looked for when particle 1 has been away for so many mean intervals between contacts.
+PATIENCE = 2.0
+
+# Far more than any step that resolves its bonds can be off.
+_MOST_ENERGY_GROWTH = 2.0
+# A bond that fails this near the end of its data has left them within a step.
+_NEAR_END = 0.95
+
+
+@dataclass(frozen=True)
+class LastContact:
+    """
+    The chain right after its last contact, with particle 1 at the wall, and all contacts so far.
+
+    Attributes
+    ----------
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+    velocities : ndarray of shape (n,)
+        Velocities, positive away from the wall.
+    contact_times, contact_speeds : ndarray of shape (contacts,)
+        Times since the first contact and incoming speeds.
+    """
+
+    strains: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    contact_times: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]
+
+
+def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return u_i = x_i - (i - 1).
+
+    Parameters
+    ----------
+    wall_distance : float
+        x of particle 1.
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Displacements.
+    """
+    return np.cumsum(np.concatenate(([wall_distance], strains)))
+
+
+def finish(
+    scene: Scene,
+    last: LastContact,
+    *,
+    scheme: str,
+    timestep: float | None,
+    ending: Ending,
+    duration: float,
+    bond_range: tuple[float, float],
+    seconds: float,
+    force_evaluations: int,
+    frames: Frames | None = None,
+    energy_end: float | None = None,
+) -> Outcome:
+    """
+    Put an outcome together.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collided.
+    last : LastContact
+        The state that counts.
+    scheme, timestep, ending, duration, seconds, force_evaluations, frames
+        As in `Outcome`.
+    bond_range : tuple of float
+        Shortest and longest bond up to the last contact.
+    energy_end : float, optional
+        Energy after the last contact, where strains do not hold it to all digits.
+
+    Returns
+    -------
+    Outcome
+        The outcome.
+
+    Raises
+    ------
+    TimestepError
+        If the chain has gained energy as only unstable steps can.
+    """
+    speed = scene.impact_velocity
+    energy_start = 0.5 * scene.particles * speed**2
+    if energy_end is None:
+        with np.errstate(over="ignore", invalid="ignore"):
+            energy_end = 0.5 * float(last.velocities @ last.velocities)
+            energy_end += float(np.sum(scene.bond.energy(last.strains)))
+    if not energy_end <= _MOST_ENERGY_GROWTH * energy_start:
+        raise TimestepError(
+            f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
+            f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"
+        )
+    low, high = bond_range
+    return Outcome(
+        engine="reference",
+        wall="event",
+        scheme=scheme,
+        timestep=timestep,
+        displacements=displacements_from(0.0, last.strains),
+        velocities=last.velocities,
+        contact_times=last.contact_times,
+        contact_speeds=last.contact_speeds,
+        impulses=2.0 * last.contact_speeds,
+        ending=ending,
+        duration=duration,
+        bond_min=low,
+        bond_max=high,
+        energy_start=energy_start,
+        energy_end=energy_end,
+        fragments=count_fragments(last.strains, last.velocities, scene.bond),
+        seconds=seconds,
+        force_evaluations=force_evaluations,
+        crossed=low < 0.0,
+        frames=frames,
+    )
+
+
+def run_single_particle(
+    scene: Scene, scheme: str, timestep: float | None, frame_interval: float | None
+) -> Outcome:
+    """
+    Return the outcome for one particle, which bounces once and keeps its speed.
+
+    Parameters
+    ----------
+    scene : Scene
+        With one particle.
+    scheme, timestep
+        As in `Outcome`.
+    frame_interval : float or None
+        Whether a snapshot is asked for: the collision is over at t = 0, so there is one.
+
+    Returns
+    -------
+    Outcome
+        The outcome.
+    """
+    velocities = np.array([scene.impact_velocity])
+    frames = None
+    if frame_interval is not None:
+        frames = Frames(np.zeros(1), np.zeros((1, 1)), velocities.reshape(1, 1).copy())
+    return finish(
+        scene,
+        LastContact(np.empty(0), velocities, np.zeros(1), velocities.copy()),
+        scheme=scheme,
+        timestep=timestep,
+        ending=Ending("proved"),
+        duration=0.0,
+        bond_range=(1.0, 1.0),
+        seconds=0.0,
+        force_evaluations=0,
+        frames=frames,
+    )
+
+
+def allowed_strains(bond: Potential) -> tuple[float, float]:
+    """
+    Return the strains at which a run must stop.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bonds; harmonic particles may pass through each other.
+
+    Returns
+    -------
+    tuple of float
+        Where particles meet or the bond's own data end, and its barrier or that end.
+    """
+    free = bond.anharmonic_order is None and bond.strain_min == -math.inf
+    floor = -math.inf if free else max(-1.0, bond.strain_min)
+    return floor, min(getattr(bond, "barrier_strain", math.inf), bond.strain_max)
+
+
+def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
+    """
+    Name what is wrong with the strains of a chain.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    low, high : float
+        Smallest and largest strain met.
+    time : float
+        When, since the first contact.
+    remedy : str
+        What to do where the numerics are at fault.
+
+    Returns
+    -------
+    RunError
+        `BarrierError` if a bond is beyond its energy barrier, `CrossingError` if a bond that can
+        be shorter than nothing is, `BondRangeError` if one has left its own data, `TimestepError`
+        if it cannot be there, or is not a number.
+    """
+    bond = scene.bond
+    barrier = getattr(bond, "barrier_strain", math.inf)
+    if high >= barrier:
+        return BarrierError(
+            f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "
+            f"energy barrier at {1.0 + barrier:.6g}, beyond which it would fly apart with energy "
+            "without bound; lower the speed"
+        )
+    with np.errstate(all="ignore"):
+        holds = not math.isfinite(float(bond.energy(np.array(-1.0))))
+    if low <= -1.0 and not holds:
+        return CrossingError(
+            f"two particles meet at time {time:.6g}: a {scene.label} bond cannot keep them apart "
+            f"at velocity {scene.impact_velocity:.6g}; lower the speed or stiffen the bond"
+        )
+    # Beyond its data a bond has no force: strains are no numbers then; the last are from before.
+    first, last = _NEAR_END * bond.strain_min, _NEAR_END * bond.strain_max
+    if (bond.strain_min > -1.0 and low <= first) or high >= last:
+        return BondRangeError(
+            f"a {scene.label} bond is {1.0 + low:.6g} to {1.0 + high:.6g} long by time {time:.6g}, "
+            f"but its data reach from {1.0 + bond.strain_min:.6g} to {1.0 + bond.strain_max:.6g}; "
+            "expected data for every bond: extend the table, or lower the speed"
+        )
+    return TimestepError(
+        f"the motion of {scene.label} bonds is not resolved at time {time:.6g} (bond lengths "
+        f"{1.0 + low:.6g} to {1.0 + high:.6g}); {remedy}"
+    )
+
+
+def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
+    """
+    Name a collision that does not end.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    longest : float
+        The time that was reached.
+
+    Returns
+    -------
+    UnfinishedCollisionError
+        To be raised.
+    """
+    return UnfinishedCollisionError(
+        f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
+        "approach the wall; expected a wall that turns them round in the time that sound needs to "
+        "cross them and come back: take a smaller timestep, or another speed"
+    )

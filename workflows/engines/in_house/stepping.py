@@ -1,0 +1,204 @@
+"""The stepping engine: symmetric compositions of Verlet steps with contacts located to rounding."""
+
+import math
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending, EndWatch, quiet_time
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.engines.in_house.finish import (
+    LastContact,
+    displacements_from,
+    finish,
+    run_single_particle,
+    strain_error,
+    unfinished_error,
+)
+from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+# A run that is compared with another goes on for so long after the other's last contact, in units
+# of 1/sqrt(U''): longer than contacts follow one another, and than times differ by.
+KNOWN_MARGIN = 5.0
+
+
+def run(
+    scene: Scene,
+    numerics: Numerics,
+    frame_interval: float | None = None,
+    known: Outcome | None = None,
+) -> Outcome:
+    """
+    Carry a chain through its collision, step by step.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    numerics : Numerics
+        Scheme and step; tables have no meaning here.
+    frame_interval : float, optional
+        Time between snapshots. Each is reached by a copy of the chain, so that asking for
+        frames changes no result.
+    known : Outcome, optional
+        The same collision at another step, whose end was seen: this run is compared with it, and
+        goes only a little beyond its last contact.
+
+    Returns
+    -------
+    Outcome
+        With the state right after the last contact. That it was the last is mostly seen by
+        looking ahead with coarse steps (see ``look_ahead``); chains that break are followed with
+        the steps of the run.
+
+    Raises
+    ------
+    UnfinishedCollisionError
+        If the chain still approaches the wall after the longest time that is followed.
+    BarrierError
+        If a bond of odd order is stretched over its barrier.
+    CrossingError
+        If two particles would pass through each other; a harmonic chain is flagged and carried on.
+    TimestepError
+        If the step is too large for the bonds it must resolve.
+    """
+    if scene.particles == 1:
+        return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
+    scheme = STEP_SCHEMES[numerics.scheme]
+    kernels = kernels_for(scene.bond, scheme)
+    chain = Chain.at_first_contact(scene, scheme)
+    # Without a step to take, this only loads or compiles the loops, which is not integration.
+    chain.advance(kernels, 0, numerics.timestep, scheme)
+    look_ahead = LookAhead(scene, chain, kernels, scheme, numerics.timestep)
+    look_ahead.warm_up()
+    frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
+    started = time.perf_counter()
+    ending, duration, evaluations = _collide(
+        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames, known
+    )
+    seconds = time.perf_counter() - started
+    ledger = chain.ledger
+    frames_until = float(ledger.last_contact) + quiet_time(scene.particles, scene.bond.stiffness)
+    return finish(
+        scene,
+        LastContact(
+            strains=chain.last[0],
+            velocities=chain.last[1],
+            contact_times=chain.contacts[0, : chain.ledger.contacts].copy(),
+            contact_speeds=chain.contacts[1, : chain.ledger.contacts].copy(),
+        ),
+        scheme=numerics.scheme,
+        timestep=numerics.timestep,
+        ending=ending,
+        duration=duration,
+        bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
+        seconds=seconds,
+        force_evaluations=evaluations,
+        frames=frames.collected(frames_until),
+    )
+
+
+def _collide(
+    scene: Scene, chain, kernels, scheme, step, look_ahead, frames, known: Outcome | None
+) -> tuple[Ending, float, int]:
+    """Step until the end; return it, when that is, and the force evaluations it took."""
+    bond, ledger = scene.bond, chain.ledger
+    particles, stiffness = scene.particles, bond.stiffness
+    watch = EndWatch(particles, bond)
+    if known is not None:
+        ledger.argue_after = ledger.patience = math.inf
+        until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
+    while True:
+        longest = until if known else watch.followed_until(float(ledger.last_contact))
+        last_step = math.ceil(longest / step)
+        status = chain.advance(kernels, int(min(last_step + 1, frames.next_step())), step, scheme)
+        if status in (motion.OUTSIDE, motion.CROWDED):
+            raise strain_error(
+                scene,
+                float(ledger.strain_min),
+                float(ledger.strain_max),
+                float(ledger.steps * step),
+                f"take a smaller timestep than {step:g}",
+            )
+        if status == motion.FULL:
+            chain.contacts = np.concatenate((chain.contacts, np.zeros_like(chain.contacts)), axis=1)
+            continue
+        now, last = float(ledger.steps * step), float(ledger.last_contact)
+        late = ledger.steps > last_step
+        if late and known is not None:
+            return known.ending, now, int(ledger.evaluations)
+        if status == motion.ARGUE or late:
+            ending = watch.look(
+                now, last, float(ledger.wall_distance), chain.strain, chain.velocity
+            )
+            if ending is not None:
+                return look_ahead.doubted(ending), now, int(ledger.evaluations)
+            settled = look_ahead.settle()
+            if settled is not None:
+                coast, ending = settled
+                frames.record_until(coast.time)
+                evaluations = int(coast.chain.ledger.evaluations)
+                return look_ahead.doubted(ending), coast.time, evaluations
+            ledger.argue_after = watch.next_look(now, last) - last
+        if status == motion.DONE:
+            if late and watch.followed_until(last) < now:
+                raise unfinished_error(scene, now)
+            frames.record()
+
+
+class _Recorder:
+    """Takes snapshots at multiples of an interval, with copies of the chain."""
+
+    def __init__(self, chain, kernels, scheme, step, interval):
+        self._chain, self._kernels, self._scheme = chain, kernels, scheme
+        self._step, self._interval = step, interval
+        self._times: list[float] = []
+        self._displacements: list[NDArray[np.float64]] = []
+        self._velocities: list[NDArray[np.float64]] = []
+
+    def _next_time(self) -> float:
+        return math.inf if self._interval is None else len(self._times) * self._interval
+
+    def next_step(self) -> float:
+        """Return the grid step from which the next snapshot is taken."""
+        return math.inf if self._interval is None else self._next_time() // self._step
+
+    def record(self) -> None:
+        """Take all snapshots that lie within the step about to be done."""
+        begin = self._chain.ledger.steps * self._step
+        while self.next_step() <= self._chain.ledger.steps:
+            now = self._next_time()
+            copy = self._chain.copy()
+            # One step of the size that is missing, contacts included.
+            goal, missing = int(copy.ledger.steps) + 1, max(now - begin, 0.0)
+            copy.advance(self._kernels, goal, missing, self._scheme)
+            self._times.append(now)
+            self._displacements.append(
+                displacements_from(float(copy.ledger.wall_distance), copy.strain)
+            )
+            self._velocities.append(copy.velocity)
+
+    def record_until(self, end: float) -> None:
+        """Take all snapshots up to a time before which no contact comes; the chain is moved."""
+        self._chain.ledger.argue_after = math.inf
+        while self._next_time() <= end:
+            self._chain.advance(self._kernels, int(self.next_step()), self._step, self._scheme)
+            self.record()
+
+    def collected(self, until: float) -> Frames | None:
+        """Return the snapshots up to a time, if any were asked for."""
+        if self._interval is None:
+            return None
+        count = sum(moment <= until for moment in self._times)
+        return Frames(
+            np.array(self._times[:count]),
+            np.array(self._displacements[:count]),
+            np.array(self._velocities[:count]),
+        )

@@ -1,0 +1,143 @@
+"""What LAMMPS makes of a bond table, read back from LAMMPS and compared with the potential."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+
+_FILE = "certificate.table"
+_MOST_LENGTHS = 4001
+_ROWS_AT_KINK, _LENGTHS_AT_KINK = 4, 66
+
+
+@dataclass(frozen=True)
+class TableCertificate:
+    """
+    Largest errors of a bond table as LAMMPS interpolates it.
+
+    Attributes
+    ----------
+    style : str
+        ``linear`` or ``spline``.
+    rows : int
+        Rows of the table, and of the far one where there are two.
+    shortest, longest : float
+        First and last bond length of the table.
+    force_error, energy_error : float
+        Largest ``|LAMMPS - analytic|`` over the lengths asked, away from the ends.
+    edge_force_error, edge_energy_error : float
+        The same within the margin at both ends, where no bond of an accepted run has been.
+    lengths_asked : int
+        How many lengths were compared.
+    """
+
+    style: str
+    rows: int
+    shortest: float
+    longest: float
+    force_error: float
+    energy_error: float
+    edge_force_error: float
+    edge_energy_error: float
+    lengths_asked: int
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return the fields.
+
+        Returns
+        -------
+        dict
+            Names and values.
+        """
+        return asdict(self)
+
+
+def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> TableCertificate:
+    """
+    Ask LAMMPS for energies and forces between the rows and compare them with the potential.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        A chain that has read the table.
+    table : BondTable
+        The table.
+    bond : Potential
+        What it stands for.
+
+    Returns
+    -------
+    TableCertificate
+        The largest errors; those of an energy carry no constant.
+    """
+    near = _largest_errors(chain, 1, table, bond)
+    parts = [near] if table.far is None else [near, _largest_errors(chain, 2, table.far, bond)]
+    force, energy, edge_force, edge_energy = np.max(parts, axis=0).tolist()
+    return TableCertificate(
+        style=table.style,
+        rows=table.rows,
+        shortest=float(table.lengths[0]),
+        longest=table.longest,
+        force_error=force,
+        energy_error=energy,
+        edge_force_error=edge_force,
+        edge_energy_error=edge_energy,
+        lengths_asked=_lengths_asked(table) * len(parts),
+    )
+
+
+def _lengths_asked(table: BondTable) -> int:
+    # An even number of intervals that shares no factor with the rows falls between them.
+    return min(2 * table.rows, _MOST_LENGTHS)
+
+
+def _largest_errors(
+    chain: LammpsChain, bond_type: int, table: BondTable, bond: Potential
+) -> tuple[float, float, float, float]:
+    """Return the errors of force and energy inside, and the same at the edges."""
+    first, last = float(table.lengths[0]), float(table.lengths[-1])
+    inset, margin = 0.25 * table.spacing, MARGIN_BINS * table.spacing
+    everywhere = (first + inset, last - inset, last - first - 2 * inset)
+    parts = [_errors(chain, bond_type, bond, everywhere, _lengths_asked(table))]
+    # What a kink does to a table is over within a few rows, which may lie between those lengths.
+    near = _ROWS_AT_KINK * table.spacing
+    for kink in bond.kinks:
+        low, high = max(1.0 + kink - near, first + inset), min(1.0 + kink + near, last - inset)
+        if low < high:
+            parts.append(_errors(chain, bond_type, bond, (low, high, high - low), _LENGTHS_AT_KINK))
+    lengths, force, energy = np.concatenate(parts, axis=1)
+    inside = (lengths > first + margin) & (lengths < last - margin)
+    largest = [float(np.max(e[inside], initial=0.0)) for e in (force, energy)]
+    at_edges = [float(np.max(e[~inside], initial=0.0)) for e in (force, energy)]
+    return largest[0], largest[1], at_edges[0], at_edges[1]
+
+
+def _errors(
+    chain: LammpsChain,
+    bond_type: int,
+    bond: Potential,
+    span: tuple[float, float, float],
+    asked: int,
+) -> NDArray[np.float64]:
+    """Return lengths between the first and the last, so wide apart, and the errors there."""
+    first, last, width = span
+    file = chain.folder / _FILE
+    chain.commands(
+        f'bond_write {bond_type} {asked} {first!r} {last!r} "{file.as_posix()}" CERTIFICATE'
+    )
+    rows = [line.split() for line in file.read_text().splitlines()]
+    file.unlink()
+    data = np.array([row for row in rows if len(row) == 4 and row[0].isdigit()], dtype=float)
+    _, _, energies, forces = data.T
+    # The file rounds lengths to 15 digits; LAMMPS itself used these.
+    lengths = first + width / (asked - 1) * np.arange(asked)
+    strains = lengths - 1.0
+    return np.array(
+        [lengths, np.abs(forces - bond.force(strains)), np.abs(energies - bond.energy(strains))]
+    )

@@ -1,0 +1,242 @@
+"""The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending, longest_collision, look_interval, quiet_time
+from chaincor.workflows.engines.in_house.finish import unfinished_error
+from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.lammps.flight import Flight
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.pieces import count_fragments
+from chaincor.workflows.errors import (
+    BarrierError,
+    BondRangeError,
+    CrossingError,
+    LostAtomsError,
+    RunError,
+)
+
+# Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
+# what comes next is cheap, but for nothing.
+PATIENCE = 3.5
+
+
+class ChainCollision:
+    """
+    The course of one collision: contacts, looks for the end, frames.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    flight : Flight
+        What carries the chain from contact to contact.
+    frame_interval : float or None
+        Least time between frames; None for those of the scene's dump, if it has one: at
+        contacts, or so many per sound crossing.
+
+    Attributes
+    ----------
+    longest_seen : float
+        Longest bond, the flight after the last contact included.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        flight: Flight,
+        frame_interval: float | None,
+    ) -> None:
+        self.scene = scene
+        self.bond = scene.bond
+        self.flight = flight
+        self.chain = flight.chain
+        self.contacts: list[tuple[float, float]] = []
+        self.rest = np.arange(scene.particles, dtype=float)
+        self.after_contact = self._state()
+        # Of all bonds so far, and of those up to the last contact.
+        self.shortest_seen, self.longest_seen = np.inf, -np.inf
+        self.shortest = self.longest = 1.0
+        self.ending: Ending | None = None
+        dumped = scene.dump is not None and frame_interval is None
+        self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
+        if dumped and not isinstance(scene.dump_frames, str):
+            frame_interval = scene.particles / scene.dump_frames
+        self.frame_interval = frame_interval
+        self.next_frame = np.inf if frame_interval is None else 0.0
+        self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
+        # How long after a contact, and when, a next one would be late.
+        self.patience = PATIENCE / self.bond.stiffness**0.5
+        self.overdue = np.inf
+        # When the end was seen, and until when frames are wanted nevertheless.
+        self.ended_at = 0.0
+        # Momentum of late contacts that hardly different motions have or have not.
+        self.doubt = 0.0
+        self.flown_on = np.inf
+
+    def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return self.chain.x - self.rest, self.chain.v.copy()
+
+    def carry_out(self) -> None:
+        """Go from contact to contact until no further one can come."""
+        if self.scene.particles == 1:
+            self._bounce_once()
+            return
+        interval = look_interval(self.scene.particles, self.bond.stiffness)
+        next_watch = interval
+        while self.ending is None or self.flight.time < self.flown_on:
+            try:
+                limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
+                contact = self.flight.advance(limit)
+            except BondRangeError as error:
+                raise self._named(error) from None
+            except OverflowError:
+                raise LostAtomsError(
+                    f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
+                    "stable integration: use a smaller timestep"
+                ) from None
+            self._watch_bonds()
+            if contact is not None:
+                self._take_contact(contact.time, contact.speed)
+            now = self.flight.time
+            if now >= next_watch:
+                next_watch = now + interval
+            if now >= self.next_frame:
+                self._take_frame()
+            if now >= self.overdue:
+                self._ask_what_comes()
+        if self.frames and self.frames[-1][0] < self.flight.time:
+            self._take_frame()
+
+    def _bounce_once(self) -> None:
+        contact = None
+        while contact is None:
+            contact = self.flight.advance(self.flight.time + self.patience)
+        self._take_contact(contact.time, contact.speed)
+        if self.frame_interval is not None:
+            self._take_frame()
+        self.ending = Ending("proved")
+
+    def _take_contact(self, time: float, speed: float) -> None:
+        self.contacts.append((time, speed))
+        self.after_contact = self._state()
+        # At the start all are 1 long; a single particle has none.
+        self.shortest = min(1.0, self.shortest_seen)
+        self.longest = max(1.0, self.longest_seen)
+        self.ending, self.flown_on = None, np.inf
+        self.overdue = time + self.patience
+        if self.frames_at_contacts:
+            self._take_frame()
+
+    def _named(self, error: BondRangeError) -> BondRangeError:
+        """Say which bond it was, and when: LAMMPS tells only its length."""
+        lengths = np.abs(np.diff(self.chain.x))
+        bond = int(np.argmin(np.abs(lengths - error.length))) + 1
+        side = "below" if error.length < 1.0 else "beyond"
+        named = BondRangeError(
+            f"bond {bond} is {error.length:.6g} long, {side} the end of its table, after step "
+            f"{self.chain.stages_done} at time {self.flight.time:.6g}"
+        )
+        named.length = error.length
+        return named
+
+    def _watch_bonds(self) -> None:
+        x = self.chain.x
+        lengths = x[1:] - x[:-1]  # half the time of np.diff
+        shortest, longest = float(lengths.min()), float(lengths.max())
+        if not shortest > 0.0:
+            bond = int(np.argmin(lengths)) + 1
+            raise CrossingError(
+                f"bond {bond} is {shortest:g} long at time {self.flight.time:g}; LAMMPS knows only "
+                "its absolute length, so particles that pass through each other come out wrong: "
+                "lower the speed or the timestep, or use engine 'reference'"
+            )
+        self.shortest_seen = min(self.shortest_seen, shortest)
+        self.longest_seen = max(self.longest_seen, longest)
+        barrier = getattr(self.bond, "barrier_strain", np.inf)
+        if longest - 1.0 > barrier:
+            bond = int(np.argmax(lengths)) + 1
+            raise BarrierError(
+                f"bond {bond} is {longest:g} long at time {self.flight.time:g}, beyond the barrier "
+                f"of its potential at {1.0 + barrier:g}, from where it runs away; expected bonds "
+                "that hold: lower the speed"
+            )
+
+    def _ask_what_comes(self) -> None:
+        """Ask the in-house integrator whether to wait for a contact."""
+        now, last = self.flight.time, self.contacts[-1][0]
+        chain = self.chain
+        if float(chain.v.sum()) <= 0.0:
+            if now > longest_collision(self.scene.particles, self.bond.stiffness, last):
+                raise unfinished_error(self.scene, now)
+            self.overdue = now + self.patience
+            return
+        displacements, velocities = self._state()
+        next_event = follow(
+            self.scene,
+            displacements,
+            velocities,
+            now=now,
+            last_contact=last,
+            shortest=self.shortest_seen,
+        )
+        self.overdue = next_event.time + self.patience
+        self.doubt = max(self.doubt, next_event.doubt)
+        if next_event.ending is None:
+            return
+        self.ending, self.ended_at, self.overdue = next_event.ending, next_event.time, np.inf
+        if self.doubt > self.ending.missed_momentum:
+            self.ending = Ending("open", self.doubt)
+        self.flown_on = now
+        if self.frame_interval is not None or self.frames_at_contacts:
+            quiet = quiet_time(self.scene.particles, self.bond.stiffness)
+            self.flown_on = min(self.ended_at, last + quiet)
+
+    def _take_frame(self) -> None:
+        now = self.flight.time
+        displacements, velocities = self._state()
+        self.frames.append((now, displacements, velocities))
+        if self.scene.dump is not None:
+            self.chain.write_frame(now)
+        while self.frame_interval is not None and self.next_frame <= now:
+            self.next_frame += self.frame_interval
+
+    def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
+        """Gather what is known at the end."""
+        assert self.ending is not None
+        displacements, velocities = self.after_contact
+        times, speeds = np.array(self.contacts).T
+        strains = np.diff(displacements)
+        energy_end = 0.5 * float(velocities @ velocities) + float(np.sum(self.bond.energy(strains)))
+        frames = None
+        if self.frames:
+            frame_times, frame_displacements, frame_velocities = zip(*self.frames, strict=True)
+            frames = Frames(
+                np.array(frame_times), np.array(frame_displacements), np.array(frame_velocities)
+            )
+        if not np.all(np.isfinite(velocities)):
+            raise RunError("the final velocities are not finite; use a smaller timestep")
+        return Outcome(
+            engine="lammps",
+            wall=numerics.wall,
+            scheme=numerics.scheme,
+            timestep=numerics.timestep,
+            displacements=displacements,
+            velocities=velocities,
+            contact_times=times,
+            contact_speeds=speeds,
+            impulses=2.0 * speeds,
+            ending=self.ending,
+            duration=max(self.flight.time, self.ended_at),
+            bond_min=self.shortest,
+            bond_max=self.longest,
+            energy_start=0.5 * self.scene.particles * self.scene.impact_velocity**2,
+            energy_end=energy_end,
+            fragments=count_fragments(strains, velocities, self.bond),
+            seconds=seconds,
+            force_evaluations=self.chain.stages_done,
+            frames=frames,
+        )

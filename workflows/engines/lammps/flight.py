@@ -1,0 +1,283 @@
+"""Between two contacts and at them: when the wall is asked for, and how a hit is carried out."""
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from chaincor.workflows.engines.lammps.blind import BlindBound
+from chaincor.workflows.engines.lammps.crossing import RESOLUTION, first_crossing, foretold_crossing
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.errors import LostAtomsError, TimestepError
+
+
+@dataclass(frozen=True)
+class Contact:
+    """
+    One hit of particle 1 on the wall.
+
+    Attributes
+    ----------
+    time : float
+        Time since the first contact.
+    speed : float
+        Incoming speed, positive.
+    """
+
+    time: float
+    speed: float
+
+
+class Flight(ABC):
+    """
+    Carries a chain from contact to contact.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain, right after a contact or in flight.
+
+    Attributes
+    ----------
+    time : float
+        Time since the first contact.
+    """
+
+    def __init__(self, chain: LammpsChain) -> None:
+        self.chain = chain
+        self.time = 0.0
+
+    @abstractmethod
+    def advance(self, limit: float) -> Contact | None:
+        """
+        Go on to the next contact, or to the first step at or past a time limit.
+
+        Parameters
+        ----------
+        limit : float
+            Time at which to come back without a contact.
+
+        Returns
+        -------
+        Contact or None
+            The contact, carried out; None if the limit came first.
+        """
+
+
+class VerletFlight(Flight):
+    """
+    Single Verlet steps, with either wall.
+
+    Before each step its end is known exactly, x + v h + f h^2/2; a step that would end behind the
+    wall is a contact. With the event wall that step is cut at the wall and particle 1 reversed
+    there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
+    reflecting wall LAMMPS's own fix mirrors what ends behind it.
+
+    Many steps are taken at once where a bound promises that there is no contact in them. LAMMPS
+    itself watches them: if one ends nearer to the wall than a contact can be, all are taken back
+    and asked for one by one.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain.
+    reflect : bool
+        Whether the reflecting wall fix is at work.
+    bound : BlindBound or None
+        When steps may be taken without asking; None asks at every step.
+    """
+
+    def __init__(self, chain: LammpsChain, reflect: bool, bound: BlindBound | None) -> None:
+        super().__init__(chain)
+        self.reflect = reflect
+        self.bound = bound
+        # Part of the bound's time that is taken: a collision of sharp bonds further on, which the
+        # bound does not see, would otherwise spoil long windows again and again.
+        self._share = 1.0
+
+    _NEAR = 0.25
+
+    def _next_position(self) -> float:
+        chain, h = self.chain, self.chain.timestep
+        return float(chain.x[0] + h * (chain.v[0] + 0.5 * h * chain.f[0]))
+
+    def _dips(self) -> bool:
+        """Return whether particle 1 reaches the wall and turns within the next step."""
+        chain = self.chain
+        v, a = float(chain.v[0]), float(chain.f[0])
+        return v < 0.0 < v + chain.timestep * a and v * v > 2.0 * float(chain.x[0]) * a
+
+    def advance(self, limit: float) -> Contact | None:
+        """Run blind while the bound allows it, and ask before each step where it does not."""
+        chain, h = self.chain, self.chain.timestep
+        start, taken = self.time, 0
+        last = max(1, math.ceil((limit - start) / h))
+        while taken < last:
+            if self.bound is not None:
+                steps = self._run_blind(last - taken)
+                taken += steps
+                self.time = start + taken * h
+                # A long window is followed by another; after a short one the wall is near.
+                if taken == last or steps * h > self._NEAR:
+                    continue
+            ahead = self._next_position()
+            if ahead < 0.0 or (not self.reflect and self._dips()):
+                return self._reflect() if self.reflect else self._hit()
+            if not math.isfinite(ahead):
+                raise LostAtomsError(
+                    f"particle 1 is at {ahead} at time {self.time:g}; expected a finite number: "
+                    "use a smaller timestep"
+                )
+            chain.run(1)
+            taken += 1
+            self.time = start + taken * h
+        return None
+
+    def _run_blind(self, most: int) -> int:
+        chain, bound = self.chain, self.bound
+        assert bound is not None
+        bound.look(chain.x, chain.v, chain.f, chain.timestep)
+        safe = bound.safe_time(chain.guard_position)
+        steps = min(int(self._share * safe / chain.timestep), most)
+        if steps < 2:
+            if safe >= 2.0 * chain.timestep:
+                self._share = min(1.0, 2.0 * self._share)
+            return 0
+        state = chain.snapshot()
+        if chain.run_guarded(steps):
+            self._share = min(1.0, 2.0 * self._share)
+            return steps
+        self._share *= 0.25
+        chain.restore(state)
+        return 0
+
+    def _hit(self) -> Contact | None:
+        """Cut the step at the wall; None where its last kick turned particle 1 already."""
+        chain = self.chain
+        x, v, a = float(chain.x[0]), float(chain.v[0]), float(chain.f[0])
+        root = math.sqrt(v * v - 2.0 * x * a)
+        # The root of x + v s + a s^2/2 that does not cancel; particle 1 may turn within the step.
+        s = 2.0 * x / (root - v) if v < 0.0 else -(v + root) / a
+        if s > 0.0:
+            chain.verlet(s)
+        self.time += s
+        speed = -float(chain.v[0])
+        chain.x[0] = 0.0
+        if speed <= 0.0:
+            return None
+        chain.v[0] = speed
+        return Contact(self.time, speed)
+
+    def _reflect(self) -> Contact:
+        chain, h = self.chain, self.chain.timestep
+        # The fix reverses the velocity of the drift, that of the half step.
+        speed = -float(chain.v[0]) - 0.5 * h * float(chain.f[0])
+        contact = Contact(self.time + float(chain.x[0]) / speed, speed)
+        chain.run(1)
+        self.time += h
+        return contact
+
+
+class ComposedFlight(Flight):
+    """
+    Composed steps of order 4, 6 or 8 with the event wall.
+
+    A contact is located on the composed map itself: a step is shortened to end at the wall. Where
+    the step before foretells the contact, the shortened step is taken at once; otherwise after the
+    full one has been seen to end behind the wall.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The chain.
+    """
+
+    _MOST_CORRECTIONS = 8
+    _AT_WALL = 1e-12
+    # Parts of H: a correction this short is left to one Verlet step, which errs by (1e-3 H)^3/12,
+    # less than the composition does; and one this short is exact to rounding.
+    _SHORT, _EXACT = 1e-3, 1e-5
+
+    def advance(self, limit: float) -> Contact | None:
+        """Step, and look ahead and back over each step for a contact."""
+        chain, step = self.chain, self.chain.timestep
+        earlier: list[float] | None = None
+        now = self._first_particle()
+        while self.time < limit:
+            if now[0] == 0.0 and now[1] < 0.0:
+                return self._reverse()
+            before = chain.snapshot()
+            if earlier is not None:
+                foretold = foretold_crossing(earlier, now, step)
+                if foretold is not None:
+                    taken = self._go_to_wall(now, foretold)
+                    if taken is not None and taken <= step:
+                        self.time += taken
+                        return self._reverse()
+                    chain.restore(before)
+            chain.step()
+            after = self._first_particle()
+            guess = first_crossing(now, after, step)
+            if guess is not None:
+                whole = chain.snapshot()
+                chain.restore(before)
+                taken = self._go_to_wall(now, guess)
+                if taken is not None:
+                    self.time += taken
+                    return self._reverse()
+                # The polynomial touched the wall and the motion did not.
+                chain.restore(whole)
+                if chain.x[0] < 0.0:
+                    raise TimestepError(
+                        f"particle 1 ends a step behind the wall at time {self.time:g}, but does "
+                        "not come in within it; expected a motion that the step resolves: use a "
+                        "smaller timestep"
+                    )
+            earlier, now = now, after
+            self.time += step
+        return None
+
+    def _first_particle(self) -> list[float]:
+        chain = self.chain
+        return [float(chain.x[0]), float(chain.v[0]), float(chain.f[0])]
+
+    def _go_to_wall(self, now: list[float], guess: float) -> float | None:
+        """Return the time to the first contact, having gone there; None where none is found."""
+        state = self.chain.snapshot()
+        taken = self._step_to_wall(guess)
+        if taken is not None:
+            # The way there must have been in front of the wall.
+            first = first_crossing(now, [0.0, *self._first_particle()[1:]], taken)
+            if first is not None and first < (1.0 - 2.0 * RESOLUTION) * taken:
+                self.chain.restore(state)
+                return self._step_to_wall(first)
+        return taken
+
+    def _step_to_wall(self, guess: float) -> float | None:
+        """Return the time to the wall, having gone there; None where no contact is found."""
+        chain = self.chain
+        chain.step(guess)
+        taken = guess
+        for _ in range(self._MOST_CORRECTIONS):
+            x, v = float(chain.x[0]), float(chain.v[0])
+            # Positions are rounded to about 1e-16 of the natural length.
+            if abs(x) < 1e-18 or v == 0.0:
+                break
+            correction = -x / v
+            if abs(correction) > chain.timestep:
+                break
+            taken += correction
+            if abs(correction) >= self._SHORT * chain.timestep:
+                chain.step(correction)
+                continue
+            chain.verlet(correction)
+            if abs(correction) < self._EXACT * chain.timestep:
+                break
+        arrived = abs(float(chain.x[0])) < self._AT_WALL and float(chain.v[0]) < 0.0 < taken
+        return taken if arrived else None
+
+    def _reverse(self) -> Contact:
+        chain = self.chain
+        speed = -float(chain.v[0])
+        chain.x[0] = 0.0
+        chain.v[0] = speed
+        return Contact(self.time, speed)

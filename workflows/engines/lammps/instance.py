@@ -1,0 +1,373 @@
+"""One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
+
+import ctypes
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
+from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import (
+    DATA_FILE,
+    DUMP_FILE,
+    LOG_FILE,
+    TABLE_FILE,
+    number,
+    render_setup,
+)
+from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.lammps.guard import WallGuard
+from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import RunError
+
+_RUN_ONE = b"run 1 pre no post no"
+# A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
+_PARTICLE_WORK = 10
+
+
+class LammpsChain:
+    """
+    A chain set up in LAMMPS at its first contact.
+
+    Positions, velocities and forces are views of LAMMPS's own memory along x: reading them costs
+    nothing and writing them is felt by the next step.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        Wall, scheme and step.
+    table : BondTable or None
+        The bond table; None for LAMMPS's own harmonic bond.
+    folder : pathlib.Path
+        Where the files LAMMPS reads are written.
+
+    Attributes
+    ----------
+    x, v, f : ndarray of shape (n,)
+        Live coordinates, velocities and forces.
+    weights : tuple of float
+        Of the stages of a composed step, or of the mixture that makes an extrapolated one.
+    stages_done : int
+        Verlet steps taken, which is the number of force evaluations.
+    """
+
+    def __init__(
+        self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
+    ) -> None:
+        positions, velocities = initial_chain(scene.particles, scene.impact_velocity)
+        self._far = None
+        if table is not None and table.far is not None:
+            self._far = np.zeros(scene.particles - 1, dtype=bool)
+        bond_types = 1 if self._far is None else 2
+        (folder / DATA_FILE).write_text(format_chain_data(positions, velocities, bond_types))
+        if table is not None:
+            (folder / TABLE_FILE).write_text(table.to_text())
+        self.folder = folder
+        scheme = STEP_SCHEMES[numerics.scheme]
+        # How many Verlet steps each part of an extrapolated step has.
+        self._counts = scheme.inner.astype(int).tolist() if scheme.extrapolated else []
+        self.weights = tuple((scheme.outer if scheme.extrapolated else scheme.inner).tolist())
+        self.timestep = numerics.timestep
+        self.stages_done = 0
+        self._dump_started = False
+        self._at_once = steps_at_once(_PARTICLE_WORK * scene.particles)
+        module = load_lammps()
+        log = str(folder / LOG_FILE) if scene.save is not None else "none"
+        self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
+        self._handle = self._lammps.lmp
+        # Taken by its name, the function has no declared types to convert to: 4 % of a stage.
+        self._send = self._lammps.lib["lammps_command"]
+        self._send.restype = None
+        self._failed = self._lammps.lib.lammps_has_error
+        try:
+            self.commands(render_setup(numerics, table, folder.as_posix()))
+            # Composed schemes take guarded steps only to look ahead, well clear of the wall.
+            stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
+            self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
+        except Exception:
+            self.close()
+            raise
+        ids = self._lammps.numpy.extract_atom("id", nelem=scene.particles)
+        assert np.array_equal(ids, np.arange(1, scene.particles + 1)), "LAMMPS kept the order"
+        self.x, self.v, self.f = (
+            self._lammps.numpy.extract_atom(name, nelem=scene.particles)[:, 0] for name in "xvf"
+        )
+        self._full_step = self._encode(numerics.timestep)
+        self._current = numerics.timestep
+        self._initial = self.snapshot()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the LAMMPS instance."""
+        self._lammps.close()
+
+    @property
+    def lammps(self) -> Any:
+        """The instance, for what has no method here."""
+        return self._lammps
+
+    def commands(self, text: str) -> None:
+        """
+        Carry out several commands.
+
+        Parameters
+        ----------
+        text : str
+            Commands, one a line.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        self._lammps.lib.lammps_commands_string(self._handle, text.encode())
+        self._raise_failure()
+
+    def _raise_failure(self) -> None:
+        if self._failed(self._handle):
+            buffer = ctypes.create_string_buffer(1000)
+            self._lammps.lib.lammps_get_last_error_message(self._handle, buffer, 1000)
+            raise name_lammps_error(buffer.value.decode(errors="replace"))
+
+    def _set_timestep(self, timestep: float) -> None:
+        if timestep != self._current:
+            self._send(self._handle, b"timestep " + number(timestep).encode())
+            self._current = timestep
+
+    def run(self, steps: int) -> None:
+        """
+        Take full Verlet steps without looking.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        self._set_timestep(self.timestep)
+        while steps > 0:
+            part = steps if self._far is None else min(steps, self._steps_within_tables())
+            for begin in range(0, part, self._at_once):
+                taken = min(self._at_once, part - begin)
+                self._send(self._handle, b"run %d pre no post no" % taken)
+                self.stages_done += taken
+                if self._failed(self._handle):
+                    self._raise_failure()
+            steps -= part
+            if self._far is not None:
+                self._change_tables()
+
+    @property
+    def guard_position(self) -> float:
+        """Where :meth:`run_guarded` stops particle 1: so near the wall that it is to be asked."""
+        return self._guard.position
+
+    def run_guarded(self, steps: int) -> bool:
+        """
+        Take full Verlet steps as long as they end clear of the wall.
+
+        Parameters
+        ----------
+        steps : int
+            How many.
+
+        Returns
+        -------
+        bool
+            False where a step ended at the wall or behind it, or failed: the state is then useless.
+        """
+        self._guard.watch(True)
+        try:
+            self.run(steps)
+        except RunError:
+            return False
+        finally:
+            self._guard.watch(False)
+        return True
+
+    def _steps_within_tables(self) -> int:
+        """Return how many Verlet steps no bond needs at least to be due for its other table."""
+        assert self._far is not None
+        lengths = np.diff(self.x)
+        room = FAR_OUT - np.max(lengths, where=~self._far, initial=-np.inf)
+        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_BACK)
+        fastest = float(np.max(np.abs(np.diff(self.v))))
+        # Half the room: bonds may speed up while they fall together. The step of the change is then
+        # the same however steps are divided into runs.
+        return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
+
+    def verlet(self, duration: float) -> None:
+        """
+        Take one Verlet step of any length, also a negative one.
+
+        Parameters
+        ----------
+        duration : float
+            The step.
+        """
+        self._set_timestep(duration)
+        self._send(self._handle, _RUN_ONE)
+        self.stages_done += 1
+        if self._failed(self._handle):
+            self._raise_failure()
+
+    def _encode(self, duration: float) -> list[tuple[bytes, float]]:
+        steps = [w * duration for w in self.weights]
+        return [(b"timestep " + number(h).encode(), h) for h in steps]
+
+    def step(self, duration: float | None = None) -> None:
+        """
+        Take one composed or extrapolated step.
+
+        Parameters
+        ----------
+        duration : float or None
+            Its length; None for the full step H.
+
+        Raises
+        ------
+        RunError
+            Named after what LAMMPS says.
+        """
+        if self._counts:
+            self._extrapolate(self.timestep if duration is None else duration)
+        else:
+            self._compose(duration)
+        if self._failed(self._handle):
+            self._raise_failure()
+        if self._far is not None:
+            self._change_tables()
+
+    def _compose(self, duration: float | None) -> None:
+        send, handle = self._send, self._handle
+        stages = self._full_step if duration is None else self._encode(duration)
+        current = self._current
+        for command, timestep in stages:
+            # Palindromes begin with the weight they end with, and some weights come in pairs.
+            if timestep != current:
+                send(handle, command)
+                current = timestep
+            send(handle, _RUN_ONE)
+        self._current = current
+        self.stages_done += len(stages)
+
+    def _extrapolate(self, duration: float) -> None:
+        """Take the step as 1, 2, ... Verlet steps, each time from its start, and mix the ends."""
+        start = np.array(self.snapshot())
+        ends = np.empty((len(self._counts), *start.shape))
+        for count, end in zip(self._counts, ends, strict=True):
+            self.restore(start)
+            self._set_timestep(duration / count)
+            self._send(self._handle, b"run %d pre no post no" % count)
+            end[:] = self.x, self.v, self.f
+        # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
+        self.restore(start + np.tensordot(self.weights, ends - start, axes=1))
+        self.stages_done += sum(self._counts)
+
+    def _change_tables(self) -> None:
+        """Give bonds that got very long the far table, and those that came back the near one."""
+        assert self._far is not None
+        lengths = np.diff(self.x)
+        far = np.where(self._far, lengths > FAR_BACK, lengths > FAR_OUT)
+        changed = np.flatnonzero(far != self._far)
+        if len(changed) == 0:
+            return
+        lines = []
+        for bond in changed.tolist():
+            lines += [
+                f"group ends id {bond + 1} {bond + 2}",
+                f"set group ends bond {2 if far[bond] else 1}",
+                "group ends delete",
+            ]
+        # A set-up rebuilds the list of bonds with their types, and takes no step.
+        self.commands("\n".join([*lines, "run 0 post no"]))
+        self._far = far
+
+    def restart(self, timestep: float) -> None:
+        """
+        Put the chain back to its first contact, for a run with another step.
+
+        Parameters
+        ----------
+        timestep : float
+            The composed step H.
+        """
+        if timestep != self.timestep and len(self.weights) == 1:
+            self._guard.stand(timestep)
+        self.restore(self._initial)
+        self.timestep = timestep
+        self._full_step = self._encode(timestep)
+        self.stages_done = 0
+
+    def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """
+        Copy the state.
+
+        Returns
+        -------
+        x, v, f : ndarray of shape (n,)
+            Copies that :meth:`restore` takes.
+        """
+        return self.x.copy(), self.v.copy(), self.f.copy()
+
+    def restore(self, state: Sequence[NDArray[np.float64]] | NDArray[np.float64]) -> None:
+        """
+        Put a copied state back.
+
+        Parameters
+        ----------
+        state : tuple of ndarray
+            From :meth:`snapshot`.
+        """
+        if self._far is not None:
+            # A bond that broke since then is whole again.
+            self.x[:] = state[0]
+            self._change_tables()
+        self.x[:], self.v[:], self.f[:] = state
+
+    def write_frame(self, time: float) -> None:
+        """
+        Append a frame to the dump in the job's folder, written by LAMMPS.
+
+        Parameters
+        ----------
+        time : float
+            Time since the first contact.
+        """
+        if not self._dump_started:
+            self.commands(
+                "variable clock internal 0.0\n"
+                "variable time atom v_clock\n"
+                "variable displacement atom x-(id-1)\n"
+            )
+        self._lammps.set_internal_variable("clock", time)
+        append = "yes" if self._dump_started else "no"
+        self.commands(
+            f'write_dump all custom "{(self.folder / DUMP_FILE).as_posix()}" '
+            "id x vx v_displacement v_time "
+            f"modify sort id format float %.17g append {append}"
+        )
+        self._dump_started = True

@@ -1,0 +1,156 @@
+"""The input script of a collision that the engine runs command by command, to be kept beside it."""
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+from chaincor.lammps_inputs.bond_table import BondTable, tabulate
+from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import (
+    DATA_FILE,
+    SCENE_FILE,
+    SCRIPT_FILE,
+    TABLE_FILE,
+    ScoutedEnd,
+    render_job,
+)
+from chaincor.workflows.engines.ending import longest_collision, look_interval, quiet_time
+from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+# Strains of the flight after the last contact are known to some parts in 1e3, for whole chains.
+_MARGIN = 1.2
+
+
+def job_script(
+    scene: Scene,
+    numerics: Numerics,
+    table: BondTable | None,
+    scouted: ScoutedEnd | None,
+    dump_steps: int | Literal["contacts"] | None = None,
+) -> str:
+    """
+    Render a script that does not end before the in-house engine, which follows a chain, does.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        With Verlet steps.
+    table : BondTable or None
+        The bond table; None for LAMMPS's own harmonic bond.
+    scouted : ScoutedEnd or None
+        How the collision ended elsewhere.
+    dump_steps : int or "contacts" or None
+        See :func:`~chaincor.lammps_inputs.script.render_job`.
+
+    Returns
+    -------
+    str
+        The script's text.
+    """
+    stiffness = scene.bond.stiffness
+    look = look_interval(scene.particles, stiffness)
+    quiet = quiet_time(scene.particles, stiffness)
+    last = 0.0 if scouted is None else scouted.last_contact_time
+    return render_job(
+        scene,
+        numerics,
+        table,
+        quiet=quiet,
+        cap=longest_collision(scene.particles, stiffness, max(quiet, last)),
+        look_steps=math.ceil(look / numerics.timestep),
+        scouted=scouted,
+        dump_steps=dump_steps,
+    )
+
+
+def flown_on(scene: Scene) -> float:
+    """
+    Return for how long a script follows a chain after its last contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        Time for which its bond table must hold the bonds.
+    """
+    stiffness = scene.bond.stiffness
+    return quiet_time(scene.particles, stiffness) + 2.0 * look_interval(scene.particles, stiffness)
+
+
+def kept_files(
+    scene: Scene, numerics: Numerics, table: BondTable | None, outcome: Outcome | None
+) -> dict[str, str]:
+    """
+    Return what makes a kept folder a job: ``lmp -in in.chain`` runs it, and the scene is in it.
+
+    A script takes Verlet steps only. Where the engine composed its steps of several, those of the
+    script are as long as theirs on the average.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    numerics : Numerics
+        How the engine runs it.
+    table : BondTable or None
+        Its bond table.
+    outcome : Outcome or None
+        Of the engine; None while it is not known.
+
+    Returns
+    -------
+    dict
+        Names and contents of the files; with a bond table and a data file where those of the
+        engine do not suit a script, which has one table and follows the chain longer.
+    """
+    files = {}
+    scouted = None
+    if outcome is not None:
+        last, contacts = float(outcome.contact_times[-1]), len(outcome.contact_times)
+        scouted = ScoutedEnd(last, contacts, outcome.ending.kind)
+    if table is not None:
+        bond_range = _range_in_flight(scene, table, outcome)
+        if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
+            table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
+            files[TABLE_FILE] = table.to_text()
+            data = format_chain_data(*initial_chain(scene.particles, scene.impact_velocity))
+            files[DATA_FILE] = data
+    scheme, step = numerics.scheme, numerics.timestep
+    note = ""
+    if scheme != "verlet":
+        numerics = replace(
+            numerics, scheme="verlet", timestep=step / STEP_SCHEMES[scheme].evaluations
+        )
+        note = (
+            f"# The engine ran this collision with {scheme} steps of {step:g}, which a script\n"
+            "# cannot take. This one takes as many Verlet steps in all, and is less accurate.\n"
+        )
+    files[SCRIPT_FILE] = note + job_script(scene, numerics, table, scouted)
+    if isinstance(scene.potential, str):
+        changes = dict.fromkeys({"save", "dump", "arrays"} & scene.model_fields_set)
+        if scene.bond_file is not None:  # the job lies elsewhere
+            changes["bond_file"] = scene.bond_file.resolve()
+        files[SCENE_FILE] = scene.replace(**changes).to_toml()
+    return files
+
+
+def _range_in_flight(
+    scene: Scene, table: BondTable, outcome: Outcome | None
+) -> tuple[float, float]:
+    """Return the lengths of a table for the engine's bonds, and for those of the flight after."""
+    low, high = float(table.lengths[0]), table.longest
+    if outcome is None or scene.particles == 1:
+        return low, high
+    shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
+    # Coarse steps, and steps of the script's own, may see other bonds.
+    return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

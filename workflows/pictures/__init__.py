@@ -1,0 +1,1 @@
+"""A collision to look at: recorded, in the terminal, behind sliders."""

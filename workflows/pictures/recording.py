@@ -1,0 +1,100 @@
+"""The motion of a collision, for pictures: frames at regular times, by the in-house engines."""
+
+from dataclasses import replace
+
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house import adaptive, modal
+from chaincor.workflows.engines.outcome import Frames, Outcome
+
+# Far finer than any picture resolves.
+_ACCURACY = 1e-6
+
+
+def record_motion(scene: Scene, interval: float) -> Outcome:
+    """
+    Carry a chain through its collision and keep frames of the motion.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides; its engine and numerics are not used.
+    interval : float
+        Time between frames.
+
+    Returns
+    -------
+    Outcome
+        With ``frames``, from the first contact to the end of the run.
+
+    Raises
+    ------
+    RunError
+        If the motion cannot be followed; each cause has a name.
+    """
+    if isinstance(scene.bond, Harmonic):
+        return modal.run(scene, interval)
+    return adaptive.run(scene, _ACCURACY, interval)
+
+
+def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
+    """
+    Keep frames of a collision until soon after its last contact.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    last_contact_time : float
+        Time of its last contact.
+
+    Returns
+    -------
+    Outcome
+        With about 400 frames; the last shows the chain flying off.
+    """
+    # Two units of time are sound crossing two bonds: enough to see that.
+    end = 1.15 * last_contact_time + 2.0
+    outcome = record_motion(scene, end / 400.0)
+    frames = outcome.frames
+    assert frames is not None
+    shown = frames.times <= end
+    return replace(
+        outcome,
+        frames=Frames(frames.times[shown], frames.displacements[shown], frames.velocities[shown]),
+    )
+
+
+def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
+    """
+    Draw a collision as a moving picture.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    last_contact_time : float
+        Time of its last contact; the picture ends soon after.
+    path : str
+        ``.gif``, or ``.mp4`` with ffmpeg.
+    pictures : int
+        How many pictures it is made of, 25 a second.
+
+    Raises
+    ------
+    InputError
+        If the file's name ends otherwise.
+    """
+    from chaincor.analysis.figures.animation import animate_collision
+
+    frames = follow_to_the_end(scene, last_contact_time).frames
+    assert frames is not None
+    animate_collision(
+        frames.times,
+        frames.displacements,
+        frames.velocities,
+        path,
+        impact_velocity=scene.impact_velocity,
+        frames=pictures,
+        title=f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.4g}",
+    )

@@ -1,0 +1,100 @@
+"""Showing a collision in the terminal while it goes on, slowed down for the eye."""
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from chaincor.analysis.figures.terminal import draw_moment
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.pictures.recording import follow_to_the_end
+
+_SECONDS = 8.0
+_PER_SECOND = 15
+_WIDEST = 100
+
+
+def find_terminal() -> Console:
+    """
+    Return where to draw.
+
+    Returns
+    -------
+    rich.console.Console
+        Standard error.
+
+    Raises
+    ------
+    InputError
+        If that is no terminal.
+    """
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        raise InputError("--watch draws in a terminal, and this is none; use --animate FILE")
+    return console
+
+
+def watch(scene: Scene, last_contact_time: float, console: Console) -> None:
+    """
+    Play a collision in the terminal.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    last_contact_time : float
+        Time of its last contact; the play ends soon after.
+    console : rich.console.Console
+        Where to draw.
+    """
+    outcome = follow_to_the_end(scene, last_contact_time)
+    with Live(console=console, auto_refresh=False) as live:
+        for moment in moments(scene, outcome, min(console.width, _WIDEST)):
+            live.update(moment, refresh=True)
+            time.sleep(1.0 / _PER_SECOND)
+
+
+def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
+    """
+    Draw a collision, moment by moment.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    outcome : Outcome
+        Its motion, with frames.
+    columns : int
+        Width of the drawing.
+
+    Yields
+    ------
+    rich.text.Text
+        A line that says when it is and how many contacts there were, and the drawing.
+    """
+    frames = outcome.frames
+    assert frames is not None
+    x = frames.displacements + np.arange(scene.particles)
+    longest = max(1.0, float(np.max(x)))
+    shown = min(len(frames.times), int(_SECONDS * _PER_SECOND))
+    for k in np.linspace(0, len(frames.times) - 1, shown).astype(int):
+        velocities = frames.velocities[k]
+        moment = frames.times[k]
+        contacts = int(np.searchsorted(outcome.contact_times, moment, side="right"))
+        translation = (velocities.mean() / scene.impact_velocity) ** 2
+        heading = (
+            f"t = {moment:6.1f}   contacts {contacts:3d}   "
+            f"translation {100.0 * translation:5.1f} % of the energy\n"
+        )
+        yield Text(heading) + draw_moment(
+            frames.displacements[k],
+            velocities,
+            impact_velocity=scene.impact_velocity,
+            longest=longest,
+            columns=columns,
+        )

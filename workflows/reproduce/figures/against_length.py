@@ -1,0 +1,167 @@
+"""Dissipation against the length of the chain: harmonic (NH figure 3) and lj (NH figure 5)."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, VERMILION, new_figure
+from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_law
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.figures.measured_points import draw_points
+from chaincor.workflows.reproduce.findings.harmonic import HarmonicLaw
+from chaincor.workflows.reproduce.findings.lengths import last_exponents
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS
+from chaincor.workflows.reproduce.tables import point_record, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+
+def _dissipation(point: Point) -> float:
+    return 1.0 - point.restitution
+
+
+def _length(point: Point) -> float:
+    return point.particles
+
+
+def _scaled(point: Point) -> float:
+    return _dissipation(point) * point.particles ** (2.0 / 3.0)
+
+
+def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
+    """
+    Return 1 - eta against n for harmonic chains.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+    law : HarmonicLaw
+        Fits to them.
+
+    Returns
+    -------
+    Figure
+        The law, and what is left when it is divided out.
+    """
+    points = measured.select("harmonic_sizes", "harmonic")
+    fit = law.by_lammps
+    return Figure(
+        key="harmonic_lengths",
+        title="Dissipation of harmonic chains against their length",
+        caption=(
+            "The paper's figure 3. Filled: LAMMPS; open: the exact in-house propagator, for more "
+            f"lengths. Fit to LAMMPS, n = {fit.first:.0f} to {fit.last:.0f}: 1 − η ∝ n^p, "
+            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}. Below, n^(2/3)(1 − η): scatter "
+            "is no noise (error bars are smaller than the dots): how the last contacts fall "
+            "changes with n; 0.652 is the limit of the paper's approximate formula."
+        ),
+        table=table_of([point_record(point) for point in points]),
+        draw=lambda: _draw_harmonic([p for p in points if p.particles >= 3], law),
+    )
+
+
+def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
+    figure, (ax, below) = new_figure(
+        2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(1.5, 1.0)
+    )
+    n = np.geomspace(3, max(p.particles for p in points), 60)
+    for panel, y in ((ax, _dissipation), (below, _scaled)):
+        for source, size in (("in-house", 2.8), ("lammps", 4.5)):
+            draw_points(
+                panel,
+                [p for p in points if p.source == source],
+                _length,
+                y,
+                colour=BLUE,
+                marker="o",
+                label={"lammps": "LAMMPS", "in-house": "in-house, exact propagator"}[source],
+                line=False,
+                size=size,
+            )
+    ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
+    ax.plot(
+        n,
+        law.mean_prefactor.at(n),
+        color=VERMILION,
+        linestyle="--",
+        linewidth=1.0,
+        label=rf"${law.mean_prefactor.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from "
+        rf"$n={law.mean_prefactor.first:.0f}$)",
+    )
+    ax.set_yscale("log")
+    ax.set_ylabel(r"dissipation $1-\eta$")
+    ax.legend(loc="lower left")
+    below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
+    below.axhline(law.mean_prefactor.prefactor, color=VERMILION, linestyle="--", linewidth=1.0)
+    below.set_xscale("log")
+    below.set_ylim(0.35, 1.25)
+    below.set_ylabel(r"$n^{2/3}(1-\eta)$")
+    below.set_xlabel(r"number of particles $n$")
+    return figure
+
+
+def lj_lengths(measured: Measurements) -> Figure:
+    """
+    Return 1 - eta against n for lj chains at the paper's five speeds.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Figure
+        Five curves, with the harmonic chain's beside them.
+    """
+    points = {speed: measured.select("sizes", "lj", speed=speed) for speed in PAPER_SIZE_SPEEDS}
+    harmonic = measured.select("harmonic_sizes", "harmonic")
+    longest = max((p.particles for ps in points.values() for p in ps), default=0)
+    return Figure(
+        key="lj_lengths",
+        title="Dissipation of Lennard-Jones chains against their length, at five speeds",
+        caption=(
+            "The paper's figure 5, carried on to "
+            f"n = {longest}. Filled: LAMMPS; open: in-house. Grey: the harmonic chain, "
+            "whose dissipation vanishes as n^(−2/3). A curve that levels off stays finite in the "
+            "limit of long chains. Exponent of 1 − η from a fifth of the longest chain on: "
+            + ", ".join(
+                f"{law.exponent:z.2f} at {speed:.3f} v*"
+                for speed, (law, _) in last_exponents(measured).items()
+            )
+            + "."
+        ),
+        table=table_of([point_record(p) for ps in points.values() for p in ps]),
+        draw=lambda: _draw_lj(points, harmonic),
+    )
+
+
+def _draw_lj(points: dict[float, list[Point]], harmonic: list[Point]) -> "Canvas":
+    figure, ax = new_figure(figsize=(6.4, 4.4))
+    known = [p for p in harmonic if p.particles >= 10]
+    ax.plot(
+        [p.particles for p in known],
+        [_dissipation(p) for p in known],
+        color=GREY,
+        linewidth=0.8,
+        label="harmonic",
+    )
+    for (speed, group), colour, marker in zip(points.items(), CYCLE, MARKERS, strict=False):
+        draw_points(
+            ax,
+            group,
+            _length,
+            _dissipation,
+            colour=colour,
+            marker=marker,
+            label=rf"$v_0 = {speed:.3f}\,v^*$",
+        )
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel(r"number of particles $n$")
+    ax.set_ylabel(r"dissipation $1-\eta$")
+    ax.legend(loc="lower left", ncols=2)
+    return figure

@@ -1,0 +1,208 @@
+"""Restitution and contacts against speed (NH figures 4 and 7), and what lies beyond them."""
+
+from typing import TYPE_CHECKING
+
+from chaincor.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    CYCLE,
+    GREEN,
+    GREY,
+    MARKERS,
+    VERMILION,
+    new_figure,
+)
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.figures.measured_points import draw_points
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
+from chaincor.workflows.reproduce.tables import point_record, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+
+def _speed(point: Point) -> float:
+    return point.speed
+
+
+def _eta(point: Point) -> float:
+    return point.restitution
+
+
+def _speed_axis(ax: "Axes") -> None:
+    ax.set_xscale("log")
+    ax.set_xlabel(r"impact speed $v_0/v^*$")
+
+
+def restitution_curves(measured: Measurements) -> Figure:
+    """
+    Return eta against v0/v* for lj, toda and log chains.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Figure
+        Three curves.
+    """
+    curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
+    fastest = max((p.speed for p in curves["log"] if p.source == "lammps"), default=0.0)
+    refusal = (
+        f" Above {fastest:.3g} v* LAMMPS refuses log chains, whose bonds would be compressed to "
+        "almost nothing; there the in-house stiff engine gives the open symbols."
+        if any(p.speed > fastest for p in curves["log"])
+        else ""
+    )
+    harmonic = measured.select("harmonic_velocities", "harmonic")
+    return Figure(
+        key="restitution_curves",
+        title="Restitution against speed for lj, toda and log chains",
+        caption=(
+            f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
+            f"in-house.{refusal} η is the paper's ratio of energies. Dashed: the harmonic "
+            "chain, which all three approach at low speed. Error bars are smaller than the symbols."
+        ),
+        table=table_of([point_record(p) for p in measured.points["curves"]]),
+        draw=lambda: _draw_curves(curves, harmonic),
+    )
+
+
+def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":
+    figure, ax = new_figure(figsize=(6.4, 4.2))
+    if harmonic:
+        ax.axhline(_eta(harmonic[0]), color=GREY, linestyle="--", linewidth=1.0, label="harmonic")
+    labels = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
+    for (name, points), colour, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
+        draw_points(ax, points, _speed, _eta, colour=colour, marker=marker, label=labels[name])
+    _speed_axis(ax)
+    ax.set_ylabel(r"restitution $\eta = K_r/K_i$")
+    ax.legend(loc="lower left")
+    return figure
+
+
+def contacts_and_restitution(measured: Measurements) -> Figure:
+    """
+    Return f(n)/n and eta of the lj chain against speed.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Figure
+        Both on the paper's one axis.
+    """
+    points = measured.select("curves", "lj")
+    full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
+    return Figure(
+        key="contacts_and_restitution",
+        title="Contacts per particle and restitution against speed",
+        caption=(
+            "The paper's figure 7, lj, n = "
+            f"{measured.plan.curve_particles}. f/n reaches 1, the value of hard spheres, at "
+            f"{full:.3g} v*; η rises with it, and goes on rising."
+        ),
+        table=table_of([point_record(p) for p in points]),
+        draw=lambda: _draw_contacts(points),
+    )
+
+
+def _draw_contacts(points: list[Point]) -> "Canvas":
+    figure, ax = new_figure(figsize=(6.4, 3.9))
+    draw_points(ax, points, _speed, _eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
+    speeds = [p.speed for p in points]
+    ax.plot(
+        speeds,
+        [p.contacts / p.particles for p in points],
+        color=VERMILION,
+        marker="s",
+        markersize=4,
+        linewidth=0.9,
+        label=r"contacts per particle $f(n)/n$",
+    )
+    ax.axhline(1.0, color=BLACK, linewidth=0.6)
+    _speed_axis(ax)
+    ax.set_ylabel(r"$\eta$ and $f(n)/n$")
+    ax.legend(loc="lower left")
+    return figure
+
+
+def breaking_and_two_restitutions(measured: Measurements) -> Figure:
+    """
+    Return fragments, and e beside eta, of the lj chain against speed.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Figure
+        Two panels.
+    """
+    points = measured.select("curves", "lj")
+    broken = [p.speed for p in points if _fragments(p) > 1]
+    text = (
+        f"The slowest lj chain that breaks flies at {min(broken):.3g} v*, the fastest at "
+        f"{max(broken):.3g} v*. "
+        if broken
+        else "No lj chain breaks. "
+    )
+    return Figure(
+        key="breaking_and_two_restitutions",
+        title="Beyond the paper: breaking chains, and the two coefficients of restitution",
+        caption=(
+            text + "Above: pieces at the end; a bond counts as broken when the energy of the "
+            "relative motion across it exceeds dissociation. Below: η, the ratio of energies the "
+            "paper calls COR, and e = √η, the ratio of speeds that others do."
+        ),
+        table=table_of([point_record(p) for p in points]),
+        draw=lambda: _draw_breaking(points),
+    )
+
+
+def _fragments(point: Point) -> int:
+    assert point.answer is not None
+    assert point.answer.result is not None
+    return int(point.answer.result["fragments"])
+
+
+def _draw_breaking(points: list[Point]) -> "Canvas":
+    figure, (above, below) = new_figure(2, 1, figsize=(6.4, 5.4), sharex=True)
+    speeds = [p.speed for p in points]
+    above.plot(
+        speeds,
+        [_fragments(p) for p in points],
+        color=VERMILION,
+        marker="o",
+        markersize=4,
+        linewidth=0.9,
+    )
+    above.set_ylim(bottom=0.0)
+    above.yaxis.get_major_locator().set_params(integer=True)
+    above.set_ylabel("pieces afterwards")
+    for name, colour, power, marker in (
+        (r"$e$ (speeds)", GREEN, 0.5, "s"),
+        (r"$\eta$ (energies)", BLUE, 1.0, "o"),
+    ):
+        below.plot(
+            speeds,
+            [p.restitution**power for p in points],
+            color=colour,
+            marker=marker,
+            markersize=4,
+            linewidth=0.9,
+            label=name,
+        )
+    below.set_ylabel("restitution")
+    below.legend(loc="lower left")
+    _speed_axis(below)
+    return figure

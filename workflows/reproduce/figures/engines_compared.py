@@ -1,0 +1,78 @@
+"""LAMMPS against the in-house engine, point by point, beside the error bars."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
+from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.tables import point_record, table_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+_FLOOR = 1e-14
+
+
+def agreement(measured: Measurements) -> Figure:
+    """
+    Return the difference of the two engines against the sum of their bars.
+
+    Parameters
+    ----------
+    measured : Measurements
+        All points.
+
+    Returns
+    -------
+    Figure
+        Points above the diagonal disagree.
+    """
+    points = [p for p in measured.all_points() if p.agrees is not None]
+    outside = [p for p in points if p.agrees is False]
+    worst = max((_excess(p) for p in points), default=float("nan"))
+    return Figure(
+        key="agreement",
+        title="LAMMPS against the in-house engine",
+        caption=(
+            f"Every point that both engines computed: {len(points)}, of which {len(outside)} "
+            f"differ by more than the sum of their error bars (the most by a factor {worst:.2g}). "
+            "Below the line they agree."
+        ),
+        table=table_of([point_record(p) for p in measured.all_points()]),
+        draw=lambda: _draw(points),
+    )
+
+
+def _excess(point: Point) -> float:
+    assert point.difference is not None
+    assert point.allowed_difference is not None
+    return abs(point.difference) / point.allowed_difference
+
+
+def _draw(points: list[Point]) -> "Canvas":
+    figure, ax = new_figure(figsize=(6.4, 4.0))
+    allowed = np.array([p.allowed_difference or 0.0 for p in points])
+    found = np.maximum(np.abs([p.difference or 0.0 for p in points]), _FLOOR)
+    fine = np.array([bool(p.agrees) for p in points], dtype=bool)
+    for chosen, colour, label in ((fine, BLUE, "agree"), (~fine, VERMILION, "differ")):
+        if np.any(chosen):
+            ax.plot(
+                allowed[chosen],
+                found[chosen],
+                "o",
+                markersize=3.2,
+                color=colour,
+                label=label,
+                alpha=0.8,
+            )
+    if len(points):
+        line = np.array([allowed.min(), allowed.max()])
+        ax.plot(line, line, color=BLACK, linewidth=0.9)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("sum of the two error bars")
+    ax.set_ylabel(r"$|\eta_{\rm LAMMPS}-\eta_{\rm in-house}|$")
+    ax.legend(loc="upper left")
+    return figure

@@ -1,0 +1,1 @@
+"""The paper's slips: what is printed, what is right, and a check of each."""

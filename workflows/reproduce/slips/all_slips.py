@@ -1,0 +1,49 @@
+"""The paper's slips: what is printed, what is right, and a check computed anew each time."""
+
+from chaincor.workflows.reproduce.slips.harmonic_chains import harmonic_slips
+from chaincor.workflows.reproduce.slips.nonlinear_chains import nonlinear_slips
+from chaincor.workflows.reproduce.slips.slip import Slip
+
+
+def all_slips() -> tuple[Slip, ...]:
+    """
+    Re-derive the paper's equations numerically.
+
+    Returns
+    -------
+    tuple of Slip
+        In the order of the paper.
+    """
+    return harmonic_slips() + nonlinear_slips()
+
+
+def slips_page(slips: tuple[Slip, ...]) -> str:
+    """
+    Write the slips as a page of the documentation.
+
+    Parameters
+    ----------
+    slips : tuple of Slip
+        From :func:`all_slips`.
+
+    Returns
+    -------
+    str
+        Markdown, which ``docs/paper_slips.md`` holds.
+    """
+    parts = [
+        "# Slips of the paper\n\n"
+        "S. Nagahiro and Y. Hayakawa, *Collision of one-dimensional nonlinear chains*, "
+        "Phys. Rev. E 67, 036609 (2003), derived again equation by equation. Equations are "
+        "counted as in its source. The checks are in "
+        "`workflows/reproduce/slips/harmonic_chains.py` and "
+        "`nonlinear_chains.py` beside it; a test makes them again and compares this page with "
+        "their output.\n"
+    ]
+    for number, slip in enumerate(slips, start=1):
+        correct = slip.correct or "as printed: it was suspected, and is right"
+        parts.append(
+            f"\n## {number}. {slip.where}\n\n- Printed: {slip.printed}\n- Correct: {correct}\n"
+            f"- Evidence: {slip.evidence}\n"
+        )
+    return "".join(parts)

@@ -1,0 +1,1 @@
+"""Results kept: one SQLite file, one row a collision."""

@@ -1,0 +1,129 @@
+"""One try at one collision: done wherever a worker is, and sent back whole."""
+
+import math
+import platform
+import threading
+from dataclasses import dataclass
+from functools import cache
+
+from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
+from chaincor.workflows.result import Collision
+
+# A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
+_one_at_a_time = threading.Lock()
+
+# A full disk or no memory costs the collision that met it, not the sweep.
+MACHINE_FAILURES = (OSError, MemoryError)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """
+    Why a collision has no result.
+
+    Attributes
+    ----------
+    name : str
+        Class of the error.
+    message : str
+        One line.
+    stands : bool
+        Whether the same scene would fail again: then it is tried anew only on request.
+    """
+
+    name: str
+    message: str
+    stands: bool
+
+    @classmethod
+    def from_error(cls, error: BaseException) -> "Failure":
+        """
+        Describe an error.
+
+        Parameters
+        ----------
+        error : BaseException
+            What was raised.
+
+        Returns
+        -------
+        Failure
+            Standing for named errors of the collision itself, not for those of the machine.
+        """
+        passing = isinstance(error, MissingLibraryError | WorkerDiedError)
+        stands = isinstance(error, RunError | InputError) and not passing
+        message = " ".join(str(error).split()) or type(error).__name__
+        return cls(type(error).__name__, message, stands)
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """
+    One try at one collision.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    collision : Collision or None
+        The result.
+    failure : Failure or None
+        Why there is none.
+    host : str
+        Name of the machine.
+    """
+
+    scene: Scene
+    collision: Collision | None
+    failure: Failure | None
+    host: str
+
+
+@cache
+def host_name() -> str:
+    """
+    Return the name of this machine.
+
+    Returns
+    -------
+    str
+        As in the network; ``unknown`` where it has none.
+    """
+    return platform.node() or "unknown"
+
+
+def carry_out(scene: Scene) -> Attempt:
+    """
+    Carry out one collision and catch what goes wrong with it.
+
+    Named failures are caught, and those of the machine: no memory, no room for files. Any other
+    error is one of the program or of the user's own bond, and stops whatever asked.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+
+    Returns
+    -------
+    Attempt
+        With a result or a failure.
+
+    Raises
+    ------
+    MissingLibraryError
+        If no collision at all can be run here.
+    """
+    from chaincor.workflows.collision import collide
+
+    try:
+        with _one_at_a_time:
+            # What a sweep takes is for its forecast to say, not for each collision to refuse.
+            collision = collide(scene, most_seconds=math.inf)
+    except MissingLibraryError:
+        raise
+    except (ChaincorError, *MACHINE_FAILURES) as error:
+        return Attempt(scene, None, Failure.from_error(error), host_name())
+    return Attempt(scene, collision, None, host_name())

@@ -1,0 +1,190 @@
+"""Opening the file of a results store, and naming what can be wrong with it."""
+
+import contextlib
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import quote
+
+from chaincor.workflows.errors import StoreError, StoreWriteError
+from chaincor.workflows.store.schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
+
+# How long to wait for another sweep that is writing; each writes for milliseconds.
+LOCK_SECONDS = 60.0
+
+
+def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
+    """
+    Open a results store; make it, or bring it to the newest schema, where that is needed.
+
+    SQLite's own defaults are kept: a rollback journal and a sync at every commit. A write-ahead
+    log would save about a millisecond a row, but needs shared memory, which network file systems
+    of clusters do not have, and leaves files beside the store.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    read_only : bool
+        Whether to refuse to change anything; the store must be there.
+
+    Returns
+    -------
+    sqlite3.Connection
+        In autocommit mode.
+
+    Raises
+    ------
+    StoreError
+        If the file is not a store this version can use.
+    StoreWriteError
+        If a new or older store cannot be written.
+    """
+    if read_only and not path.exists():
+        raise StoreError(f"there is no results store {path}; expected one made by `chaincor sweep`")
+    if not path.parent.is_dir():
+        raise StoreError(f"the folder of the results store {path} does not exist; make it first")
+    mode = "ro" if read_only else "rwc"
+    with named_errors(path):
+        connection = sqlite3.connect(
+            f"file:{quote(str(path.absolute()))}?mode={mode}",
+            uri=True,
+            timeout=LOCK_SECONDS,
+            isolation_level=None,
+        )
+        try:
+            with _snapshot(connection):
+                version = _version(connection, path)
+            if version < SCHEMA_VERSION:
+                _migrate(connection, path, read_only)
+        except BaseException:
+            connection.close()
+            raise
+    return connection
+
+
+@contextlib.contextmanager
+def _snapshot(connection: sqlite3.Connection) -> Iterator[None]:
+    """Read one state of the file: between two reads another process may make the store."""
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+
+
+def _version(connection: sqlite3.Connection, path: Path) -> int:
+    """Return the schema version, 0 for an empty file."""
+    (application,) = connection.execute("PRAGMA application_id").fetchone()
+    (version,) = connection.execute("PRAGMA user_version").fetchone()
+    (tables,) = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
+    if application != APPLICATION_ID and (tables or application):
+        raise StoreError(
+            f"{path} is an SQLite file, but not a results store of chaincor; expected one made by "
+            "`chaincor sweep`, or a new name"
+        )
+    if version > SCHEMA_VERSION:
+        raise StoreError(
+            f"the results store {path} has schema {version}; this chaincor knows up to "
+            f"{SCHEMA_VERSION}: install a newer chaincor, nothing was changed"
+        )
+    return version
+
+
+def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> None:
+    if read_only:
+        raise StoreError(
+            f"the results store {path} is empty or has an older schema than {SCHEMA_VERSION}, and "
+            "it is opened read-only; expected one that can be written once, to be brought up to "
+            "date"
+        )
+    with transaction(connection):
+        # Another process may have been faster since the version was read.
+        for statements in MIGRATIONS[_version(connection, path) :]:
+            for statement in statements:
+                connection.execute(statement)
+        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+
+@contextlib.contextmanager
+def transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """
+    Write all or nothing.
+
+    Parameters
+    ----------
+    connection : sqlite3.Connection
+        In autocommit mode.
+
+    Yields
+    ------
+    None
+        Inside the transaction, with the right to write.
+    """
+    if connection.in_transaction:
+        # Ctrl-C can come between the beginning of a transaction and the code that would end it.
+        connection.execute("ROLLBACK")
+    try:
+        connection.execute("BEGIN IMMEDIATE")
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        # A full disk makes SQLite roll back by itself.
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+
+
+@contextlib.contextmanager
+def named_errors(path: Path) -> Iterator[None]:
+    """
+    Turn errors of SQLite into named ones.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The store, for the message.
+
+    Yields
+    ------
+    None
+        Around calls of SQLite.
+
+    Raises
+    ------
+    StoreError
+        If the store cannot be used as it is.
+    StoreWriteError
+        If the machine does not let it be written.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        name = getattr(error, "sqlite_errorname", "")
+        reason = " ".join(str(error).split())
+        if name.startswith(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM", "SQLITE_AUTH")):
+            raise StoreError(
+                f"the results store {path} cannot be written or opened ({reason}); expected a "
+                "file and a folder that may be written: copy it, or name another with --store"
+            ) from None
+        if name in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
+            raise StoreError(
+                f"{path} is not a results store, or is damaged ({reason}); expected one made by "
+                "`chaincor sweep`"
+            ) from None
+        if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
+            raise StoreWriteError(
+                f"the results store {path} has been locked by another program for "
+                f"{LOCK_SECONDS:g} s; end that program and run the same command again"
+            ) from None
+        if name == "SQLITE_FULL" or name.startswith("SQLITE_IOERR"):
+            raise StoreWriteError(
+                f"the results store {path} cannot be written ({reason}); what is in it is safe: "
+                "make room and run the same command again"
+            ) from None
+        raise StoreError(
+            f"the results store {path} cannot be read ({reason}); expected an undamaged one made "
+            "by `chaincor sweep`"
+        ) from None

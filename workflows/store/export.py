@@ -1,0 +1,84 @@
+"""A store as a table of its own: CSV, Parquet, pandas."""
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.query import query_rows
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def export_store(store: Store, path: Path) -> None:
+    """
+    Write all rows to a file, in the order of potential, particles and velocity.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    path : pathlib.Path
+        Ends in ``.csv`` or ``.parquet``; it appears when it is complete.
+
+    Raises
+    ------
+    StoreError
+        For another ending, or if the libraries for Parquet are missing.
+    """
+    if path.suffix not in (".csv", ".parquet"):
+        raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
+    with written_aside(path) as aside:
+        if path.suffix == ".csv":
+            with aside.open("w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(PLAIN_COLUMNS)
+                writer.writerows(_rows(store))
+        else:
+            try:
+                to_pandas(store).to_parquet(aside, index=False)
+            except ImportError:
+                raise StoreError(
+                    "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
+                ) from None
+
+
+def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
+    """
+    Return all rows as a data frame.
+
+    Parameters
+    ----------
+    store : Store or pathlib.Path or str
+        The store, or its file.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a collision, with the columns of docs/sweeps.md.
+
+    Raises
+    ------
+    StoreError
+        If pandas is missing, or the file is not a store.
+    """
+    if not isinstance(store, Store):
+        with Store(store, read_only=True) as opened:
+            return to_pandas(opened)
+    try:
+        import pandas as pd
+    except ImportError:
+        raise StoreError(
+            "pandas is not installed; expected it: pip install chaincor[export]"
+        ) from None
+    frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
+    whole = dict.fromkeys(("contacts", "fragments", "power_order", "table_points"), "Int64")
+    return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))
+
+
+def _rows(store: Store) -> list[tuple]:
+    return query_rows(store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"))

@@ -1,0 +1,112 @@
+"""Questions to a store for tables and plots: columns, conditions, order."""
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.schema import PLAIN_COLUMNS
+
+_CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
+
+
+def query_rows(
+    store: Store,
+    columns: Sequence[str],
+    *,
+    where: Sequence[str] = (),
+    order: Sequence[str] = (),
+    limit: int | None = None,
+) -> list[tuple[Any, ...]]:
+    """
+    Read some columns of some rows.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    columns : sequence of str
+        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
+        text of the canonical scene.
+    where : sequence of str
+        Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
+        ``failure=``, stands for a field that is not there.
+    order : sequence of str
+        Columns to sort by; with ``-`` before it, the largest first.
+    limit : int, optional
+        Most rows to return.
+
+    Returns
+    -------
+    list of tuple
+        Values.
+
+    Raises
+    ------
+    StoreError
+        If there is no such column, or a condition cannot be read.
+    """
+    conditions, values = _conditions(where)
+    descending = [name.startswith("-") for name in order]
+    ordered = [
+        _quoted(name.removeprefix("-")) + (" DESC" if down else "")
+        for name, down in zip(order, descending, strict=True)
+    ]
+    query = f"SELECT {', '.join(map(_quoted, columns))} FROM collisions{conditions}"
+    if ordered:
+        query += f" ORDER BY {', '.join(ordered)}"
+    if limit is not None:
+        query += " LIMIT ?"
+        values = [*values, limit]
+    return store.select(query, values)[1]
+
+
+def count_rows(store: Store, where: Sequence[str] = ()) -> int:
+    """
+    Count rows.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    where : sequence of str
+        Conditions, as for :func:`query_rows`.
+
+    Returns
+    -------
+    int
+        How many rows fulfil them.
+    """
+    conditions, values = _conditions(where)
+    return store.select(f"SELECT count(*) FROM collisions{conditions}", values)[1][0][0]
+
+
+def _conditions(where: Sequence[str]) -> tuple[str, list[Any]]:
+    parts, values = [], []
+    for text in where:
+        match = _CONDITION.fullmatch(text)
+        if match is None:
+            raise StoreError(f"the condition '{text}' cannot be read; expected as potential=lj")
+        name, operator, value = match.groups()
+        if value:
+            parts.append(f"{_quoted(name)} {operator} ?")
+            values.append(_number_or_text(value))
+        elif operator in ("=", "==", "!="):
+            parts.append(f"{_quoted(name)} IS {'NOT ' if operator == '!=' else ''}NULL")
+        else:
+            raise StoreError(f"the condition '{text}' has no value; expected as speed<0.5")
+    return (" WHERE " + " AND ".join(parts) if parts else ""), values
+
+
+def _number_or_text(value: str) -> float | str:
+    try:
+        return float(value)
+    except ValueError:
+        return {"true": 1.0, "false": 0.0}.get(value.lower(), value)
+
+
+def _quoted(name: str) -> str:
+    if name not in PLAIN_COLUMNS and name != "scene":
+        raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
+    return f'"{name}"'

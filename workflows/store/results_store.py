@@ -1,0 +1,236 @@
+"""A results store: one SQLite file, one row a collision."""
+
+import datetime
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.store.attempt import Attempt
+from chaincor.workflows.store.connection import connect, named_errors, transaction
+from chaincor.workflows.store.record import write_attempt
+from chaincor.workflows.store.rows import array_from_bytes, row_key, stored_collision
+from chaincor.workflows.store.schema import SCHEMA_VERSION
+from chaincor.workflows.store.stored_collision import Standing, StoredCollision
+
+_HAS_ARRAYS = (
+    "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
+)
+_STANDING = f"""
+    SELECT restitution, restitution_error, tolerance, failure_tolerance,
+           coalesce(failure_stands, 0), tries, {_HAS_ARRAYS}
+    FROM collisions WHERE collision_sha256 = ?
+"""
+_ROW = f"""
+    SELECT collisions.*, environments.versions, {_HAS_ARRAYS} AS has_arrays
+    FROM collisions LEFT JOIN environments ON environment = environments.id
+    WHERE collision_sha256 = ?
+"""
+
+
+class Store:
+    """
+    A results store in one SQLite file.
+
+    A row is a collision whatever the tolerance: a result that was asked for more exactly takes the
+    place of an older one, never the other way round. Every write is a transaction of its own, so
+    that a killed program leaves whole rows only.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        The file; made if it is not there.
+    read_only : bool
+        Whether to refuse to change anything.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    connection : sqlite3.Connection
+        To it, in autocommit mode.
+
+    Raises
+    ------
+    StoreError
+        If the file is not a store this version can use.
+    StoreWriteError
+        If the machine does not let it be written.
+    """
+
+    def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
+        self.path = Path(path)
+        self.connection = connect(self.path, read_only=read_only)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self.connection.close()
+
+    def __len__(self) -> int:
+        with named_errors(self.path):
+            return self.connection.execute("SELECT count(*) FROM collisions").fetchone()[0]
+
+    def get(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
+        """
+        Return the result of a scene, if it is there and exact enough.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+        arrays : bool
+            Whether the arrays are wanted as well.
+
+        Returns
+        -------
+        StoredCollision or None
+            None where it would have to be computed.
+        """
+        return self.find(scene, arrays=arrays) if self.has(scene, arrays=arrays) else None
+
+    def has(self, scene: Scene, *, arrays: bool = False) -> bool:
+        """
+        Say whether the result of a scene is there and exact enough.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+        arrays : bool
+            Whether the arrays are wanted as well.
+
+        Returns
+        -------
+        bool
+            False where it would have to be computed.
+        """
+        standing = self.standing(scene)
+        return standing is not None and standing.answers(scene, arrays=arrays)
+
+    def find(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
+        """
+        Return the row of a scene, however exact, and even if it failed.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+        arrays : bool
+            Whether to read its arrays.
+
+        Returns
+        -------
+        StoredCollision or None
+            None where there is no row.
+        """
+        key = row_key(scene)
+        with named_errors(self.path):
+            cursor = self.connection.execute(_ROW, (key,))
+            row = cursor.fetchone()
+            if row is None:
+                return None
+            names = [column[0] for column in cursor.description]
+            kept = self._arrays(key) if arrays else {}
+        return stored_collision(dict(zip(names, row, strict=True)), kept)
+
+    def _arrays(self, key: str) -> dict[str, NDArray[np.float64]]:
+        query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
+        rows = self.connection.execute(query, (key,))
+        return {name: array_from_bytes(content) for name, content in rows}
+
+    def standing(self, scene: Scene) -> Standing | None:
+        """
+        Return what decides whether a scene has to be run.
+
+        Parameters
+        ----------
+        scene : Scene
+            The collision.
+
+        Returns
+        -------
+        Standing or None
+            None where there is no row.
+        """
+        with named_errors(self.path):
+            return self._standing(row_key(scene))
+
+    def _standing(self, key: str) -> Standing | None:
+        row = self.connection.execute(_STANDING, (key,)).fetchone()
+        return None if row is None else Standing(*row)
+
+    def check_writable(self) -> None:
+        """
+        Raise now, not after hours of computing, if the store cannot be written.
+
+        Raises
+        ------
+        StoreError
+            If it is read-only.
+        """
+        with named_errors(self.path):
+            self.connection.execute("BEGIN IMMEDIATE")
+            try:
+                # Only a change, not the wish for one, is refused on a read-only file.
+                self.connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+            finally:
+                self.connection.execute("ROLLBACK")
+
+    def record(
+        self, attempts: Iterable[Attempt], *, arrays: bool = False, replace: bool = False
+    ) -> None:
+        """
+        Write attempts, all in one transaction.
+
+        Parameters
+        ----------
+        attempts : iterable of Attempt
+            Results and failures. A failure never takes the place of a result.
+        arrays : bool
+            Whether to keep the arrays of the results.
+        replace : bool
+            Whether a result takes the place of one that is as exact.
+
+        Raises
+        ------
+        StoreWriteError
+            If it cannot be written; then nothing was.
+        """
+        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
+        with named_errors(self.path), transaction(self.connection):
+            for attempt in attempts:
+                old = self._standing(row_key(attempt.scene))
+                write_attempt(self.connection, attempt, old, now, arrays=arrays, replace=replace)
+
+    def select(
+        self, query: str, parameters: Sequence[Any] | dict[str, Any] = ()
+    ) -> tuple[list[str], list[tuple[Any, ...]]]:
+        """
+        Ask the tables directly; see docs/sweeps.md for the schema.
+
+        Parameters
+        ----------
+        query : str
+            A SELECT statement.
+        parameters : sequence or dict
+            Values for its placeholders.
+
+        Returns
+        -------
+        columns : list of str
+            Names.
+        rows : list of tuple
+            Values.
+        """
+        with named_errors(self.path):
+            cursor = self.connection.execute(query, parameters)
+            return [column[0] for column in cursor.description], cursor.fetchall()

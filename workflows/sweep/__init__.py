@@ -1,0 +1,1 @@
+"""Many collisions: what is missing, in which order, on which machines."""

@@ -1,0 +1,79 @@
+"""What collisions will take: time from the measured cost model, and room on the disk."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.expected_cost import expected_seconds
+
+# From the command to the first collision: imports, processes, compiled code that is loaded.
+_START_SECONDS = 2.5
+# A row with its key in the index, and what an array in NumPy's format adds to its numbers.
+_ROW_BYTES = 2500
+_ARRAY_BYTES = 5 * 230
+
+
+@dataclass(frozen=True)
+class SweepCost:
+    """
+    What a sweep is expected to take.
+
+    Attributes
+    ----------
+    points : int
+        Collisions to compute.
+    seconds : float
+        Sum of their times on one core.
+    longest : float
+        Time of the longest.
+    disk_bytes : int
+        Growth of the store.
+    """
+
+    points: int
+    seconds: float
+    longest: float
+    disk_bytes: int
+
+    def wall_seconds(self, workers: int) -> float:
+        """
+        Return the time it takes with several workers.
+
+        Parameters
+        ----------
+        workers : int
+            How many.
+
+        Returns
+        -------
+        float
+            With the start of the workers; never less than the longest collision.
+        """
+        if self.points == 0:
+            return 0.0
+        return _START_SECONDS + max(self.seconds / workers, self.longest)
+
+
+def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
+    """
+    Estimate what collisions will take.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        Those that are to be computed.
+    arrays : bool
+        Whether their arrays are kept.
+
+    Returns
+    -------
+    SweepCost
+        Right within a factor of two for nearly every collision that computes, better for many;
+        a machine that others use takes longer.
+    """
+    seconds = [expected_seconds(scene) for scene in scenes]
+    room = _ROW_BYTES * len(scenes)
+    if arrays:
+        # Contacts hardly exceed particles; two arrays of contacts, three of particles.
+        room += sum(_ARRAY_BYTES + 5 * 8 * scene.particles for scene in scenes)
+    return SweepCost(len(scenes), sum(seconds), max(seconds, default=0.0), room)

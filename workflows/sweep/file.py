@@ -1,0 +1,196 @@
+"""A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene_file import read_scene_fields
+from chaincor.workflows.errors import SweepError
+from chaincor.workflows.sweep.points import SweepPoints, merged
+
+_KEYS = ("scene", "axes", "zip", "store", "arrays")
+_RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
+_SPACINGS = ("linear", "log")
+_WHOLE = ("particles", "power_order", "table_points")
+_MOST_POINTS = 10_000_000
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """
+    A sweep, read and checked.
+
+    Attributes
+    ----------
+    scenes : SweepPoints
+        The points.
+    axes : dict
+        Names of the axes and how many values each has.
+    store : pathlib.Path
+        Where results go.
+    arrays : bool
+        Whether to keep contacts, mode energies and final states.
+    """
+
+    scenes: SweepPoints
+    axes: dict[str, int]
+    store: Path
+    arrays: bool
+
+
+def read_sweep(path: Path | str) -> Sweep:
+    """
+    Read a sweep file.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
+        ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field, or a list of
+        tables that set several fields at once; ``zip = [["particles", "speed"]]`` makes axes move
+        together; ``store`` and ``arrays`` say what is kept and where. Relative paths are taken
+        from the file's folder.
+
+    Returns
+    -------
+    Sweep
+        With one scene a point, made when it is asked for; a point that is no scene raises
+        SceneError then.
+
+    Raises
+    ------
+    SweepError
+        If an axis makes no sense.
+    SceneError
+        If the file cannot be read.
+    """
+    path = Path(path)
+    fields = read_scene_fields(path)
+    unknown = [key for key in fields if key not in _KEYS]
+    if unknown:
+        raise SweepError(
+            f"unknown key '{unknown[0]}' in {path}; expected {', '.join(_KEYS)}: fields of the "
+            "scene go under [scene] or [axes]"
+        )
+    base, axes = _table(fields, "scene"), _table(fields, "axes")
+    for key in OUTPUT_KEYS:
+        if key != "error" and (key in base or key in axes):
+            raise SweepError(
+                f"'{key}' in a sweep would write every point to one place; expected none: "
+                "use arrays = true beside [scene], or --keep-jobs DIR"
+            )
+    if isinstance(base.get("bond_file"), str):
+        base["bond_file"] = path.parent / base["bond_file"]
+    values = {name: _axis_values(name, axis) for name, axis in axes.items()}
+    arrays = fields.get("arrays", False)
+    if not isinstance(arrays, bool):
+        raise SweepError(f"arrays is {arrays!r}; expected true or false")
+    store = fields.get("store", f"{path.stem}.sqlite")
+    if not isinstance(store, str):
+        raise SweepError(f"store is {store!r}; expected the name of a file")
+    return Sweep(
+        scenes=SweepPoints(base, _groups(values, fields.get("zip", [])), path.parent),
+        axes={name: len(axis) for name, axis in values.items()},
+        store=path.parent / store,
+        arrays=arrays,
+    )
+
+
+def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
+    table = fields.get(key, {})
+    if not isinstance(table, dict):
+        raise SweepError(f"{key} is {table!r}; expected a table [{key}]")
+    return dict(table)
+
+
+def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
+    """Return what each value of an axis sets."""
+    if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
+        return axis
+    if name not in Scene.model_fields:
+        raise SweepError(
+            f"axis '{name}' is not a field of a scene; expected one of "
+            f"{', '.join(Scene.model_fields)}, or a list of tables that set several"
+        )
+    if isinstance(axis, dict):
+        return [{name: value} for value in _range_values(name, axis)]
+    if not isinstance(axis, list) or not axis:
+        raise SweepError(
+            f"axis '{name}' is {axis!r}; expected a list, or {{from, to, points}}, or "
+            "{from, to, step}"
+        )
+    return [{name: value} for value in axis]
+
+
+def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
+    wrong = sorted(set(axis) - _RANGE_KEYS)
+    if wrong or not {"from", "to"} <= set(axis) or ("points" in axis) == ("step" in axis):
+        raise SweepError(
+            f"the range of axis '{name}' is {axis!r}; expected from, to, and either points or "
+            "step; with points also spacing"
+        )
+    spacing = axis.get("spacing", "linear")
+    numbers = [axis[key] for key in ("from", "to", "points", "step") if key in axis]
+    if not all(_is_finite(number) for number in numbers):
+        raise SweepError(f"the range of axis '{name}' is {axis!r}; expected finite numbers")
+    first, last = float(axis["from"]), float(axis["to"])
+    if spacing not in _SPACINGS or (spacing == "log" and "step" in axis):
+        raise SweepError(
+            f"spacing of axis '{name}' is {spacing!r}; expected linear, or log with points"
+        )
+    if "step" in axis:
+        step = float(axis["step"])
+        count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
+        if not 1.0 <= count <= _MOST_POINTS:
+            raise SweepError(f"the range of axis '{name}' is {axis!r}; expected a step towards to")
+        values = first + step * np.arange(math.floor(count))
+    else:
+        points = axis["points"]
+        if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
+            raise SweepError(f"points of axis '{name}' is {points!r}; expected a whole number")
+        if spacing == "log" and not (first > 0 and last > 0):
+            raise SweepError(f"the log range of axis '{name}' is {axis!r}; expected it above zero")
+        space = np.geomspace if spacing == "log" else np.linspace
+        values = space(first, last, points)
+    if name in _WHOLE:
+        return [int(value) for value in np.unique(np.rint(values))]
+    return [float(value) for value in values]
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
+
+
+def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:
+    """Join the axes that move together; the others stay alone."""
+    if not isinstance(together, list) or not all(
+        isinstance(group, list) and all(isinstance(name, str) for name in group)
+        for group in together
+    ):
+        raise SweepError(f"zip is {together!r}; expected lists of axes: [['particles', 'speed']]")
+    left, groups = dict(values), []
+    for names in together:
+        missing = [name for name in names if name not in left]
+        if missing or not names:
+            raise SweepError(
+                f"zip names {', '.join(map(repr, missing)) or 'nothing'}; expected axes, each once"
+            )
+        axes = [left.pop(name) for name in names]
+        if len({len(axis) for axis in axes}) > 1:
+            sizes = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, axes, strict=True))
+            raise SweepError(f"axes that move together have different lengths ({sizes})")
+        groups.append([merged(*parts) for parts in zip(*axes, strict=True)])
+    groups += left.values()
+    count = math.prod(len(group) for group in groups)
+    if count > _MOST_POINTS:
+        raise SweepError(f"the axes make {count} points; expected at most {_MOST_POINTS}")
+    return groups

@@ -1,0 +1,181 @@
+"""The points of a sweep: numbered, made one by one when they are asked for, and dealt out."""
+
+import itertools
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
+from chaincor.workflows.errors import SweepError
+
+# An axis over the key drops these from the base scene, which they would contradict.
+_RIVALS = {
+    "speed": ("velocity",),
+    "velocity": ("speed",),
+    "tolerance": NUMERICS_KEYS,
+    **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
+}
+
+
+class SweepPoints(Sequence[Scene]):
+    """
+    The crossed axes of a sweep, as scenes that are made when they are asked for.
+
+    Parameters
+    ----------
+    base : dict
+        Fields of the base scene.
+    groups : sequence of list of dict
+        What each value of each axis sets; axes that move together are one. The last varies
+        fastest, and wins where two set one field.
+    folder : pathlib.Path
+        That of the sweep file, where relative paths start.
+    """
+
+    def __init__(
+        self, base: dict[str, Any], groups: Sequence[list[dict[str, Any]]], folder: Path
+    ) -> None:
+        self.base, self.groups, self._folder = base, tuple(groups), folder
+
+    def __len__(self) -> int:
+        return math.prod(len(group) for group in self.groups)
+
+    @overload
+    def __getitem__(self, index: int) -> Scene: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Scene, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Scene | tuple[Scene, ...]:
+        numbers = range(len(self))[index]
+        if isinstance(numbers, range):
+            return tuple(self._scene(number) for number in numbers)
+        return self._scene(numbers)
+
+    def _scene(self, number: int) -> Scene:
+        parts, rest = [], number
+        for group in reversed(self.groups):
+            rest, place = divmod(rest, len(group))
+            parts.append(group[place])
+        point = merged(*reversed(parts))
+        dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
+        fields = {key: value for key, value in self.base.items() if key not in dropped} | point
+        if isinstance(fields.get("bond_file"), str):
+            fields["bond_file"] = self._folder / fields["bond_file"]
+        try:
+            return Scene(**fields)
+        except SceneError as error:
+            shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
+            raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None
+
+
+def merged(*parts: dict[str, Any]) -> dict[str, Any]:
+    """
+    Join what several axes set.
+
+    Parameters
+    ----------
+    *parts : dict
+        Fields and values.
+
+    Returns
+    -------
+    dict
+        All of them; the last wins.
+    """
+    return {key: value for part in parts for key, value in part.items()}
+
+
+def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
+    """
+    Return one of several disjoint parts of a sweep, for the tasks of a job array.
+
+    Only the points of this part are made.
+
+    Parameters
+    ----------
+    points : SweepPoints
+        All points.
+    number : int
+        Which part, from 1.
+    count : int
+        How many parts.
+
+    Returns
+    -------
+    tuple of Scene
+        The same on every machine; parts have equally many points of every chain length, scattered
+        over the other axes, so that they take about equally long.
+
+    Raises
+    ------
+    SweepError
+        If there is no such part.
+    SceneError
+        If a point of this part is not a scene.
+    """
+    if not 1 <= number <= count:
+        raise SweepError(
+            f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
+        )
+    # Points that differ only in their tolerance share a row, and so must share a part: they make
+    # one cell. Cells are numbered like points, the last axis fastest.
+    alike = [_alike(group) for group in points.groups]
+    shape = tuple(len(places) for places in alike) or (1,)
+    order = np.lexsort((_scattered(math.prod(shape)), _lengths(points, alike, shape)))
+    chosen = []
+    for cell in order[number - 1 :: count]:
+        digits = np.unravel_index(cell, shape)
+        for place in itertools.product(*(a[d] for a, d in zip(alike, digits, strict=False))):
+            chosen.append(_number(points, place))
+    return tuple(points[index] for index in sorted(chosen))
+
+
+def _alike(group: list[dict[str, Any]]) -> list[list[int]]:
+    """Return the places of an axis, those together whose values differ only in the tolerance."""
+    if not any("tolerance" in entry for entry in group):
+        return [[place] for place in range(len(group))]
+    places: dict[str, list[int]] = {}
+    for place, entry in enumerate(group):
+        rest = sorted((key, value) for key, value in entry.items() if key != "tolerance")
+        places.setdefault(repr(rest), []).append(place)
+    return list(places.values())
+
+
+def _number(points: SweepPoints, place: Sequence[int]) -> int:
+    number = 0
+    for group, digit in zip(points.groups, place, strict=True):
+        number = number * len(group) + digit
+    return number
+
+
+def _lengths(
+    points: SweepPoints, alike: Sequence[list[list[int]]], shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return the chain length of each cell, as far as it is a number: others are no scenes."""
+    lengths = np.full(shape, _as_number(points.base.get("particles", 0)))
+    for axis, (group, places) in enumerate(zip(points.groups, alike, strict=True)):
+        own = np.array([_as_number(group[p[0]].get("particles", np.nan)) for p in places])
+        own = own.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+        lengths = np.where(np.isnan(own), lengths, own)
+    return lengths.ravel()
+
+
+def _as_number(value: Any) -> float:
+    try:
+        return float(value) if isinstance(value, int | float) else 0.0
+    except OverflowError:
+        return 0.0
+
+
+def _scattered(count: int) -> NDArray[np.uint64]:
+    """Return a random-looking key for each of 0 ... count - 1, the same everywhere (splitmix64)."""
+    keys = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        keys = (keys ^ (keys >> np.uint64(shift))) * np.uint64(factor)
+    return keys ^ (keys >> np.uint64(31))

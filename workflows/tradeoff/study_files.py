@@ -1,0 +1,251 @@
+"""A study in files: JSON, CSV and figures."""
+
+import csv
+import json
+import math
+import platform
+from pathlib import Path
+from typing import Any
+
+from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.tradeoff.budget import ErrorBudget
+from chaincor.workflows.tradeoff.front import (
+    CheapestRow,
+    find_series,
+    pareto_front,
+    promised_errors,
+)
+from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.settings import time_unit
+from chaincor.workflows.tradeoff.study import Tradeoff
+from chaincor.workflows.versions import versions
+
+_STOCK_REFLECTING = "stock wall"
+
+
+def _plain(value: float | None) -> float | None:
+    """JSON has no infinities."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def measurement_row(
+    study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
+) -> dict[str, Any]:
+    """
+    Return one setting's results.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+    measurement : Measurement
+        One of its settings.
+    on_front : bool
+        Whether no other beats it in both error and time.
+    promised : float or None
+        The error it can be trusted to keep.
+
+    Returns
+    -------
+    dict
+        Flat, for CSV and JSON.
+    """
+    setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
+    series = setting.series
+    row: dict[str, Any] = {
+        "engine": series.engine,
+        "wall": series.wall,
+        "scheme": series.scheme,
+        "table": series.table,
+        "table_points": measurement.table_points,
+        "timestep": setting.timestep,
+        "scaled_timestep": setting.timestep / time_unit(study.scene, series.wall),
+        "phases": len(measurement.seconds),
+        "failure": measurement.failure,
+        "on_front": on_front,
+    }
+    names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
+    for name in names:
+        row[name] = _plain(getattr(measurement, name)) if done else None
+    row["promised_error"] = promised
+    row["seconds"] = measurement.time if done else None
+    row["setup_seconds"] = (
+        sorted(measurement.setup_seconds)[len(measurement.setup_seconds) // 2] if done else None
+    )
+    row["force_evaluations"] = measurement.force_evaluations
+    return row
+
+
+def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
+    series = row.setting.series
+    return {
+        "error": row.error,
+        "engine": series.engine,
+        "wall": series.wall,
+        "scheme": series.scheme,
+        "table": series.table,
+        "timestep": row.setting.timestep,
+        "scaled_timestep": row.scaled_timestep,
+        "measured_error": row.measured_error,
+        "contact_time_error": _plain(row.contact_time_error),
+        "mode_energy_error": row.mode_energy_error,
+        "seconds": row.seconds,
+    }
+
+
+def to_dict(study: Tradeoff) -> dict[str, Any]:
+    """
+    Return a study as plain values.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+
+    Returns
+    -------
+    dict
+        For JSON.
+    """
+    truth, scene = study.truth, study.scene
+    front = {id(m) for m in pareto_front(study.measurements)}
+    promises = promised_errors(study.measurements)
+    return {
+        "potential": scene.label,
+        "particles": scene.particles,
+        "velocity": scene.impact_velocity,
+        "truth": {
+            "restitution": truth.restitution,
+            "restitution_error": truth.restitution_error,
+            "last_contact_time": truth.last_contact_time,
+            "last_contact_time_error": _plain(truth.last_contact_time_error),
+            "mode_energies_error": truth.mode_energies_error,
+            "contacts": truth.contacts,
+            "source": truth.source,
+        },
+        "settings": [
+            measurement_row(study, m, id(m) in front, promises.get(m.setting))
+            for m in study.measurements
+        ],
+        "cheapest": {
+            engine: [_cheapest_row(row) for row in rows] for engine, rows in study.cheapest.items()
+        },
+        "budgets": [
+            {
+                "name": b.name,
+                "scheme": b.scheme,
+                "timestep": b.timestep,
+                "total": b.total,
+                "output_exact": b.output_exact,
+                **b.parts(),
+            }
+            for b in study.budgets
+        ],
+        "tables": [vars(point) for point in study.tables],
+        "tolerance": study.tolerance,
+        "advice": study.advice,
+        "seconds_total": study.seconds,
+        "machine": f"{platform.machine()} {platform.system()}",
+        "versions": versions(),
+    }
+
+
+def write_study(study: Tradeoff, folder: Path) -> None:
+    """
+    Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG.
+
+    Parameters
+    ----------
+    study : Tradeoff
+        The study.
+    folder : pathlib.Path
+        Made if it is not there.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    plain = to_dict(study)
+    with folder_aside(folder) as aside:
+        (aside / "tradeoff.json").write_text(json.dumps(plain, indent=2, allow_nan=False) + "\n")
+        _write_csv(aside / "work_precision.csv", plain["settings"])
+        _write_csv(aside / "error_budget.csv", plain["budgets"])
+        _write_csv(aside / "tables.csv", plain["tables"])
+        _draw(study, aside)
+
+
+def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
+    if not rows:
+        return
+    with path.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _bars_name(budget: ErrorBudget) -> str:
+    step = "dt" if budget.scheme == "verlet" else "H"
+    return f"{budget.name}\n{budget.scheme}, {step} {budget.timestep:.3g}"
+
+
+def _draw(study: Tradeoff, folder: Path) -> None:
+    from chaincor.analysis.figures.work_precision import (
+        TableCurve,
+        WorkPrecisionCurve,
+        plot_error_budget,
+        plot_table_errors,
+        plot_work_precision,
+    )
+
+    curves = []
+    done = [m for m in study.measurements if not m.failure and m.seconds]
+    for series in find_series(done):
+        own = [m for m in done if m.setting.series == series]
+        curves.append(
+            WorkPrecisionCurve(
+                label=series.label,
+                group=_STOCK_REFLECTING if series.wall == "reflect" else series.engine,
+                scheme=series.scheme,
+                dashed=series.table == "linear",
+                seconds=[m.time for m in own],
+                errors=[m.rms_error for m in own],
+                lowest=[float(m.errors.min()) for m in own],
+                highest=[m.worst_error for m in own],
+            )
+        )
+    front = pareto_front(m for m in done if m.setting.series.engine == "lammps")
+    figures = {
+        "work_precision": plot_work_precision(
+            curves,
+            front=([m.time for m in front], [m.rms_error for m in front]),
+            floor=study.truth.restitution_error,
+        )
+    }
+    if study.budgets:
+        figures["error_budget"] = plot_error_budget(
+            {_bars_name(budget): budget.parts() for budget in study.budgets},
+            {_bars_name(budget): budget.total for budget in study.budgets},
+        )
+    if study.tables:
+        kinds = dict.fromkeys((p.style, p.bond_range) for p in study.tables)
+        figures["tables"] = plot_table_errors(
+            [
+                TableCurve(
+                    style=style,
+                    bond_range=name,
+                    rows=[p.rows for p in study.tables if (p.style, p.bond_range) == (style, name)],
+                    errors=[
+                        p.restitution_error
+                        for p in study.tables
+                        if (p.style, p.bond_range) == (style, name)
+                    ],
+                )
+                for style, name in kinds
+            ]
+        )
+    for name, axes in figures.items():
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        for ending in ("png", "svg"):
+            figure.savefig(folder / f"{name}.{ending}")

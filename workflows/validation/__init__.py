@@ -1,0 +1,1 @@
+"""LAMMPS, the in-house integrator and a user's own, held against each other."""

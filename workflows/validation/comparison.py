@@ -1,0 +1,276 @@
+"""LAMMPS against the in-house integrator, and against a user's own: who agrees, within what."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
+from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
+
+# The in-house result should not be what limits the comparison.
+_SHARPER = 0.1
+_SHARPEST = 1e-11
+
+_GRID_SIZES = (2, 10, 50)
+_GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """
+    One quantity as two integrators have it.
+
+    Attributes
+    ----------
+    quantity : str
+        What is compared.
+    difference : float
+        Largest absolute difference, in the unit named by the quantity; inf where the numbers of
+        contacts differ.
+    allowed : float or None
+        Both error bars together; None where it is shown but not judged.
+    """
+
+    quantity: str
+    difference: float
+    allowed: float | None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is within the error bars."""
+        return self.allowed is None or self.difference <= self.allowed
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return the fields and the verdict.
+
+        Returns
+        -------
+        dict
+            Names and values; a difference that is not finite becomes None.
+        """
+        plain = asdict(self) | {"agrees": self.agrees}
+        if not np.isfinite(self.difference):
+            plain["difference"] = None
+        return plain
+
+
+@dataclass(frozen=True)
+class Validation:
+    """
+    Comparison of one scene's collision by two integrators.
+
+    Attributes
+    ----------
+    scene : Scene
+        The collision.
+    subject, judge : str
+        Who is judged, and by whom.
+    restitution, judge_restitution : float
+        Their eta.
+    comparisons : tuple of Comparison
+        Quantity by quantity.
+    """
+
+    scene: Scene
+    subject: str
+    judge: str
+    restitution: float
+    judge_restitution: float
+    comparisons: tuple[Comparison, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every quantity agrees."""
+        return all(comparison.agrees for comparison in self.comparisons)
+
+    def to_dict(self) -> dict[str, Any]:
+        """
+        Return the validation, ready for JSON.
+
+        Returns
+        -------
+        dict
+            Names and values.
+        """
+        return {
+            "potential": self.scene.label,
+            "particles": self.scene.particles,
+            "velocity": self.scene.impact_velocity,
+            "subject": self.subject,
+            "judge": self.judge,
+            "restitution": self.restitution,
+            "judge_restitution": self.judge_restitution,
+            "agrees": self.agrees,
+            "comparisons": [comparison.to_dict() for comparison in self.comparisons],
+        }
+
+
+def grid_around(scene: Scene) -> list[Scene]:
+    """
+    Return a grid of potentials, sizes and speeds with the numerics of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its engine, tolerance or explicit numerics are kept.
+
+    Returns
+    -------
+    list of Scene
+        Harmonic chains at one velocity, the named anharmonic ones at several speeds.
+    """
+    fields = {
+        name: getattr(scene, name)
+        for name in ("tolerance", *NUMERICS_KEYS)
+        if getattr(scene, name) is not None
+    }
+    chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
+    chains += [
+        {"potential": potential, "speed": speed}
+        for potential in ("lj", "toda", "log")
+        for speed in _GRID_SPEEDS
+    ]
+    return [Scene(particles=n, **chain, **fields) for n in _GRID_SIZES for chain in chains]
+
+
+def judge_for(scene: Scene, tolerance: float) -> Collision:
+    """
+    Run the in-house integrator, sharper than what it judges.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    tolerance : float
+        Error asked of the subject's eta.
+
+    Returns
+    -------
+    Collision
+        The judge's result.
+    """
+    sharper = max(_SHARPER * tolerance, _SHARPEST)
+    fields = dict.fromkeys(NUMERICS_KEYS)
+    outputs = dict.fromkeys(("dump", "save", "arrays"))
+    return collide(scene.replace(engine="reference", tolerance=sharper, **fields, **outputs))
+
+
+def validate(scene: Scene, tolerance: float | None = None) -> Validation:
+    """
+    Compare LAMMPS with the in-house integrator.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision; with explicit numerics LAMMPS runs as they say.
+    tolerance : float, optional
+        Error asked of LAMMPS's eta; by default the scene's, or 1e-6.
+
+    Returns
+    -------
+    Validation
+        The comparison.
+    """
+    asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
+    if scene.explicit:
+        subject = collide(scene.replace(engine="lammps"))
+    else:
+        subject = collide(scene.replace(engine="lammps", tolerance=asked))
+    judge = judge_for(scene, asked)
+    comparisons = [
+        Comparison(
+            "restitution",
+            abs(subject.restitution - judge.restitution),
+            (subject.restitution_error or 0.0) + (judge.restitution_error or 0.0),
+        ),
+        Comparison("contacts", abs(subject.contacts - judge.contacts), 0.0),
+    ]
+    for name in ("contact_times", "contact_speeds", "velocities", "mode_energies"):
+        allowed = _spread(subject, name) + _spread(judge, name)
+        comparisons.append(
+            Comparison(name, _distance(getattr(subject, name), getattr(judge, name)), allowed)
+        )
+    return Validation(
+        scene=scene,
+        subject=f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}",
+        judge="in-house",
+        restitution=subject.restitution,
+        judge_restitution=judge.restitution,
+        comparisons=tuple(comparisons),
+    )
+
+
+def validate_user(
+    scene: Scene, against: str, tolerance: float | None = None, timeout: float = 600.0
+) -> Validation:
+    """
+    Compare a user's own integrator with the in-house one.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    against : str
+        ``module:function`` or a file; see :mod:`chaincor.workflows.validation.user_integrator`.
+    tolerance : float, optional
+        Difference of eta that is still agreement: the user's integrator has no error bar of its
+        own. By default the scene's, or 1e-6.
+    timeout : float
+        Seconds the user's function may take.
+
+    Returns
+    -------
+    Validation
+        The comparison.
+    """
+    asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
+    user = run_user_integrator(against, scene, timeout)
+    judge = judge_for(scene, asked)
+    v0 = scene.impact_velocity
+    eta = float(restitution(user.velocities, v0))
+    bar = judge.restitution_error or 0.0
+    comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
+    comparisons += _compare_user_arrays(user, judge, scene)
+    return Validation(
+        scene=scene,
+        subject=against,
+        judge="in-house",
+        restitution=eta,
+        judge_restitution=judge.restitution,
+        comparisons=tuple(comparisons),
+    )
+
+
+def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
+    """Compare what the user gives; only the number of contacts has an error bar: none."""
+    comparisons = []
+    if user.contact_times is not None:
+        comparisons += [
+            Comparison("contacts", abs(len(user.contact_times) - judge.contacts), 0.0),
+            Comparison("contact_times", _distance(user.contact_times, judge.contact_times), None),
+        ]
+    if user.contact_speeds is not None:
+        distance = _distance(user.contact_speeds, judge.contact_speeds)
+        comparisons.append(Comparison("contact_speeds", distance, None))
+    if user.displacements is not None:
+        energies = mode_energies(user.displacements, user.velocities, scene.bond.stiffness)
+        distance = _distance(energies, judge.mode_energies)
+        comparisons.append(Comparison("mode_energies", distance, None))
+    return comparisons
+
+
+def _spread(result: Collision, name: str) -> float:
+    return float(result.details.get("spread", {}).get(name, np.inf))
+
+
+def _distance(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    if len(first) != len(second):
+        return np.inf
+    return float(np.max(np.abs(first - second), initial=0.0))

@@ -1,0 +1,202 @@
+"""A user's own integrator: called with a scene, or its output read from a file."""
+
+import csv
+import importlib
+import multiprocessing
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import RunError
+
+_ARRAYS = ("velocities", "displacements", "contact_times", "contact_speeds")
+
+
+class UserIntegratorError(RunError):
+    """The user's integrator failed, hung, or returned something that cannot be compared."""
+
+
+@dataclass(frozen=True)
+class UserOutcome:
+    """
+    What a user's integrator says of a collision.
+
+    Attributes
+    ----------
+    source : str
+        Where it comes from.
+    velocities : ndarray of shape (n,)
+        At any time after the last contact; they give eta.
+    displacements : ndarray of shape (n,) or None
+        Right after the last contact, where given, like the velocities then; for mode energies.
+    contact_times, contact_speeds : ndarray of shape (contacts,) or None
+        Where given: counted from the first contact, which is included.
+    """
+
+    source: str
+    velocities: NDArray[np.float64]
+    displacements: NDArray[np.float64] | None = None
+    contact_times: NDArray[np.float64] | None = None
+    contact_speeds: NDArray[np.float64] | None = None
+
+
+def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutcome:
+    """
+    Call ``module:function`` with the scene, or read a CSV or NPZ file.
+
+    The function is the user's own code and is run as such, in a process of its own. It gets a
+    :class:`~chaincor.lammps_inputs.scene.Scene` and returns the final velocities (array of shape
+    (n,)), or a mapping with the key ``velocities`` and, if it likes, ``displacements``,
+    ``contact_times`` and ``contact_speeds``.
+
+    Parameters
+    ----------
+    against : str
+        ``module:function``, or a path that ends in .csv or .npz.
+    scene : Scene
+        The collision.
+    timeout : float
+        Seconds after which the function is stopped.
+
+    Returns
+    -------
+    UserOutcome
+        Checked for shape and finiteness.
+
+    Raises
+    ------
+    InputError
+        If there is no such function or file.
+    UserIntegratorError
+        If it raises, hangs, dies, or returns something else.
+    """
+    if against.lower().endswith((".csv", ".npz")):
+        return _checked(against, _read_file(Path(against)), scene)
+    module, _, function = against.partition(":")
+    if not module or not function:
+        raise InputError(
+            f"--against is {against!r}; expected module:function, or a file that ends in .csv or "
+            ".npz"
+        )
+    return _checked(against, _call(module, function, scene, timeout), scene)
+
+
+def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(
+        target=_work, args=(sender, module, function, scene, str(Path.cwd())), daemon=True
+    )
+    process.start()
+    sender.close()
+    try:
+        if not receiver.poll(timeout):
+            raise UserIntegratorError(
+                f"{module}:{function} has not returned after {timeout:g} s; expected final "
+                "velocities: give it a smaller scene, or more time with --timeout"
+            )
+        kind, value = receiver.recv()
+    except EOFError:
+        raise UserIntegratorError(
+            f"{module}:{function} ended its process without returning; expected final velocities"
+        ) from None
+    finally:
+        if process.is_alive():
+            process.kill()
+        process.join()
+        receiver.close()
+    if kind == "missing":
+        raise InputError(value)
+    if kind == "failed":
+        raise UserIntegratorError(f"{module}:{function} raised {value}")
+    return value
+
+
+def _work(sender: Any, module: str, function: str, scene: Scene, folder: str) -> None:
+    """Run in the child: the user's module is looked for in the current folder first."""
+    sys.path.insert(0, folder)
+    try:
+        integrate = getattr(importlib.import_module(module), function)
+    except (ImportError, AttributeError) as error:
+        sender.send(
+            (
+                "missing",
+                f"cannot find {module}:{function}: {error}; expected a function "
+                "in a module on the Python path or in this folder",
+            )
+        )
+        return
+    try:
+        sender.send(("done", _plain(integrate(scene))))
+    except Exception as error:  # whatever a user's code raises
+        sender.send(("failed", f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"))
+
+
+def _plain(value: Any) -> Any:
+    """Return what can cross to the parent without its unpickling anything of the user's."""
+    if isinstance(value, Mapping):
+        return {
+            str(key): np.asarray(inner, dtype=float).tolist()
+            for key, inner in value.items()
+            if str(key) in _ARRAYS and inner is not None
+        }
+    return {"velocities": np.asarray(value, dtype=float).tolist()}
+
+
+def _read_file(path: Path) -> dict[str, Any]:
+    try:
+        if path.suffix.lower() == ".npz":
+            with path.open("rb") as data, np.load(data, allow_pickle=False) as file:
+                return {name: file[name] for name in _ARRAYS if name in file.files}
+        with path.open(newline="", encoding="utf-8") as text:
+            rows = list(csv.DictReader(text))
+    except (OSError, ValueError, EOFError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or "not a readable CSV or NPZ file"
+        raise InputError(f"cannot read {str(path)!r}: {reason}") from None
+    except Exception as error:  # a damaged archive raises what zipfile and zlib please
+        raise InputError(f"cannot read {str(path)!r}: {type(error).__name__}") from None
+    columns = {"velocity": "velocities", "displacement": "displacements"}
+    try:
+        return {
+            name: [float(row[column]) for row in rows]
+            for column, name in columns.items()
+            if rows and column in rows[0]
+        }
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{str(path)!r} holds something that is not a number; expected a CSV with a column "
+            "'velocity', one row a particle"
+        ) from None
+
+
+def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
+    if "velocities" not in found:
+        raise UserIntegratorError(
+            f"{source} gives no velocities; expected the final velocities of all particles"
+        )
+    arrays: dict[str, NDArray[np.float64] | None] = dict.fromkeys(_ARRAYS)
+    for name in _ARRAYS:
+        if name not in found:
+            continue
+        try:
+            values = np.asarray(found[name], dtype=float)
+        except (TypeError, ValueError):
+            raise UserIntegratorError(f"{source}: {name} are not numbers") from None
+        wanted = (scene.particles,) if name in ("velocities", "displacements") else None
+        if wanted is not None and values.shape != wanted:
+            raise UserIntegratorError(
+                f"{source}: {name} have shape {values.shape}; expected {wanted}, one per particle"
+            )
+        if values.ndim != 1 or not np.all(np.isfinite(values)):
+            raise UserIntegratorError(
+                f"{source}: {name} are not a list of finite numbers; check the integrator"
+            )
+        arrays[name] = values
+    return UserOutcome(source=source, **arrays)  # type: ignore[arg-type]
