@@ -17,7 +17,7 @@ from chaincor.workflows.engines.in_house import kernels
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.errors import CrossingError
+from chaincor.workflows.errors import BondRangeError, CrossingError
 
 # By steps of order 8 that end at the wall and at the kink, two largest steps alike to 1e-12.
 SLACK_AT_0_1 = {5: 0.9024074802364, 10: 0.9347139830169, 20: 0.9598717615637}
@@ -146,3 +146,15 @@ def test_given_numerics_have_bars_that_hold_past_kinks():
     for step in np.geomspace(0.01, 0.1, 12).tolist():
         result = collide(scene.replace(timestep=step))
         assert abs(result.restitution - SLACK_AT_0_1[5]) <= result.restitution_error
+
+
+def test_a_table_that_is_too_narrow_is_named_at_once(tmp_path, monkeypatch):
+    table = tabulate(Scene().bond, (0.98, 1.02), "spline", 101)
+    (tmp_path / "narrow.table").write_text(table.to_text())
+    # Each halving of the step doubles the time that it takes to say so.
+    monkeypatch.setattr(irregular, "_MOST_REFINEMENTS", 6)
+    scene = Scene(
+        potential="table", bond_file=tmp_path / "narrow.table", particles=20, velocity=0.05
+    )
+    with pytest.raises(BondRangeError, match="its data reach from"):
+        collide(scene)
