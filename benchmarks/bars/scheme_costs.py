@@ -43,7 +43,7 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
         except RunError:
             continue
     foreseen = {
-        scheme: model.integration(scene, chosen, scouting.duration, scouting.last_contact_time)
+        scheme: model.integration(scene, chosen, scouting.last_contact_time)
         for scheme, chosen in numerics.items()
     }
     costs = {}

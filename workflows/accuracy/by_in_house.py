@@ -43,7 +43,7 @@ _ROUGH_SPHERES = 1e-3
 _SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
 
 
-def meet_in_house(scene: Scene, goal: float, noise: float) -> Answer:
+def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None = None) -> Answer:
     """
     Run a scene with the engine that does most with least: exact where it can be.
 
@@ -55,6 +55,8 @@ def meet_in_house(scene: Scene, goal: float, noise: float) -> Answer:
         Error asked of eta.
     noise : float
         Its jitter, where that matters; see :func:`chaincor.workflows.accuracy.convergence.jitter`.
+    known : Outcome, optional
+        The collision followed to its end, at some step; else that is done here.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float) -> Answer:
     if isinstance(scene.bond, Harmonic):
         return _at_once(scene, modal.run(scene), 0.0)
     if sharpness(scene) <= SHARPEST_FIXED:
-        return _meet_with_fixed_steps(scene, goal, noise)
+        return _meet_with_fixed_steps(scene, goal, noise, known)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)
     senseless = (scene.particles * math.log(sharpness(scene))) ** 3 > _MOST_STEPPED
@@ -88,7 +90,9 @@ def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
     return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
 
 
-def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
+def _meet_with_fixed_steps(
+    scene: Scene, goal: float, noise: float, followed: Outcome | None
+) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
     if not scene.bond.smooth:
@@ -104,7 +108,7 @@ def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
     stalled = 0
     refusals: list[RunError] = []
     # What follows the last contact is looked at once before the step is found, and once after.
-    known: Outcome | None = None
+    known = followed
     for _ in range(_MOST_REFINEMENTS):
         try:
             fine = run_in_house(scene, scheme, step, known)
@@ -133,7 +137,7 @@ def _meet_with_fixed_steps(scene: Scene, goal: float, noise: float) -> Answer:
     if best is None:
         raise refusals[-1]
     error, fine, proof = best
-    if fine is not known and fine.timestep is not None:
+    if followed is None and fine is not known and fine.timestep is not None:
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = whole

@@ -208,7 +208,7 @@ def _verlet_numerics(
 
 def _least_step(scene: Scene, scouting: Scouting) -> float:
     """Return the smallest Verlet step of a run that comes to an end within minutes."""
-    return scouting.duration * scene.particles / _MOST_BOND_STEPS
+    return scouting.last_contact_time * scene.particles / _MOST_BOND_STEPS
 
 
 def _usual_schemes(tolerance: float) -> list[Scheme]:

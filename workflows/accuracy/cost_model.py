@@ -11,10 +11,7 @@ from platformdirs import user_config_path
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.ending import look_interval
-from chaincor.workflows.engines.look_ahead import COARSE_STEP
 
 _FILE = "cost_model.json"
 
@@ -46,13 +43,7 @@ class CostModel:
     stage: float
     contact: float
 
-    def integration(
-        self,
-        scene: Scene,
-        numerics: Numerics,
-        duration: float,
-        last_contact_time: float | None = None,
-    ) -> float:
+    def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
         """
         Return the expected seconds of integration.
 
@@ -63,9 +54,7 @@ class CostModel:
         numerics : Numerics
             Scheme, step and table.
         duration : float
-            Simulated time.
-        last_contact_time : float or None
-            Time of the last contact, where it is known: coarse steps do for what follows it.
+            Simulated time: LAMMPS flies little farther than to the last contact.
 
         Returns
         -------
@@ -76,18 +65,11 @@ class CostModel:
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         stages = COMPOSITIONS[numerics.scheme].stages
         per_stage = self.step + per_bond * (scene.particles - 1)
-        quiet = 0.0
-        if last_contact_time is not None and duration > 0.0:
-            exact = last_contact_time + 1.5 * look_interval(scene.particles, scene.bond.stiffness)
-            step = min(COARSE_STEP * scene.bond.stiffness**-0.5 / sharpness(scene), duration)
-            if stages > 1 or numerics.timestep < step:
-                quiet = max(duration - exact, 0.0) / step * per_stage
-                duration = min(exact, duration)
         evaluations = stages * duration / numerics.timestep
         if numerics.scheme == "verlet":
-            return quiet + evaluations * per_stage + 0.9 * scene.particles * self.contact
+            return evaluations * per_stage + 0.9 * scene.particles * self.contact
         # A contact costs about one more composed step.
-        return quiet + (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
+        return (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
 
     def save(self, path: Path) -> None:
         """

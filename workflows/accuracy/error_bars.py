@@ -148,7 +148,11 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
     v0, stiffness = scene.impact_velocity, scene.bond.stiffness
     energy = 0.5 * scene.particles * v0**2
     pairs = {
-        "contact_times": (first.contact_times, second.contact_times, first.duration),
+        "contact_times": (
+            first.contact_times,
+            second.contact_times,
+            scene.particles / stiffness**0.5,
+        ),
         "contact_speeds": (first.contact_speeds, second.contact_speeds, v0),
         "velocities": (first.velocities, second.velocities, v0),
         "mode_energies": (

@@ -175,7 +175,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
         stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
         if best is None or error < best[0]:
             best = (error, runs[0], runs[1])
-        least = least_step(scene, scheme, runs[0].duration)
+        least = least_step(scene, scheme, float(runs[0].contact_times[-1]))
         if error + floor <= goal or error < 0.3 * floor or stalled == _STALLED:
             break
         if step <= least:

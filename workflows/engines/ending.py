@@ -39,9 +39,9 @@ QUIET_ROUND_TRIPS = 1.1
 # A collision is followed for so many times its own length and a few times that of one sound
 # crossing, and for so many crossings however late contacts come.
 FOLLOWED_TIMES = 21.0
-LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 1000.0
+LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A piece that approaches the wall is waited for, if it arrives within so many crossings.
-ARRIVAL_CROSSINGS = 300.0
+ARRIVAL_CROSSINGS = 200.0
 
 LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.

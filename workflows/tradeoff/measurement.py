@@ -226,9 +226,7 @@ def expected_seconds(scene: Scene, truth: Truth, setting: Setting) -> float:
         Seconds; good enough for planning.
     """
     numerics = setting.numerics(scene)
-    seconds = cost_model().integration(
-        scene, numerics, truth.scouting.duration, truth.scouting.last_contact_time
-    )
+    seconds = cost_model().integration(scene, numerics, truth.scouting.last_contact_time)
     if setting.series.engine == "reference":
         return _IN_HOUSE_COST * seconds
     return seconds if math.isfinite(seconds) else 0.0

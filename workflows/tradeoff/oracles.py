@@ -10,6 +10,7 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house.stepping import KNOWN_MARGIN
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
@@ -125,8 +126,10 @@ def _collide(
         flight = VerletFlight(chain, False, bound)  # type: ignore[arg-type]
     else:
         flight = ComposedFlight(chain)  # type: ignore[arg-type]
+    # Contacts shift a little when an error is left out.
+    limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:
-        if flight.advance(like.duration) is None:
+        if flight.advance(limit) is None:
             break
     return float(restitution(chain.v.astype(float), scene.impact_velocity))
 

@@ -1,6 +1,5 @@
 """Calibration: costs that are a machine's, and that foretell the time of a run."""
 
-import time
 from dataclasses import asdict
 
 import pytest
@@ -8,6 +7,7 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.calibrate import calibrate
+from chaincor.workflows.accuracy.cost_model import CostModel
 from chaincor.workflows.engines.lammps import engine as lammps
 
 
@@ -26,20 +26,12 @@ def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
 
 
 @pytest.mark.parametrize(("scheme", "step"), [("verlet", 0.0125), ("order8", 0.2)])
-def test_the_time_of_a_run_is_foretold(model, scheme, step):
+def test_the_work_of_a_run_is_foretold(scheme, step):
+    # Seconds are a matter of the machine and its load; how many forces are evaluated is not.
+    counted = CostModel("no machine", 1.0, 0.0, 0.0, 0.0, stage=0.0, contact=0.0)
     scene = Scene(particles=60)
     numerics = Numerics(scheme=scheme, timestep=step, bond_range=(0.92, 1.17))
-    seconds = []
-    for _ in range(3):
-        times = []
-        # What two runs with one set-up take longer than one is a run.
-        for runs in (1, 2):
-            started = time.thread_time()
-            outcome, *_ = lammps.run_at_steps(scene, numerics, (step,) * runs)
-            times.append(time.thread_time() - started)
-        seconds.append(times[1] - times[0])
-    expected = model.integration(
-        scene, numerics, outcome.duration, float(outcome.contact_times[-1])
-    )
-    # Other sizes of chain, and contacts that cost more or less: within a factor of two.
-    assert 0.5 < min(seconds) / expected < 2.0
+    (outcome,) = lammps.run_at_steps(scene, numerics, (step,))
+    expected = counted.integration(scene, numerics, float(outcome.contact_times[-1]))
+    # What follows the last contact, 3.5 of 90, and searches for contacts come on top.
+    assert 0.9 < outcome.force_evaluations / expected < 1.3

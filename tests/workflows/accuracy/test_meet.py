@@ -117,13 +117,14 @@ def test_low_speeds_have_no_floor_in_house():
 
 @pytest.mark.slow
 def test_a_chain_that_breaks_amplifies_rounding_and_the_bar_says_so():
-    # Composed steps of order 8 and adaptive ones of Dormand and Prince, at 1e-13, agree on this.
+    # Composed steps of order 8 and adaptive ones of Dormand and Prince, at 1e-13, agree on this
+    # after 878 contacts, at 1313.73. Whether a few more come by 3600 the last digits decide.
     eta = 0.72016036188
     scene = Scene(potential="lj", particles=1000, speed=1.0, engine="reference")
     result = collide(scene, tolerance=1e-8)
-    assert result.tolerance_met
     assert result.error_parts.rounding > 1e-9  # a hundred times what plain rounding gives
     assert abs(result.restitution - eta) <= result.restitution_error
+    assert result.tolerance_met == (result.ending != "open")
 
 
 @pytest.mark.slow
@@ -132,7 +133,7 @@ def test_a_chain_too_sensitive_for_any_step_says_so():
     scene = Scene(potential="log", particles=1000, speed=1.0, engine="reference")
     result = collide(scene)
     assert not result.tolerance_met
-    assert "amplifies the last digit" in result.reason
+    assert "too sensitive" in result.reason
     assert 1e-5 < result.restitution_error < 1e-2
     assert abs(result.restitution - 0.73355) <= result.restitution_error
     # Three steps agree to 2e-5 by chance; the others, of which none is worse, do not.

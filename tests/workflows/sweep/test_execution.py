@@ -233,32 +233,6 @@ def test_longer_faster_and_tighter_cost_more():
     assert sweep_cost([base], arrays=True).disk_bytes > sweep_cost([base]).disk_bytes
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", ["lammps", "reference"])
-def test_the_forecast_gives_each_collision_its_share(engine):
-    # How fast the machine is, is no matter of this test: forecasts are compared with each other,
-    # as the times are, the shortest of three that the processor spent. Of 104 collisions measured
-    # when the forecast was made, 8 were off by more than two: two of them are then off by four
-    # from each other.
-    scenes = [
-        Scene(potential=p, particles=n, speed=v, engine=engine)
-        for p, n, v in (("lj", 100, 0.1), ("toda", 100, 1.0), ("log", 50, 0.5), ("lj", 200, 0.5))
-    ]
-    carry_out(scenes[0])  # loads compiled code
-    shares = [sweep_cost([scene]).seconds / _processor_time(scene) for scene in scenes]
-    assert max(shares) < 4.0 * min(shares)
-
-
-def _processor_time(scene):
-    """Return the shortest of three times of a collision."""
-    taken = []
-    for _ in range(3):
-        started = time.process_time()
-        assert carry_out(scene).collision is not None
-        taken.append(time.process_time() - started)
-    return min(taken)
-
-
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
     costs = {scene.collision_sha256: expected_seconds(scene) for scene in scenes}
