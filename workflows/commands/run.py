@@ -119,7 +119,7 @@ def describe(result: Collision) -> str:
         f"momentum residual      {result.momentum_residual:.1e} n v0",
     ]
     if result.fragments > 1:
-        lines.append(f"fragments              {result.fragments}: bonds broke")
+        lines.append(f"fragments              {result.fragments} at the last contact: bonds broke")
     if result.crossed:
         lines.append("crossed                particles passed through each other on paper")
     lines += [

@@ -72,6 +72,23 @@ class Pieces:
     return_risk: float
 
 
+def breaking_energy(bond: Potential) -> float:
+    """
+    Return the energy that a bond cannot hold.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+
+    Returns
+    -------
+    float
+        That of dissociation, or of the barrier beyond which the bond runs away; inf for others.
+    """
+    return min(bond.dissociation, bond.barrier)
+
+
 def reach(bond: Potential, energy: float, particles: int) -> float:
     """
     Return how far an end particle can get from where the mean of its piece has it.
@@ -92,7 +109,7 @@ def reach(bond: Potential, energy: float, particles: int) -> float:
     """
     if particles == 1 or energy <= 0.0:
         return 0.0
-    if energy >= bond.dissociation:
+    if energy >= breaking_energy(bond):
         return math.inf
     longest, softest = _extent(bond, _on_ladder(bond, energy))
     squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
@@ -110,7 +127,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
     """Return an energy that is a little higher, one of few; never one that breaks the bond."""
     rung = math.ceil(math.log(energy / bond.stiffness) / _LADDER)
     higher = bond.stiffness * math.exp(rung * _LADDER)
-    return higher if higher < bond.dissociation else energy
+    return higher if higher < breaking_energy(bond) else energy
 
 
 @lru_cache(maxsize=8192)
@@ -158,13 +175,14 @@ def escape_risk(
         return 0.0
     if speed <= 0.0:
         return 1.0
-    needed = bond.dissociation + 0.5 * speed * speed * particles / (particles - 1)
+    breaking = breaking_energy(bond)
+    needed = breaking + 0.5 * speed * speed * particles / (particles - 1)
     if energy < needed:
         return 0.0
     freedoms = particles - 2
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
-    part = (energy - needed) / (energy - bond.dissociation)
-    times = energy / bond.dissociation if bond.dissociation > 0.0 else float(particles)
+    part = (energy - needed) / (energy - breaking)
+    times = energy / breaking if breaking > 0.0 else float(particles)
     return min(1.0, patience * decays, times * part**freedoms)
 
 

@@ -102,8 +102,9 @@ def _breaking(points: list[Point]) -> str:
         return "None of these did."
     most = max(broken, key=lambda p: p.answer.result["fragments"])  # type: ignore[union-attr,index]
     return (
-        f"The slowest that ends in pieces flies at {broken[0].speed:.3g} v*, the fastest at "
-        f"{broken[-1].speed:.3g} v*; the most, {most.answer.result['fragments']}, are left at "  # type: ignore[union-attr,index]
+        f"The slowest that is in pieces at its last contact flies at {broken[0].speed:.3g} v*, the "
+        f"fastest at {broken[-1].speed:.3g} v*; the most, "
+        f"{most.answer.result['fragments']}, are there at "  # type: ignore[union-attr,index]
         f"{most.speed:.3g} v* (n = {most.particles})."
     )
 

@@ -151,18 +151,18 @@ def breaking_and_two_restitutions(measured: Measurements) -> Figure:
     points = measured.select("curves", "lj")
     broken = [p.speed for p in points if _fragments(p) > 1]
     text = (
-        f"The slowest lj chain that breaks flies at {min(broken):.3g} v*, the fastest at "
-        f"{max(broken):.3g} v*. "
+        f"The slowest lj chain in pieces at its last contact flies at {min(broken):.3g} v*, the "
+        f"fastest at {max(broken):.3g} v*; others break later, in free flight. "
         if broken
-        else "No lj chain breaks. "
+        else "No lj chain is in pieces at its last contact. "
     )
     return Figure(
         key="breaking_and_two_restitutions",
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
-            text + "Above: pieces at the end; a bond counts as broken when the energy of the "
-            "relative motion across it exceeds dissociation. Below: η, the ratio of energies the "
-            "paper calls COR, and e = √η, the ratio of speeds that others do."
+            text + "Above: pieces at the last contact; a bond counts as broken when the energy of "
+            "the relative motion across it exceeds dissociation. Below: η, the ratio of energies "
+            "that the paper calls COR, and e = √η, the ratio of speeds that others do."
         ),
         table=table_of([point_record(p) for p in points]),
         draw=lambda: _draw_breaking(points),
@@ -188,7 +188,7 @@ def _draw_breaking(points: list[Point]) -> "Canvas":
     )
     above.set_ylim(bottom=0.0)
     above.yaxis.get_major_locator().set_params(integer=True)
-    above.set_ylabel("pieces afterwards")
+    above.set_ylabel("pieces at the last contact")
     for name, colour, power, marker in (
         (r"$e$ (speeds)", GREEN, 0.5, "s"),
         (r"$\eta$ (energies)", BLUE, 1.0, "o"),
