@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.pieces import Pieces, breaking_energy, cut, escape_risk, reach
+from chaincor.workflows.engines.pieces import PAID, Pieces, breaking_energy, cut, escape_risk, reach
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
@@ -187,8 +187,9 @@ def return_risk(pieces: Pieces, bond: Potential) -> float:
     free = energy - 0.5 * speed * speed * size / (size - 1)
     if displacement > 0.0 and reach(bond, free, size) < displacement:
         return pieces.return_risk
-    if free < breaking_energy(bond):
-        return 1.0  # not yet far enough
+    breaking = breaking_energy(bond)
+    if free < breaking or displacement < reach(bond, PAID * breaking, size):
+        return 1.0  # not yet far enough: no bond need break
     alone = escape_risk(bond, energy, size, speed, VIBRATIONS * float(pieces.sizes.sum()))
     return min(1.0, pieces.return_risk + alone)
 

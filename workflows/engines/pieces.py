@@ -34,7 +34,9 @@ from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
 Array = NDArray[np.float64]
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
-_PAID = 0.9
+PAID = 0.9
+# Of an escape for which there is energy.
+_LEAST_RISK = 1e-300
 # Bounds are worked out for energies on a ladder of this ratio, and kept.
 _LADDER = math.log(1.03)
 # Part of the present speed of separation that must be left when all pulls are counted.
@@ -183,7 +185,8 @@ def escape_risk(
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
     times = energy / breaking if breaking > 0.0 else float(particles)
-    return min(1.0, patience * decays, times * part**freedoms)
+    # What is only unlikely is never taken for impossible, however long the piece.
+    return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))
 
 
 def cut(
@@ -342,9 +345,9 @@ class _Chain:
     def _end(self, energy: float, particles: int) -> tuple[float, float]:
         """Return how far an end particle gets, and how fast it leaves beyond that."""
         bond = self.bond
-        if energy < _PAID * bond.dissociation or particles == 1:
+        if energy < PAID * bond.dissociation or particles == 1:
             return reach(bond, energy, int(particles)), 0.0
-        paid = _PAID * bond.dissociation
+        paid = PAID * bond.dissociation
         rest = 2.0 * (energy - paid) * (particles - 1) / particles
         return reach(bond, paid, int(particles)), math.sqrt(rest)
 

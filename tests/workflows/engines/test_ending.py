@@ -258,3 +258,18 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     outcome = stepping.run(scene, Numerics(scheme="order6", timestep=step))
     assert outcome.duration > outcome.contact_times[-1] + 5.0 * scene.particles
     assert outcome.contact_times[-1] == seen[0][1], "a contact came after the end was seen"
+
+
+def test_what_is_unlikely_in_a_long_chain_is_not_taken_for_impossible():
+    # 2000 particles that hold 1.3 times what breaks a bond: all of it in one bond has a chance of
+    # (1 - 1/1.3)^1998, which underflows. And this chain has not even moved away: its mean is nearer
+    # to the wall than at rest, and it does hit the wall, 1.3 later.
+    size, drift = 2000, 0.0132
+    wave = np.cos(np.pi * (np.arange(size) + 0.5) / size)
+    kinetic = 1.3 * LJ.dissociation
+    velocities = drift + wave * np.sqrt(2.0 * kinetic / np.sum(wave**2))
+    strains = np.full(size - 1, -1e-4)
+    for displacement, verdict in ((4e-4, None), (40.0, "argued")):
+        state = (displacement, strains if verdict is None else 0.0 * strains, velocities)
+        assert argue_end(*state, 0.0, LJ) is None
+        assert argue_end(*state, 1e9, LJ) == verdict
