@@ -90,8 +90,8 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         # the two are apart.
         step = max(step, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
         # Where an in-house motion is in doubt about a late contact, so is this one.
-        if truth.outcome.ending.missed_momentum > fine.ending.missed_momentum:
-            fine = replace(fine, ending=truth.outcome.ending)
+        doubt = truth.outcome.ending.missed_momentum
+        fine = replace(fine, ending=fine.ending.doubted(doubt))
         bar = error_bar(fine, scene, step, noise)
         assert bar.total is not None
         tries.append({"timestep": numerics.timestep, "step_error": step})

@@ -19,8 +19,9 @@ does (``pieces.escape_risk``), and where this has been so, without a contact, fo
 sound needs to cross the chain and come back; or where the first piece recedes after the longest
 time that is followed, without a contact in all of it.
 
-*open* where the first piece still approaches the wall then. The momentum that a contact not waited
-for could bring is told, and belongs into the error bar.
+*open* where the first piece still approaches the wall then, or where motions that hardly differ
+disagree on a late contact. The momentum that contacts could bring is told, and belongs into the
+error bar.
 """
 
 import math
@@ -69,6 +70,22 @@ class Ending:
 
     kind: EndingKind
     missed_momentum: float = 0.0
+
+    def doubted(self, momentum: float) -> "Ending":
+        """
+        Return the end as it is known when late contacts are in doubt.
+
+        Parameters
+        ----------
+        momentum : float
+            Of contacts that hardly different motions have or have not; 0 for none.
+
+        Returns
+        -------
+        Ending
+            Open where they could give more than is known of already.
+        """
+        return Ending("open", momentum) if momentum > self.missed_momentum else self
 
 
 def quiet_time(particles: int, stiffness: float) -> float:

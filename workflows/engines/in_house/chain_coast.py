@@ -230,24 +230,6 @@ class LookAhead:
             return 2.0 * abs(float(coast.chain.velocity[0]))
         return coast, ending
 
-    def doubted(self, ending: Ending) -> Ending:
-        """
-        Return an end as it is known when other motions are looked at, too.
-
-        Parameters
-        ----------
-        ending : Ending
-            Of the exact motion.
-
-        Returns
-        -------
-        Ending
-            Open where contacts came in some motions and not in others.
-        """
-        if self.doubt > ending.missed_momentum:
-            return Ending("open", self.doubt)
-        return ending
-
 
 def _coarse_ceiling(scene: Scene) -> float:
     """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""

@@ -187,9 +187,8 @@ class ChainCollision:
         self.doubt = max(self.doubt, next_event.doubt)
         if next_event.ending is None:
             return
-        self.ending, self.ended_at, self.overdue = next_event.ending, next_event.time, np.inf
-        if self.doubt > self.ending.missed_momentum:
-            self.ending = Ending("open", self.doubt)
+        self.ending = next_event.ending.doubted(self.doubt)
+        self.ended_at, self.overdue = next_event.time, np.inf
         self.flown_on = now
         if self.frame_interval is not None or self.frames_at_contacts:
             quiet = quiet_time(self.scene.particles, self.bond.stiffness)
