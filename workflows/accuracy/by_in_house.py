@@ -1,6 +1,8 @@
 """Meeting a tolerance with the in-house engines."""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -140,13 +142,38 @@ def _meet_with_fixed_steps(
     if followed is None and fine is not known and fine.timestep is not None:
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
-        fine = whole
+        fine = with_doubts(whole, (fine, proof))
     if stalled == _STALLED:
         # No order of convergence holds here: the truth may be wherever one of these runs went.
         error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
     return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
+
+
+def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
+    """
+    Return an outcome whose end is in doubt where those of others are, or their contacts differ.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The run that gives the number.
+    others : sequence of Outcome
+        The same collision at other steps.
+
+    Returns
+    -------
+    Outcome
+        With the momentum in doubt.
+    """
+    ending = outcome.ending
+    for other in others:
+        ending = ending.doubted(other.ending.missed_momentum)
+        fewer, more = sorted((outcome, other), key=lambda each: len(each.contact_speeds))
+        late = more.contact_speeds[len(fewer.contact_speeds) :]
+        ending = ending.doubted(2.0 * float(np.sum(late)))
+    return replace(outcome, ending=ending)
 
 
 def _meet_irregularly(scene: Scene, goal: float, scheme: StepSchemeName, noise: float) -> Answer:

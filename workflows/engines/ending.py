@@ -17,11 +17,11 @@ away from the wall, so D and V never fall, and I is taken with all that the pull
 *argued* where energy alone cannot rule a return out, but would have to gather as it hardly ever
 does (``pieces.escape_risk``), and where this has been so, without a contact, for longer than
 sound needs to cross the chain and come back; or where the first piece recedes after the longest
-time that is followed, without a contact in all of it.
+time that is followed, without a contact in all of it, and this does not hinge on errors.
 
 *open* where the first piece still approaches the wall then, or where motions that hardly differ
-disagree on a late contact. The momentum that contacts could bring is told, and belongs into the
-error bar.
+disagree on a late contact, or on the state of a piece that has the energy for one. The momentum
+that contacts could bring is told, and belongs into the error bar.
 """
 
 import math
@@ -66,10 +66,14 @@ class Ending:
         ``proved``, ``argued`` or ``open``.
     missed_momentum : float
         Largest momentum that contacts after an open end could give the chain; 0 for the others.
+    momentum_at_stake : float
+        The same of an argued end, were the motion another: 0 where no motion brings a contact but
+        by a rare gathering of energy.
     """
 
     kind: EndingKind
     missed_momentum: float = 0.0
+    momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":
         """
@@ -232,6 +236,38 @@ def approach(pieces: Pieces) -> float:
     return size * abs(speed) + math.sqrt(2.0 * size * internal + (size * speed) ** 2)
 
 
+def evaporation(pieces: Pieces, bond: Potential) -> float:
+    r"""
+    Return the largest momentum that a part thrown out by a piece could be given at the wall.
+
+    With all internal energy but what breaks a bond, :math:`m'` of the m particles move at
+    :math:`w` relative to the others, :math:`I - E = \tfrac12 \mu w^2` with
+    :math:`\mu = m'(m - m')/m`, and hit the wall at :math:`w (m - m')/m - V`, or pieces before
+    them, which hand that on.
+
+    Parameters
+    ----------
+    pieces : Pieces
+        From :func:`find_pieces`.
+    bond : Potential
+        The bonds' potential.
+
+    Returns
+    -------
+    float
+        Momentum; 0 where no part can come back.
+    """
+    breaking = breaking_energy(bond)
+    paid = breaking if math.isfinite(breaking) else 0.0
+    largest = 0.0
+    for size, speed, energy in zip(pieces.sizes, pieces.speeds, pieces.energies, strict=True):
+        thrown = np.arange(1.0, size)
+        free = 2.0 * max(float(energy) - paid, 0.0)
+        hit = np.sqrt(free * (size - thrown) / (thrown * size)) - speed
+        largest = max(largest, float(np.max(2.0 * thrown * hit, initial=0.0)))
+    return largest
+
+
 def argue_end(
     first_displacement: float,
     strains: NDArray[np.float64],
@@ -334,7 +370,8 @@ class EndWatch:
             return None
         speed = float(pieces.speeds[0])
         if speed > 0.0:
-            return Ending("argued")
+            at_stake = evaporation(pieces, bond) if risk > RISK_ALLOWED else 0.0
+            return Ending("argued", momentum_at_stake=at_stake)
         if speed < 0.0:
             arrival = now + 1.1 * float(pieces.displacements[0]) / -speed
             crossing = self._particles / bond.stiffness**0.5

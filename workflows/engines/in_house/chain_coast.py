@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.ending import Ending, find_pieces, quiet_time
 from chaincor.workflows.engines.in_house.chain import Chain
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.interrupts import steps_at_once
@@ -105,10 +105,15 @@ class ChainCoast:
         return float(self.chain.ledger.wall_distance), self.chain.strain, self.chain.velocity
 
 
-# A chain that broke is followed again and again, with so many times the step of the run; a long
-# one, which costs the square of its length, once.
+# A chain that broke is followed again and again, with so many times the step of the run; more often
+# where these motions come to different ends; a long one, which costs the square of its length,
+# once: nobody knows then what it hinges on.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
+_MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
+# Motions have come to the same end where the first pieces are alike to this part of v0, and of
+# their energy.
+_ALIKE = 0.01
 
 
 class LookAhead:
@@ -116,7 +121,8 @@ class LookAhead:
     Finds out, ahead of an exact run, that no further contact comes.
 
     A hot chain that broke forgets its initial state within some hundred units of time. Several
-    motions, with errors as the run has them, then tell whether these decide on a late contact.
+    motions from the start, with errors as the run has them, then tell whether these decide on a
+    late contact: whether some have one, or come to ends that differ, of which one could bring it.
 
     Parameters
     ----------
@@ -136,7 +142,7 @@ class LookAhead:
     Attributes
     ----------
     doubt : float
-        Largest momentum of contacts that some motions have and others have not.
+        Largest momentum of contacts that some motions have and others have not, or may have.
     """
 
     def __init__(
@@ -153,7 +159,7 @@ class LookAhead:
         self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
         self.not_before = 0.0
         self.doubt = 0.0
-        self._left: tuple[float, float, Chain] | None = None
+        self._first = chain.copy()
 
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
@@ -172,8 +178,6 @@ class LookAhead:
         ledger, scene = self._chain.ledger, self._scene
         now = self._start + float(ledger.steps * self._step)
         last = self._start + float(ledger.last_contact)
-        if self._left is None or self._left[0] != last:
-            self._left = last, now, self._chain.copy()
         if now < self.not_before:
             return None
         # What has fallen apart and flown for so long hardly depends on how it is followed.
@@ -196,33 +200,48 @@ class LookAhead:
 
     def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
-        settled, met = None, []
-        samples = _SAMPLES if self._scene.particles <= _MOST_SAMPLED else _SAMPLES[:1]
-        for share in samples:
-            found = self._follow_again(share, now, last)
-            if isinstance(found, tuple):
-                settled = settled or found
-            else:
-                met.append(found)
-        if not met:
-            return settled
-        # Where they do not agree, the run itself is one motion among many.
-        if settled is not None:
+        few = self._scene.particles > _MOST_SAMPLED
+        ends = [self._follow_again(share, now, last) for share in _SAMPLES[: 1 if few else None]]
+        settled = [end for end in ends if isinstance(end, tuple)]
+        differ = len(settled) == len(ends) and (few or not self._alike([end for end, _ in settled]))
+        if differ and not few:
+            ends += [self._follow_again(share, now, last) for share in _MORE_SAMPLES]
+            settled = [end for end in ends if isinstance(end, tuple)]
+        met = [end for end in ends if not isinstance(end, tuple)]
+        if met and settled:
+            # Where they do not agree, the run itself is one motion among many.
             self.doubt = max(self.doubt, *met)
-        self.not_before = math.inf
-        return None
+        if met:
+            self.not_before = math.inf
+            return None
+        if differ:
+            self.doubt = max(self.doubt, *(ending.momentum_at_stake for _, ending in settled))
+        return settled[0]
+
+    def _alike(self, coasts: list[ChainCoast]) -> bool:
+        """Return whether motions have come to the same end, by their first pieces."""
+        bond, v0 = self._scene.bond, self._scene.impact_velocity
+        ends = [find_pieces(*coast.state(), bond) for coast in coasts]
+        sizes = {int(pieces.sizes[0]) for pieces in ends}
+        speeds = [float(pieces.speeds[0]) for pieces in ends]
+        energies = [float(pieces.energies[0]) for pieces in ends]
+        return (
+            len(sizes) == 1
+            and max(speeds) - min(speeds) <= _ALIKE * v0
+            and max(energies) - min(energies) <= _ALIKE * max(energies)
+        )
 
     def _follow_again(
         self, share: float, now: float, last: float
     ) -> tuple[ChainCoast, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
-        assert self._left is not None
-        _, begun, kept = self._left
-        chain, step = kept.copy(), share * self._step
-        chain.ledger.steps, chain.ledger.argue_after = 0, math.inf
-        chain.advance(self._kernels, math.ceil((now - begun) / step), step, self._scheme)
-        if chain.ledger.contacts > 1:
-            return 2.0 * float(chain.contacts[1, 1])
+        chain, step = self._first.copy(), share * self._step
+        chain.contacts = np.zeros_like(self._chain.contacts)
+        chain.ledger.argue_after = chain.ledger.patience = math.inf
+        chain.advance(self._kernels, math.ceil((now - self._start) / step), step, self._scheme)
+        contacts = int(chain.ledger.contacts)
+        if contacts != self._chain.ledger.contacts:
+            return 2.0 * float(chain.contacts[1, contacts - 1])
         coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger.strain_min))
         coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
         ending = find_end(self._scene, coast, last)
