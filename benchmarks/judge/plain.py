@@ -38,7 +38,9 @@ DRIFTS = np.array([*_A, 0.5 - sum(_A), 0.5 - sum(_A), *_A[::-1]])
 # with a third of them.
 STEPS = (0.06, 0.043)
 CLOSER = 1.0 / 3.0
-MULTIPLE = 20.0
+# How far beyond the last contact it runs, in units of the collision: less where the end is called
+# open, which may be late, and where a contact after that would be no surprise.
+MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
 LJ, TODA, LOG, POWER, HARMONIC = range(5)
 KINDS = {"lj": LJ, "toda": TODA, "log": LOG, "power": POWER, "harmonic": HARMONIC}
 
@@ -141,12 +143,12 @@ def _run(n, v0, h, least, multiple, kicks, drifts, kind, b, c, order, times):
     return hits, s, v, x, now
 
 
-def run_on(scene: Scene, step: float, least: float) -> dict[str, Any]:
+def run_on(scene: Scene, step: float, least: float, multiple: float = MULTIPLE) -> dict[str, Any]:
     """Run a scene with named bonds far beyond its last contact."""
     n, v0 = scene.particles, scene.impact_velocity
     times = np.zeros(4 * n + 64)
     hits, _, v, x, now = _run(
-        n, v0, step, least, MULTIPLE, KICKS, DRIFTS, KINDS[scene.potential],
+        n, v0, step, least, multiple, KICKS, DRIFTS, KINDS[scene.potential],
         float(scene.toda_b or 10.0), float(scene.power_c or 0.0), int(scene.power_order or 3),
         times,
     )  # fmt: skip
@@ -268,10 +270,11 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
         "tolerance_met": found.tolerance_met,
     }
     begun = time.process_time()
-    least = MULTIPLE * found.last_contact_time + 5.0 * (scene.particles + 5.0)
+    multiple = MULTIPLE_OPEN if found.ending == "open" else MULTIPLE
+    least = multiple * found.last_contact_time + 5.0 * (scene.particles + 5.0)
     frequency = stiffest(scene, found.bond_min)
     for share in (1.0, CLOSER):
-        coarse, fine = (run_on(scene, share * step / frequency, least) for step in STEPS)
+        coarse, fine = (run_on(scene, share * step / frequency, least, multiple) for step in STEPS)
         uncertain = abs(coarse["eta"] - fine["eta"]) / ((STEPS[0] / STEPS[1]) ** 4 - 1.0)
         if coarse["contacts"] == fine["contacts"] and uncertain <= 1e-4:
             break
