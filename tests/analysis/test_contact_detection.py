@@ -75,6 +75,7 @@ class _Stiffer(Harmonic):
         return -1.5 * np.asarray(strain)
 
 
+@pytest.mark.slow
 def test_reintegration_follows_only_what_can_reach_the_wall(harmonic500):
     u, v = harmonic500.state(2.0)
     times, speeds = reintegrate_contacts(ChainState(0, 2.0, u, v), 9.0, Harmonic())

@@ -272,6 +272,7 @@ KEPT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fields", KEPT, ids=str)
 def test_what_is_kept_of_a_run_is_a_job(fields, tmp_path):
     folder = tmp_path / "job"

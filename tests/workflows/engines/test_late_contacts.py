@@ -53,6 +53,7 @@ def test_late_contacts_of_a_long_chain_are_found():
 CHAOTIC = {(157, 1.4869): 10, (48, 1.3505): 4, (77, 1.4979): 3}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("particles", "speed"), CHAOTIC)
 def test_what_the_last_digits_decide_is_in_the_bar(particles, speed):
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
