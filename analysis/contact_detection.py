@@ -116,26 +116,12 @@ class ContactDetector:
     _largest_fall: float = 0.0
 
     def add_known(self, time: float, speed: float) -> None:
-        """
-        Record a contact that is known without detection.
-
-        Parameters
-        ----------
-        time, speed : float
-            When, and how fast particle 1 came in.
-        """
+        """Record a contact that is known without detection, with its incoming speed."""
         self._times.append(time)
         self._speeds.append(speed)
 
     def feed(self, state: ChainState) -> None:
-        """
-        Look for contacts between the previous state and this one.
-
-        Parameters
-        ----------
-        state : ChainState
-            The next state in time.
-        """
+        """Look for contacts between the previous state and this one."""
         before, self._previous = self._previous, state
         if self.masses is None:
             self.masses = np.ones(state.velocities.size)
@@ -161,14 +147,7 @@ class ContactDetector:
             self._reintegrate(before, state, given)
 
     def result(self) -> DetectedContacts:
-        """
-        Return what was found.
-
-        Returns
-        -------
-        DetectedContacts
-            Contacts so far, in order of time.
-        """
+        """Return the contacts so far, in order of time."""
         return DetectedContacts(
             np.array(self._times),
             np.array(self._speeds),
@@ -246,18 +225,9 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     On each side particle 1 covers its distance from the wall at the mean of its velocity in the
     frame and at the contact; the error is of third order in the time.
 
-    Parameters
-    ----------
-    before, after : ChainState
-        Two frames with one contact between them.
-    speed : float
-        Incoming speed.
-
-    Returns
-    -------
-    ahead, since : float
-        Two independent estimates: they add up to the time between the frames as far as they are
-        right. Infinite where particle 1 does not move towards the wall.
+    The two estimates are independent: they add up to the time between the frames as far as they are
+    right. Neither is longer than ten times that, also where particle 1 does not move towards the
+    wall.
     """
     closing = 0.5 * (speed - before.velocities[0])
     leaving = 0.5 * (speed + after.velocities[0])
@@ -285,21 +255,7 @@ def reintegrate_contacts(
 
     Only the particles whose motion can reach the wall in that time are followed.
 
-    Parameters
-    ----------
-    state : ChainState
-        Where to start.
-    end_time : float
-        Where to stop.
-    bond : Potential
-        The bonds' potential.
-    masses : ndarray of shape (n,), optional
-        Particle masses, particle 1 first; 1 by default.
-
-    Returns
-    -------
-    times, speeds : list of float
-        Contacts in order; empty if the integration fails.
+    Returns times and incoming speeds in order, empty if the integration fails.
     """
     from scipy.integrate import solve_ivp
 

@@ -25,14 +25,7 @@ class Thinned(Generic[Item]):
         self.stride = 1
 
     def feed(self, item: Item) -> None:
-        """
-        Offer the next item.
-
-        Parameters
-        ----------
-        item : object
-            Kept if its turn comes.
-        """
+        """Offer the next item, which is kept if its turn comes."""
         if self._count % self.stride == 0:
             if len(self._items) == self._limit:
                 self._items = self._items[::2]
@@ -43,14 +36,7 @@ class Thinned(Generic[Item]):
         self._count += 1
 
     def items(self) -> list[Item]:
-        """
-        Return what was kept, in order, the last item included.
-
-        Returns
-        -------
-        list
-            At most the limit and one more.
-        """
+        """Return what was kept, in order: at most the limit, and the last item."""
         if self._items and self._last is not None and self._items[-1] is not self._last:
             return [*self._items, self._last]
         return list(self._items)

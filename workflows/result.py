@@ -172,14 +172,7 @@ class Collision:
     details: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return everything but the arrays, ready for JSON.
-
-        Returns
-        -------
-        dict
-            Field names and plain values; numbers that are not finite become None.
-        """
+        """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
         plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ARRAY_FIELDS}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
@@ -187,25 +180,11 @@ class Collision:
         return {key: _finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """
-        Return the arrays.
-
-        Returns
-        -------
-        dict
-            Field names and arrays.
-        """
+        """Return the arrays by field name."""
         return {name: getattr(self, name) for name in ARRAY_FIELDS}
 
     def save_arrays(self, path: Path) -> None:
-        """
-        Write the arrays to an NPZ file, aside first, so that an older one is not lost half-way.
-
-        Parameters
-        ----------
-        path : pathlib.Path
-            The file.
-        """
+        """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
         with written_aside(Path(path)) as aside, aside.open("wb") as file:
             # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
             contents: dict[str, Any] = self.arrays()

@@ -35,27 +35,7 @@ def gather(
     figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """
-    Gather everything the report says, as plain values.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    judged : Judged
-        Verdicts.
-    slips : tuple of Slip
-        The paper's slips.
-    figures : tuple of Figure
-        The figures.
-    seconds : dict
-        Wall-clock time of the steps of this run.
-
-    Returns
-    -------
-    dict
-        What ``report.json`` holds.
-    """
+    """Gather everything ``report.json`` holds, as plain values; `seconds` are those of this run."""
     verdicts = [
         {
             "key": j.rule.key,
@@ -143,21 +123,7 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
-    """
-    Draw the figures and write them with their data.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Folder of the report; made if it is not there.
-    figures : tuple of Figure
-        The figures.
-
-    Returns
-    -------
-    dict of str to str
-        By key: the image as a data URI, for the page.
-    """
+    """Draw the figures and write them with their data; returns them as data URIs, by key."""
     drawings = folder / "figures"
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
@@ -172,18 +138,7 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
-    """
-    Write the page, the summary and the numbers.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where.
-    contents : dict
-        From :func:`gather`.
-    images : dict of str to str
-        From :func:`write_figures`.
-    """
+    """Write the page, the summary and the numbers."""
     environment = Environment(
         loader=PackageLoader("chaincor.workflows.reproduce"),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),

@@ -10,23 +10,7 @@ from chaincor.workflows.sweep.execution import run_scenes
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
-    """
-    Return a runner that keeps every result, so that nothing finished is computed twice.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The results store.
-    workers : int
-        Processes.
-    progress : bool
-        Whether to show a progress bar, where there is a terminal.
-
-    Returns
-    -------
-    callable
-        The runner.
-    """
+    """Return a runner that keeps every result, so that nothing finished is computed twice."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:
         rows = run_scenes(scenes, path, workers=workers, arrays=True, progress=progress)
@@ -46,15 +30,7 @@ def run_here(scenes: Sequence[Scene]) -> list[Answer]:
     """
     Carry out scenes one after the other, keeping nothing.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Bonds may be Python objects, which a store cannot keep.
-
-    Returns
-    -------
-    list of Answer
-        In the same order.
+    Bonds may be Python objects, which a store cannot keep.
     """
     answers = []
     for attempt in map(carry_out, scenes):

@@ -31,25 +31,7 @@ def _plain(value: float | None) -> float | None:
 def measurement_row(
     study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
 ) -> dict[str, Any]:
-    """
-    Return one setting's results.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-    measurement : Measurement
-        One of its settings.
-    on_front : bool
-        Whether no other beats it in both error and time.
-    promised : float or None
-        The error it can be trusted to keep.
-
-    Returns
-    -------
-    dict
-        Flat, for CSV and JSON.
-    """
+    """Return one setting's results, flat; `promised` is the error it can be trusted to keep."""
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
     series = setting.series
     row: dict[str, Any] = {
@@ -94,19 +76,7 @@ def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
 
 
 def to_dict(study: Tradeoff) -> dict[str, Any]:
-    """
-    Return a study as plain values.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-
-    Returns
-    -------
-    dict
-        For JSON.
-    """
+    """Return a study as plain values."""
     truth, scene = study.truth, study.scene
     front = {id(m) for m in pareto_front(study.measurements)}
     promises = promised_errors(study.measurements)
@@ -151,21 +121,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
 
 
 def write_study(study: Tradeoff, folder: Path) -> None:
-    """
-    Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-    folder : pathlib.Path
-        Made if it is not there.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    """
+    """Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG."""
     plain = to_dict(study)
     with folder_aside(folder) as aside:
         (aside / "tradeoff.json").write_text(json.dumps(plain, indent=2, allow_nan=False) + "\n")

@@ -31,21 +31,7 @@ def _scaled(point: Point) -> float:
 
 
 def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
-    """
-    Return 1 - eta against n for harmonic chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    law : HarmonicLaw
-        Fits to them.
-
-    Returns
-    -------
-    Figure
-        The law, and what is left when it is divided out.
-    """
+    """Return 1 - eta against n for harmonic chains, and what is left without the law."""
     points = measured.select("harmonic_sizes", "harmonic")
     fit = law.by_lammps
     return Figure(
@@ -104,19 +90,7 @@ def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
 
 
 def lj_lengths(measured: Measurements) -> Figure:
-    """
-    Return 1 - eta against n for lj chains at the paper's five speeds.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Five curves, with the harmonic chain's beside them.
-    """
+    """Return 1 - eta against n for lj chains at the paper's speeds, and the harmonic chain's."""
     points = {speed: measured.select("sizes", "lj", speed=speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = measured.select("harmonic_sizes", "harmonic")
     longest = max((p.particles for ps in points.values() for p in ps), default=0)

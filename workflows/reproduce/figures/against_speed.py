@@ -37,19 +37,7 @@ def _speed_axis(ax: "Axes") -> None:
 
 
 def restitution_curves(measured: Measurements) -> Figure:
-    """
-    Return eta against v0/v* for lj, toda and log chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Three curves.
-    """
+    """Return eta against v0/v* for lj, toda and log chains."""
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
     fastest = max((p.speed for p in curves["log"] if p.source == "lammps"), default=0.0)
     refusal = (
@@ -86,19 +74,7 @@ def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canv
 
 
 def contacts_and_restitution(measured: Measurements) -> Figure:
-    """
-    Return f(n)/n and eta of the lj chain against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Both on the paper's one axis.
-    """
+    """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
     points = measured.select("curves", "lj")
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
     return Figure(
@@ -135,19 +111,7 @@ def _draw_contacts(points: list[Point]) -> "Canvas":
 
 
 def breaking_and_two_restitutions(measured: Measurements) -> Figure:
-    """
-    Return fragments, and e beside eta, of the lj chain against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Two panels.
-    """
+    """Return fragments, and e beside eta, of the lj chain against speed."""
     points = measured.select("curves", "lj")
     broken = [p.speed for p in points if _fragments(p) > 1]
     text = (

@@ -71,19 +71,7 @@ def _draw_increase(ax: "Axes", increase: Increase, values, errors, colour, marke
 
 
 def increase_figure(measured: Measurements) -> Figure:
-    """
-    Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        The increase, and its local power below.
-    """
+    """Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes."""
     found = increases(measured)
     worst = max(
         (float(np.max(np.abs(i.errors / i.values))) for i in found.values()), default=float("nan")
@@ -134,15 +122,7 @@ def slope_figure(measured: Measurements) -> Figure:
     """
     Return the increase divided by the speed for lj chains, and the scaling of long chains.
 
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Above, constant where 1 - eta grows as C v; below, all lengths on one curve.
+    Above, constant where 1 - eta grows as C v; below, all lengths on one curve.
     """
     found = lj_increases(measured)
     return Figure(
@@ -219,19 +199,7 @@ def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> 
 
 
 def pair_figure(measured: Measurements) -> Figure:
-    """
-    Return the shortening of the interval of the chain of two.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        LAMMPS against the exact quadrature.
-    """
+    """Return the shortening of the interval of the chain of two, beside the exact quadrature."""
     points = measured.select("pair", "lj")
     values = pair_alphas(points)
     bond = LennardJones()

@@ -26,23 +26,7 @@ def draw_points(
     """
     Draw points with the error bars of eta.
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where.
-    points : sequence of Point
-        With results.
-    x, y : callable
-        Coordinates of a point; y differs from eta by a constant or a sign, so that the error bar
-        of eta is its own.
-    colour, marker : str
-        How they look.
-    label : str or None
-        For the legend.
-    line : bool
-        Whether to join them.
-    size : float
-        Of the markers.
+    `y` differs from eta by a constant or a sign, so that the error bar of eta is its own.
     """
     if not points:
         return

@@ -47,47 +47,22 @@ class Increase:
         """
         Fit a power law from 0.01 v* to each of `RANGE_ENDS`.
 
-        Returns
-        -------
-        list of PowerLaw
-            Each set of points once, and only where an error can be given.
+        Each set of points once, and only where an error can be given.
         """
         fits = {(fit.points, fit.last): fit for fit in (self.fit(0.01, end) for end in RANGE_ENDS)}
         return [fit for fit in fits.values() if np.isfinite(fit.exponent_error)]
 
     def fit(self, first: float, last: float) -> PowerLaw:
-        """
-        Fit a power law over a range of speeds.
-
-        Parameters
-        ----------
-        first, last : float
-            The range.
-
-        Returns
-        -------
-        PowerLaw
-            The fit.
-        """
+        """Fit a power law over a range of speeds."""
         within = (self.speeds >= 0.999 * first) & (self.speeds <= 1.001 * last)
         return fit_power_law(self.speeds[within], self.values[within])
 
 
 def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
     """
-    Subtract the harmonic baseline.
+    Subtract the harmonic baseline; None where there is nothing to subtract.
 
-    Parameters
-    ----------
-    points : list of Point
-        Anharmonic chains of one length.
-    baseline : list of Point
-        The harmonic chain of that length; the in-house propagator, exact, is preferred.
-
-    Returns
-    -------
-    Increase or None
-        None where there is nothing to subtract.
+    Of the baseline's points the in-house propagator's, which are exact, are preferred.
     """
     if not points or not baseline:
         return None
@@ -106,19 +81,7 @@ def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
 
 
 def increases(measured: Measurements) -> dict[int, Increase]:
-    """
-    Return the increase for each order r.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of int to Increase
-        By order; orders without points are left out.
-    """
+    """Return the increase for each order r that has points."""
     baseline = measured.select("increase", "harmonic")
     found = {}
     for order in PAPER_SLOPES:
@@ -129,19 +92,7 @@ def increases(measured: Measurements) -> dict[int, Increase]:
 
 
 def lj_increases(measured: Measurements) -> dict[int, Increase]:
-    """
-    Return the increase of lj chains for each length.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of int to Increase
-        By chain length.
-    """
+    """Return the increase of lj chains for each length."""
     lengths = sorted({p.particles for p in measured.points["slopes"]})
     found = {}
     for n in lengths:
@@ -153,19 +104,7 @@ def lj_increases(measured: Measurements) -> dict[int, Increase]:
 
 
 def low_speed_findings(measured: Measurements) -> dict[str, Finding]:
-    """
-    Return what is found at low speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found at low speed, by the key of the rule that judges it."""
     return {
         "alpha": _alpha(measured),
         "theoretical slope": _theoretical_slope(),
@@ -178,15 +117,7 @@ def pair_alphas(points: list[Point]) -> np.ndarray:
     """
     Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two: it tends to alpha at low speed.
 
-    Parameters
-    ----------
-    points : list of Point
-        Chains of two.
-
-    Returns
-    -------
-    ndarray of shape (points,)
-        nan where there are not two contacts.
+    It is nan where there are not two contacts.
     """
     values = []
     for point in points:
@@ -233,19 +164,7 @@ def _theoretical_slope() -> Finding:
 
 
 def slope_through_origin(increase: Increase) -> tuple[float, float]:
-    """
-    Return C of a least-squares line through the origin, and its standard error.
-
-    Parameters
-    ----------
-    increase : Increase
-        Increase of an lj chain.
-
-    Returns
-    -------
-    slope, error : float
-        Over `SLOPE_RANGE`.
-    """
+    """Return C of a least-squares line through the origin over `SLOPE_RANGE`, and its error."""
     within = (increase.speeds >= SLOPE_RANGE[0]) & (increase.speeds <= SLOPE_RANGE[1])
     u, y = increase.speeds[within], increase.values[within]
     if u.size < 2:

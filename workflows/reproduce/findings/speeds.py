@@ -16,19 +16,7 @@ _SAME_CURVE = 0.02
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
-    """
-    Return the minimum of eta(v) of each potential.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Minimum
-        By potential.
-    """
+    """Return the minimum of eta(v) of each potential."""
     found = {}
     for name in CURVE_POTENTIALS:
         points = measured.select("curves", name)
@@ -37,19 +25,7 @@ def minima(measured: Measurements) -> dict[str, Minimum]:
 
 
 def speed_findings(measured: Measurements) -> dict[str, Finding]:
-    """
-    Return what is found on eta against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found on eta against speed, by the key of the rule that judges it."""
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
     everything = [p for points in curves.values() for p in points]
     lows = minima(measured)
