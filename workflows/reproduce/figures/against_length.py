@@ -22,10 +22,6 @@ def _dissipation(point: Point) -> float:
     return 1.0 - point.restitution
 
 
-def _length(point: Point) -> float:
-    return point.particles
-
-
 def _scaled(point: Point) -> float:
     return _dissipation(point) * point.particles ** (2.0 / 3.0)
 
@@ -56,11 +52,12 @@ def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
     n = np.geomspace(3, max(p.particles for p in points), 60)
     for panel, y in ((ax, _dissipation), (below, _scaled)):
         for source, size in (("in-house", 2.8), ("lammps", 4.5)):
+            chosen = [p for p in points if p.source == source]
             draw_points(
                 panel,
-                [p for p in points if p.source == source],
-                _length,
-                y,
+                chosen,
+                [p.particles for p in chosen],
+                [y(p) for p in chosen],
                 colour=BLUE,
                 marker="o",
                 label={"lammps": "LAMMPS", "in-house": "in-house, exact propagator"}[source],
@@ -127,8 +124,8 @@ def _draw_lj(points: dict[float, list[Point]], harmonic: list[Point]) -> "Canvas
         draw_points(
             ax,
             group,
-            _length,
-            _dissipation,
+            [p.particles for p in group],
+            [_dissipation(p) for p in group],
             colour=colour,
             marker=marker,
             label=rf"$v_0 = {speed:.3f}\,v^*$",

@@ -23,14 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 
-def _speed(point: Point) -> float:
-    return point.speed
-
-
-def _eta(point: Point) -> float:
-    return point.restitution
-
-
 def _speed_axis(ax: "Axes") -> None:
     ax.set_xscale("log")
     ax.set_xlabel(r"impact speed $v_0/v^*$")
@@ -63,10 +55,13 @@ def restitution_curves(measured: Measurements) -> Figure:
 def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":
     figure, ax = new_figure(figsize=(6.4, 4.2))
     if harmonic:
-        ax.axhline(_eta(harmonic[0]), color=GREY, linestyle="--", linewidth=1.0, label="harmonic")
+        ax.axhline(
+            harmonic[0].restitution, color=GREY, linestyle="--", linewidth=1.0, label="harmonic"
+        )
     labels = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
     for (name, points), colour, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
-        draw_points(ax, points, _speed, _eta, colour=colour, marker=marker, label=labels[name])
+        u, eta = [p.speed for p in points], [p.restitution for p in points]
+        draw_points(ax, points, u, eta, colour=colour, marker=marker, label=labels[name])
     _speed_axis(ax)
     ax.set_ylabel(r"restitution $\eta = K_r/K_i$")
     ax.legend(loc="lower left")
@@ -92,8 +87,8 @@ def contacts_and_restitution(measured: Measurements) -> Figure:
 
 def _draw_contacts(points: list[Point]) -> "Canvas":
     figure, ax = new_figure(figsize=(6.4, 3.9))
-    draw_points(ax, points, _speed, _eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
-    speeds = [p.speed for p in points]
+    speeds, eta = [p.speed for p in points], [p.restitution for p in points]
+    draw_points(ax, points, speeds, eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
     ax.plot(
         speeds,
         [p.contacts / p.particles for p in points],
