@@ -132,7 +132,7 @@ class _Worker:
             # Whoever inherited the other end could keep it open after the worker's death.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
-        except (EOFError, ConnectionError):
+        except (EOFError, OSError):  # an answer that breaks off is an OSError
             pass
         raise WorkerDiedError(self._obituary())
 
