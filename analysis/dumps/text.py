@@ -15,15 +15,10 @@ _MOST_PARTICLES = 10**9
 
 class TextFrames:
     """
-    Reader of text frames from an open stream.
+    Reader of text frames from an open stream, with a name of the file for errors.
 
     Only the columns that are asked for are converted to numbers: splitting a frame into words is
     cheap, turning words of 17 digits into float64 is what costs.
-
-    Parameters
-    ----------
-    name : str
-        What to call the file in errors.
     """
 
     def __init__(self, name: str):
@@ -32,7 +27,7 @@ class TextFrames:
         self._order: NDArray[np.int64] | None = None
 
     def read(self, stream: IO[bytes]) -> DumpFrame | None:
-        """Read the next frame."""
+        """Read the next frame; None at the end of the file."""
         header = self._read_header(stream)
         if header is None:
             return None
@@ -66,7 +61,7 @@ class TextFrames:
         return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
 
     def skip(self, stream: IO[bytes]) -> bool:
-        """Pass over the next frame."""
+        """Pass over the next frame; False at the end of the file."""
         header = self._read_header(stream)
         if header is None:
             return False
