@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.contact_detection import ContactDetector, reintegrate_contacts
+from chaincor.analysis.contact_detection import ContactDetector
+from chaincor.analysis.contact_times import reintegrate_contacts
 from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
