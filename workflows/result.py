@@ -177,7 +177,7 @@ class Collision:
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
-        return {key: _finite(value) for key, value in plain.items()}
+        return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return the arrays by field name."""
@@ -191,11 +191,12 @@ class Collision:
             np.savez_compressed(file, **contents)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
+        return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
+        return [finite(inner) for inner in value]
     return value

@@ -12,10 +12,7 @@ from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.reproduce.plan import Plan
 from chaincor.workflows.reproduce.studies import Study, studies
-
-# The in-house value should not be what limits the comparison.
-_SHARPER = 0.1
-_SHARPEST = 1e-11
+from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
 
 
 @dataclass(frozen=True)
@@ -179,8 +176,8 @@ def in_house_twin(scene: Scene) -> Scene:
     It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
     LAMMPS, so that this is the value shown.
     """
-    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else _SHARPER
-    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), _SHARPEST)
+    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
+    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), SHARPEST)
     none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
     return scene.replace(**none, engine="reference", tolerance=tolerance)
 

@@ -2,7 +2,6 @@
 
 import base64
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
 from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.result import finite
 
 _CLASS = {
     Verdict.REPRODUCED: "good",
@@ -154,7 +154,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
         _write(folder / name, text)
-    _write(folder / "report.json", json.dumps(_finite(contents), indent=1, ensure_ascii=False))
+    _write(folder / "report.json", json.dumps(finite(contents), indent=1, ensure_ascii=False))
 
 
 def _write(path: Path, text: str) -> None:
@@ -170,13 +170,3 @@ def _data_uri(rendered: dict[str, bytes]) -> str:
     kind = "svg" if len(rendered["svg"]) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return value

@@ -2,12 +2,12 @@
 
 import csv
 import json
-import math
 import platform
 from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.result import finite
 from chaincor.workflows.tradeoff.budget import ErrorBudget
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
@@ -21,11 +21,6 @@ from chaincor.workflows.tradeoff.study import Tradeoff
 from chaincor.workflows.versions import versions
 
 _STOCK_REFLECTING = "stock wall"
-
-
-def _plain(value: float | None) -> float | None:
-    """JSON has no infinities."""
-    return value if value is not None and math.isfinite(value) else None
 
 
 def measurement_row(
@@ -48,7 +43,7 @@ def measurement_row(
     }
     names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
     for name in names:
-        row[name] = _plain(getattr(measurement, name)) if done else None
+        row[name] = finite(getattr(measurement, name)) if done else None
     row["promised_error"] = promised
     row["seconds"] = measurement.time if done else None
     row["setup_seconds"] = (
@@ -69,7 +64,7 @@ def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
         "timestep": row.setting.timestep,
         "scaled_timestep": row.scaled_timestep,
         "measured_error": row.measured_error,
-        "contact_time_error": _plain(row.contact_time_error),
+        "contact_time_error": finite(row.contact_time_error),
         "mode_energy_error": row.mode_energy_error,
         "seconds": row.seconds,
     }
@@ -88,7 +83,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
             "restitution": truth.restitution,
             "restitution_error": truth.restitution_error,
             "last_contact_time": truth.last_contact_time,
-            "last_contact_time_error": _plain(truth.last_contact_time_error),
+            "last_contact_time_error": finite(truth.last_contact_time_error),
             "mode_energies_error": truth.mode_energies_error,
             "contacts": truth.contacts,
             "source": truth.source,

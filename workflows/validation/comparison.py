@@ -18,8 +18,8 @@ from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_
 _EXTREME_SHARE, _ROUNDING = 0.08, 1e-12
 
 # The in-house result should not be what limits the comparison.
-_SHARPER = 0.1
-_SHARPEST = 1e-11
+SHARPER = 0.1
+SHARPEST = 1e-11
 
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
@@ -124,7 +124,7 @@ def grid_around(scene: Scene) -> list[Scene]:
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
     """Run the in-house integrator, sharper than what it judges."""
-    sharper = max(_SHARPER * tolerance, _SHARPEST)
+    sharper = max(SHARPER * tolerance, SHARPEST)
     fields = dict.fromkeys(NUMERICS_KEYS)
     outputs = dict.fromkeys(("dump", "save", "arrays"))
     return collide(scene.replace(engine="reference", tolerance=sharper, **fields, **outputs))

@@ -12,7 +12,6 @@ from chaincor.workflows.reproduce.findings.long_limit import describe_limits, sl
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
-_NAN = float("nan")
 # Fits of the increase begin at 0.01 v*, as the paper's figure does, and end at one of these.
 RANGE_ENDS = (0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.13, 0.16, 0.2)
 # Up to here the powers are those of the limit v0 -> 0.
@@ -123,7 +122,7 @@ def pair_alphas(points: list[Point]) -> np.ndarray:
     for point in points:
         arrays = {} if point.answer is None else point.answer.arrays
         times = arrays.get("contact_times", np.empty(0))
-        interval = times[1] - times[0] if len(times) == 2 else _NAN
+        interval = times[1] - times[0] if len(times) == 2 else np.nan
         values.append((1.0 - interval / PAIR_INTERVAL) / point.speed)
     return np.array(values)
 
@@ -132,7 +131,7 @@ def _alpha(measured: Measurements) -> Finding:
     points = measured.select("pair", "lj")
     slow = [p for p in points if p.speed <= 0.1]
     if len(slow) < 4:
-        return Finding(_NAN, _NAN, "fewer than four speeds")
+        return Finding(np.nan, np.nan, "fewer than four speeds")
     speeds, values = np.array([p.speed for p in slow]), pair_alphas(slow)
     (_, _, limit), (_, _, shorter) = (
         np.polyfit(speeds[:count], values[:count], 2) for count in (len(slow), len(slow) - 1)
@@ -168,7 +167,7 @@ def slope_through_origin(increase: Increase) -> tuple[float, float]:
     within = (increase.speeds >= SLOPE_RANGE[0]) & (increase.speeds <= SLOPE_RANGE[1])
     u, y = increase.speeds[within], increase.values[within]
     if u.size < 2:
-        return _NAN, _NAN
+        return np.nan, np.nan
     slope = float(u @ y / (u @ u))
     return slope, float(np.sqrt(np.sum((y - slope * u) ** 2) / (u.size - 1) / (u @ u)))
 
@@ -176,7 +175,7 @@ def slope_through_origin(increase: Increase) -> tuple[float, float]:
 def _simulated_slopes(measured: Measurements) -> dict[str, Finding]:
     found = lj_increases(measured)
     if not found:
-        missing = Finding(_NAN, _NAN, "no points")
+        missing = Finding(np.nan, np.nan, "no points")
         return {"simulated slope": missing}
     shortest = found[min(found)]
     slope, error = slope_through_origin(shortest)
@@ -200,7 +199,7 @@ def _powers(measured: Measurements) -> dict[str, Finding]:
     results: dict[str, Finding] = {}
     for order, printed in PAPER_SLOPES.items():
         if order not in found:
-            missing = Finding(_NAN, _NAN, "no points")
+            missing = Finding(np.nan, np.nan, "no points")
             results |= {f"power r = {order}": missing, f"printed power r = {order}": missing}
             continue
         increase = found[order]
