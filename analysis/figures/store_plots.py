@@ -41,8 +41,10 @@ def plot_curves(
     """
     Draw one curve for each name, through its points in the order given.
 
-    A curve with an empty name has no entry in the legend. Axes, named like columns, are logarithmic
-    where values span more than a factor of 30.
+    `curves` maps names to (x, y), two arrays of one shape (points,); a curve with an empty name has
+    no entry in the legend. `x_name` and `y_name` are those of columns of a store, or fields of a
+    result: the axes are labelled by them. The x axis is logarithmic where values span more than a
+    factor of 30. Returns the axes, those of a new figure where none are given.
     """
     own = ax is None
     ax = choose_axes(ax)
