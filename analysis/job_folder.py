@@ -99,41 +99,16 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
 
 def find_jobs_below(folder: Path | str) -> tuple[Job, ...]:
     """
-    Find the jobs in the folders below a folder.
+    Find the jobs in the folders below a folder, in order of their names, not in itself.
 
-    Parameters
-    ----------
-    folder : pathlib.Path or str
-        Where to look; not itself looked into.
-
-    Returns
-    -------
-    tuple of Job
-        One for each folder with a dump, in order of their names.
-
-    Raises
-    ------
-    InputError
-        If one of them has more than one dump or data file to choose from.
+    Raises InputError if one of them has more than one dump or data file to choose from.
     """
     below = sorted(path for path in Path(folder).rglob("*") if path.is_dir())
     return tuple(find_job(path) for path in below if _files_by_kind(path)["dump"])
 
 
 def has_dump(folder: Path | str) -> bool:
-    """
-    Tell whether a folder holds a dump.
-
-    Parameters
-    ----------
-    folder : pathlib.Path or str
-        Folder of a job.
-
-    Returns
-    -------
-    bool
-        Whether a file in it is a LAMMPS dump.
-    """
+    """Tell whether a folder holds a dump."""
     return Path(folder).is_dir() and bool(_files_by_kind(Path(folder))["dump"])
 
 
@@ -147,24 +122,7 @@ def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
 
 
 def count_atoms(path: Path) -> int:
-    """
-    Return the number of atoms that a data file declares.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        LAMMPS data file.
-
-    Returns
-    -------
-    int
-        Number of atoms.
-
-    Raises
-    ------
-    InputError
-        If it is not a data file.
-    """
+    """Return the number of atoms that a data file declares; InputError if it is not one."""
     found = _ATOM_COUNT.search(_read_head(path))
     if found is None:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
@@ -261,19 +219,7 @@ def analyze_job(
 
 
 def uses_reflecting_wall(job: Job) -> bool:
-    """
-    Tell whether the run had the stock wall, by its scripts and logs.
-
-    Parameters
-    ----------
-    job : Job
-        Files of the job.
-
-    Returns
-    -------
-    bool
-        Whether ``fix wall/reflect`` is among the commands.
-    """
+    """Tell by its scripts and logs whether a run had the stock wall, ``fix wall/reflect``."""
     return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
 
 

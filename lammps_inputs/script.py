@@ -40,19 +40,7 @@ class ScoutedEnd:
 
 
 def number(value: float) -> str:
-    """
-    Format a number so that LAMMPS reads back the same bits.
-
-    Parameters
-    ----------
-    value : float
-        A finite number.
-
-    Returns
-    -------
-    str
-        Its shortest exact decimal form.
-    """
+    """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
     return repr(float(value))
 
 
@@ -89,24 +77,8 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     """
     Render the commands that set a chain up for a run driven from Python.
 
-    Parameters
-    ----------
-    numerics : Numerics
-        Wall and timestep.
-    table : BondTable or None
-        The bond table; None for LAMMPS's own harmonic bond.
-    folder : str
-        Where the data file and the table lie: a folder of the program's own making.
-
-    Returns
-    -------
-    str
-        LAMMPS commands.
-
-    Raises
-    ------
-    SceneError
-        If the folder's name has characters that LAMMPS would interpret.
+    `folder`, of the program's own making, is where the data file and the table lie; SceneError if
+    its name has characters that LAMMPS would interpret.
     """
     if not set(folder) <= _SAFE_PATH_CHARACTERS:
         raise SceneError(

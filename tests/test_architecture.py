@@ -51,10 +51,12 @@ FLOORS = {
         {"step_error"},
         {"analysis_files", "job_folder"},
         {"frame_analysis"},
-        {"caveats", "figures", "results"},
+        {"caveats", "figures", "history"},
+        {"results"},
         {"contact_detection", "contacts", "pair_theory", "theory"},
+        {"contact_times"},
         {"dumps", "modes"},
-        {"atomic_write", "history", "restitution", "start"},
+        {"atomic_write", "restitution", "start"},
     ],
 }
 MOST_MODULES = 16

@@ -105,14 +105,7 @@ def _terminable() -> Iterator[None]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """
-    Run the command line and exit.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command and options; those of the process by default.
-    """
+    """Run the command line and exit."""
     sys.exit(_run(arguments))
 
 

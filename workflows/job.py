@@ -27,33 +27,12 @@ def write_job(
     replace_existing: bool = False,
 ) -> list[Path]:
     """
-    Write the input script, the chain, its bond table and the scene.
+    Write the input script, the chain, its bond table and the scene; returns the paths.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision; its numerics default to the event wall and Verlet steps. A tolerance is
-        not used: a job has a fixed step.
-    folder : pathlib.Path
-        Where the job goes.
-    dump : bool
-        Whether the job dumps its motion, as it does where the scene has a dump.
-    explain : bool
-        Whether every command and file says what it is for.
-    replace_existing : bool
-        Whether to write over a job that is there already.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        If the folder holds a job already, or cannot be made.
-    SceneError
-        If the scheme cannot be scripted.
+    Numerics default to the event wall and Verlet steps. A tolerance is not used: a job has a fixed
+    step. `dump` has the job dump its motion, as it does where the scene has a dump; `explain` says
+    of every command and file what it is for. Raises InputError if the folder holds a job already or
+    cannot be made, SceneError if the scheme cannot be scripted.
     """
     if scene.wall is None and scene.scheme is None:
         # A script has a fixed step: nothing in it could choose one for a tolerance.
@@ -100,16 +79,8 @@ def scout_job(scene: Scene) -> Scouting | None:
     """
     Find the bond lengths of a collision that a script will run.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Scouting or None
-        With the bonds of the free flight by which the script sees that no contact follows; None
-        where it cannot tell.
+    The bonds of the free flight are in it by which the script sees that no contact follows; None
+    where it cannot tell.
     """
     return scout(scene, flown_on(scene))
 

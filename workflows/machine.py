@@ -36,26 +36,12 @@ class Finding:
     text: str
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the fields.
-
-        Returns
-        -------
-        dict
-            Names and values.
-        """
+        """Return the fields."""
         return asdict(self)
 
 
 def examine() -> list[Finding]:
-    """
-    Examine this machine by using each part.
-
-    Returns
-    -------
-    list of Finding
-        In the order in which a run needs them.
-    """
+    """Examine this machine by using each part, in the order in which a run needs them."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Python", _python),
         ("libraries", _libraries),

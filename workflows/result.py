@@ -172,51 +172,31 @@ class Collision:
     details: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return everything but the arrays, ready for JSON.
-
-        Returns
-        -------
-        dict
-            Field names and plain values; numbers that are not finite become None.
-        """
+        """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
         plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ARRAY_FIELDS}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
-        return {key: _finite(value) for key, value in plain.items()}
+        return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """
-        Return the arrays.
-
-        Returns
-        -------
-        dict
-            Field names and arrays.
-        """
+        """Return the arrays by field name."""
         return {name: getattr(self, name) for name in ARRAY_FIELDS}
 
     def save_arrays(self, path: Path) -> None:
-        """
-        Write the arrays to an NPZ file, aside first, so that an older one is not lost half-way.
-
-        Parameters
-        ----------
-        path : pathlib.Path
-            The file.
-        """
+        """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
         with written_aside(Path(path)) as aside, aside.open("wb") as file:
             # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
             contents: dict[str, Any] = self.arrays()
             np.savez_compressed(file, **contents)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
+        return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
+        return [finite(inner) for inner in value]
     return value

@@ -20,18 +20,8 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
     """
     Return the timestep that a log or, where there is none, an input script sets.
 
-    Parameters
-    ----------
-    logs : iterable of pathlib.Path
-        LAMMPS logs of the job: they show variables and what they stand for.
-    scripts : iterable of pathlib.Path
-        Input scripts of the job.
-
-    Returns
-    -------
-    float or None
-        The value of the ``timestep`` command; None where none is found, where a script computes
-        it, or where it changes, so that steps do not tell the time.
+    Logs show variables as what they stand for. None where no ``timestep`` command is found, where a
+    script computes it, or where it changes, so that steps do not tell the time.
     """
     words, expanded = _words(logs, scripts)
     computed = [word for word in words if "$" in word]
@@ -48,15 +38,7 @@ def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float 
 
     Runs that stop at contacts set other steps on the way; the first one is that of the motion.
 
-    Parameters
-    ----------
-    logs, scripts : iterable of pathlib.Path
-        As for :func:`read_timestep`.
-
-    Returns
-    -------
-    float or None
-        The first value of the ``timestep`` command; None where there is none.
+    None where there is none.
     """
     words, expanded = _words(logs, scripts)
     values = [float(word) for word in words if _NUMBER.fullmatch(word)]
@@ -72,17 +54,7 @@ def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | 
     Until sound has crossed the chain the particle farthest from the wall flies freely, so its
     distance, its speed and the steps between frames give the time of a step.
 
-    Parameters
-    ----------
-    frames : iterable of DumpFrame
-        Frames from the first on; read only as far as the flight goes.
-    layout : ChainLayout
-        Layout of the dump.
-
-    Returns
-    -------
-    float or None
-        The timestep; None if no two frames show the flight.
+    Frames are read only as far as the flight goes; None if no two of them show it.
     """
     start: tuple[int, float, float] | None = None
     timestep = None

@@ -121,19 +121,7 @@ def analyze(
 
 
 def describe(analysis: "CollisionAnalysis") -> str:
-    """
-    Describe the results for people.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-
-    Returns
-    -------
-    str
-        Some lines, the caveats at the end.
-    """
+    """Describe the results for people, in some lines with the caveats at the end."""
     statistics = analysis.contact_statistics
     bond = analysis.bond
     speed = f"v0 = {analysis.velocity:.6g}"

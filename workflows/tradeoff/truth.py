@@ -84,20 +84,8 @@ def find_truth(scene: Scene) -> Truth:
     """
     Converge a collision as far as the in-house engine goes.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Truth
-        For harmonic chains from the exact propagator, else from order 8 at two steps.
-
-    Raises
-    ------
-    RunError
-        If no step resolves the collision.
+    For harmonic chains by the exact propagator, else from order 8 at two steps. Raises RunError if
+    no step resolves the collision.
     """
     if isinstance(scene.bond, Harmonic):
         exact = modal.run(scene)
@@ -150,23 +138,7 @@ def _modes(scene: Scene, outcome: Outcome) -> NDArray[np.float64]:
 
 
 def deviation_from(truth: Truth, scene: Scene, outcome: Outcome) -> Deviation:
-    """
-    Compare a run with the truth.
-
-    Parameters
-    ----------
-    truth : Truth
-        Converged values.
-    scene : Scene
-        The collision.
-    outcome : Outcome
-        A run of it.
-
-    Returns
-    -------
-    Deviation
-        Its errors.
-    """
+    """Compare a run with the truth."""
     energy = 0.5 * scene.particles * scene.impact_velocity**2
     late = abs(float(outcome.contact_times[-1]) - truth.last_contact_time)
     same = len(outcome.contact_times) == truth.contacts
