@@ -1,6 +1,5 @@
 """The input script of a collision that the engine runs command by command, to be kept beside it."""
 
-import math
 from dataclasses import replace
 from typing import Literal
 
@@ -30,7 +29,7 @@ def job_script(
     numerics: Numerics,
     table: BondTable | None,
     scouted: ScoutedEnd | None,
-    dump_steps: int | Literal["contacts"] | None = None,
+    frame_time: float | Literal["contacts"] | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
@@ -45,7 +44,7 @@ def job_script(
         The bond table; None for LAMMPS's own harmonic bond.
     scouted : ScoutedEnd or None
         How the collision ended elsewhere.
-    dump_steps : int or "contacts" or None
+    frame_time : float or "contacts" or None
         See :func:`~chaincor.lammps_inputs.script.render_job`.
 
     Returns
@@ -63,9 +62,9 @@ def job_script(
         table,
         quiet=quiet,
         cap=longest_collision(scene.particles, stiffness, max(quiet, last)),
-        look_steps=math.ceil(look / numerics.timestep),
+        look=look,
         scouted=scouted,
-        dump_steps=dump_steps,
+        frame_time=frame_time,
     )
 
 
