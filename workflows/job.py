@@ -50,9 +50,9 @@ def write_job(
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     scouted = None if scouting is None else scouting.end
-    dump_steps = _dump_steps(scene, numerics.timestep) if dump or scene.dump is not None else None
+    frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
-        SCRIPT_FILE: job_script(scene, numerics, table, scouted, dump_steps),
+        SCRIPT_FILE: job_script(scene, numerics, table, scouted, frame_time),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }
     if table is not None:
@@ -69,10 +69,10 @@ def write_job(
     return _write_files(texts, folder, replace_existing)
 
 
-def _dump_steps(scene: Scene, timestep: float) -> int | Literal["contacts"]:
+def _frame_time(scene: Scene) -> float | Literal["contacts"]:
     if isinstance(scene.dump_frames, str):
         return "contacts"
-    return max(1, round(scene.particles / scene.dump_frames / timestep))
+    return scene.particles / scene.dump_frames
 
 
 def scout_job(scene: Scene) -> Scouting | None:

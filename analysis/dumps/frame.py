@@ -40,6 +40,8 @@ class DumpFrame:
         Whether the box is triclinic.
     units : str or None
         Units of the run, where the dump names them (``dump_modify units yes``).
+    absolute_resolution : float
+        Half a unit of the last decimal, where numbers were printed with so many and no more.
     """
 
     step: int
@@ -52,6 +54,7 @@ class DumpFrame:
     periodic_x: bool = False
     tilted: bool = False
     units: str | None = None
+    absolute_resolution: float = 0.0
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return one column as float64, exactly as written, sorted by id."""
@@ -86,10 +89,10 @@ class DumpFrame:
         """
         values = np.abs(self.column(name))
         if digits >= 16:
-            return 0.5 * np.spacing(values)
+            return np.maximum(0.5 * np.spacing(values), self.absolute_resolution)
         safe = np.where(values > 0.0, values, 1.0)
         half_unit = 0.5 * 10.0 ** (np.floor(np.log10(safe)) - digits + 1)
-        return np.where(values > 0.0, half_unit, 0.0)
+        return np.maximum(np.where(values > 0.0, half_unit, 0.0), self.absolute_resolution)
 
 
 def _count_digits(word: bytes) -> int:

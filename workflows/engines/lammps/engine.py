@@ -287,7 +287,8 @@ def _collide(
             started = time.perf_counter()
             collision.carry_out()
             seconds = time.perf_counter() - started
-            outcomes.append(replace(collision.outcome(used, seconds), details=details))
+            outcome = collision.outcome(used, seconds)
+            outcomes.append(replace(outcome, numerics=used, details=details))
             longest_seen.append(collision.longest_seen)
             scene = scene.replace(dump=None)
             frame_interval = None

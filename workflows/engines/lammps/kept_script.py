@@ -1,6 +1,5 @@
 """The input script of a collision that the engine runs command by command, to be kept beside it."""
 
-import math
 from dataclasses import replace
 from typing import Literal
 
@@ -30,12 +29,12 @@ def job_script(
     numerics: Numerics,
     table: BondTable | None,
     scouted: ScoutedEnd | None,
-    dump_steps: int | Literal["contacts"] | None = None,
+    frame_time: float | Literal["contacts"] | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
 
-    `scouted` is how the collision ended elsewhere; for `dump_steps` see
+    `scouted` is how the collision ended elsewhere; for `frame_time` see
     :func:`~chaincor.lammps_inputs.script.render_job`.
     """
     stiffness = scene.bond.stiffness
@@ -48,9 +47,9 @@ def job_script(
         table,
         quiet=quiet,
         cap=longest_collision(scene.particles, stiffness, max(quiet, last)),
-        look_steps=math.ceil(look / numerics.timestep),
+        look=look,
         scouted=scouted,
-        dump_steps=dump_steps,
+        frame_time=frame_time,
     )
 
 
