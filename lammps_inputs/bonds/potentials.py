@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import LogLength, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
 
@@ -69,6 +69,12 @@ def log_force(strain, _p, _q):
     return -strain / (1.0 + strain)
 
 
+def log_force_of_log_length(log_length, _p, _q):
+    """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
+    force = np.expm1(-log_length)
+    return force, 1.0 + force
+
+
 @cache
 def power_force(order: int) -> Callable:
     """
@@ -105,7 +111,7 @@ class Harmonic(Potential):
     """U = s^2/2."""
 
     name = "harmonic"
-    smooth = True
+    smooth = is_harmonic = True
     force_kernel = staticmethod(harmonic_force)
 
     @property
@@ -209,6 +215,11 @@ class Logarithmic(Potential):
     force_kernel = staticmethod(log_force)
     strain_min = -1.0
 
+    @property
+    def log_length(self):
+        """U = r - 1 - ln r = e^y - 1 - y at y = ln r."""
+        return LogLength(log_force_of_log_length, expm1_minus_x)
+
     def energy(self, strain):
         """Return s - log1p(s)."""
         return x_minus_log1p(strain)
@@ -286,12 +297,6 @@ class Power(Potential):
         if self.order % 2 == 0:
             return math.inf
         return (-self.order * self.c) ** (-1.0 / (self.order - 2))
-
-    @property
-    def barrier(self):
-        """U at the barrier strain."""
-        strain = self.barrier_strain
-        return math.inf if math.isinf(strain) else float(self.energy(strain))
 
     def _find_compressed_strain(self):
         """Solve |c| |s|^(order - 2) = 1/2 in closed form."""

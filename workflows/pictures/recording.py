@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import adaptive, modal
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -32,7 +31,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     RunError
         If the motion cannot be followed; each cause has a name.
     """
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return modal.run(scene, interval)
     return adaptive.run(scene, _ACCURACY, interval)
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     NAMED_POTENTIALS,
     Harmonic,
@@ -208,6 +209,37 @@ def test_toda_refuses_b(b):
 def test_power_refuses(order, c):
     with pytest.raises(PotentialError, match=r"power_(order|c) is"):
         Power(order, c)
+
+
+def test_the_log_bond_as_a_function_of_the_logarithm_of_its_length():
+    bond = Logarithmic()
+    for y in (-30.0, -1.0, -1e-9, 1e-9, 0.5):
+        force, inverse_length = bond.log_length.kernel(y, *bond.parameters)
+        if y > -20.0:  # shorter bonds have no digits left in their strain
+            assert force == pytest.approx(float(bond.force(np.expm1(y))), rel=1e-9)
+            energy = float(bond.energy(np.expm1(y)))
+            assert float(bond.log_length.energy(y)) == pytest.approx(energy, rel=1e-7)
+        assert inverse_length == pytest.approx(np.exp(-y), rel=1e-14)
+
+
+def test_what_engines_ask_of_a_bond_that_says_no_more_than_it_must():
+    class Spring(Potential):
+        name = "spring"
+
+        def energy(self, strain):
+            return np.square(strain)
+
+        def force(self, strain):
+            return -2.0 * strain
+
+        def curvature(self, strain):
+            return 2.0 * np.ones_like(strain)
+
+    bond = Spring()
+    assert (bond.barrier_strain, bond.barrier, bond.convex_strain) == (math.inf,) * 3
+    assert (bond.force_kernel, bond.users_force, bond.log_length) == (None,) * 3
+    assert (bond.is_harmonic, bond.kinks, bond.energy_offset) == (False, (), 0.0)
+    assert [one.name for one in BONDS if one.is_harmonic] == ["harmonic"]
 
 
 class TestUserBond:

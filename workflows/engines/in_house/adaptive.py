@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import Logarithmic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
 from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
@@ -132,12 +131,10 @@ class BondLoops:
 
 
 def _bond_loops(bond: Potential) -> BondLoops:
-    if isinstance(bond, Logarithmic):
-        from chaincor.lammps_inputs.bonds.series import expm1_minus_x
-
-        advance = _compile(adaptive.log_length_bond, keep=True, logarithmic=True)
-        # U = r - 1 - ln r = e^y - 1 - y
-        return BondLoops(advance, (0.0, 0.0), np.expm1, np.exp, expm1_minus_x, True)
+    log_length = bond.log_length
+    if log_length is not None:
+        advance = _compile(log_length.kernel, keep=True, logarithmic=True)
+        return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
         advance, parameters = _build(adaptive.array_rates(bond.force)), (0.0, 0.0)

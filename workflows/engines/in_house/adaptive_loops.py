@@ -73,24 +73,6 @@ def strain_bond(kernel: Callable) -> Callable:
     return bond
 
 
-def log_length_bond(log_length, _p, _q):
-    """
-    Return force and 1/(dr/dy) of the log bond at y = ln r: exp(-y) - 1 and exp(-y).
-
-    Parameters
-    ----------
-    log_length : float
-        y.
-
-    Returns
-    -------
-    tuple of float
-        Both, exact at any length.
-    """
-    force = np.expm1(-log_length)
-    return force, 1.0 + force
-
-
 def looped_rates(bond: Callable) -> Callable:
     """
     Return the equations of motion as a loop, for a compiler.

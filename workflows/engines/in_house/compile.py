@@ -58,7 +58,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
-    user_force = getattr(bond, "users_force", None)
+    user_force = bond.users_force
     if not isinstance(user_force, FunctionType):
         return None
     single = njit(user_force, **OPTIONS)

@@ -3,18 +3,14 @@
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import ending
 from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.adaptive_loops import (
-    array_rates,
-    log_length_bond,
-    looped_rates,
-)
+from chaincor.workflows.engines.in_house.adaptive_loops import array_rates, looped_rates
 from chaincor.workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
 
 
@@ -121,15 +117,6 @@ def test_cap_on_the_length(monkeypatch):
         monkeypatch.setattr(module, "longest_collision", lambda _n, _k, _last: 3.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
         stiff.run(Scene(particles=20), 1e-8)
-
-
-def test_log_length_bond_is_the_log_bond():
-    bond = Logarithmic()
-    for y in (-30.0, -1.0, -1e-9, 1e-9, 0.5):
-        force, inverse_stretch = log_length_bond(y, 0.0, 0.0)
-        if y > -20.0:  # shorter bonds have no digits left in their strain
-            assert force == pytest.approx(float(bond.force(np.expm1(y))), rel=1e-9)
-        assert inverse_stretch == pytest.approx(np.exp(-y), rel=1e-14)
 
 
 def test_equations_of_motion_in_loops_and_arrays():
