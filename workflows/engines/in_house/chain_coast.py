@@ -253,8 +253,7 @@ class LookAhead:
 def _coarse_ceiling(scene: Scene) -> float:
     """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
     bond = scene.bond
-    barrier = getattr(bond, "barrier_strain", math.inf)
-    return bond.convex_strain if math.isfinite(bond.dissociation) else barrier
+    return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
 def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
