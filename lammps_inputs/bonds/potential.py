@@ -5,11 +5,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
+
+
+class NoParameters(NamedTuple):
+    """What the kernel of a potential without parameters is told."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class LogLength:
     Attributes
     ----------
     kernel : callable
-        ``kernel(y, p, q)``: -dU/dr and 1/r, for compiled loops.
+        ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
     energy : callable
         U of an array of y.
     """
@@ -93,7 +97,7 @@ class Potential(ABC):
         """
         kernel = self.force_kernel
         assert kernel is not None, "a potential without a kernel overrides force"
-        return kernel(np.asarray(strain, dtype=float), *self.parameters)
+        return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     @abstractmethod
     def curvature(self, strain):
@@ -129,7 +133,7 @@ class Potential(ABC):
 
     @property
     def force_kernel(self) -> Callable | None:
-        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
+        """``f(strain, parameters)`` for compiled loops; None where only :meth:`force` exists."""
         return None
 
     @property
@@ -143,9 +147,9 @@ class Potential(ABC):
         return None
 
     @property
-    def parameters(self) -> tuple[float, float]:
-        """The (p, q) of the kernel."""
-        return (0.0, 0.0)
+    def parameters(self) -> tuple[float, ...]:
+        """What the kernel must be told, by name: a NamedTuple."""
+        return NoParameters()
 
     @property
     def anharmonic_order(self) -> int | None:

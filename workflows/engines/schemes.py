@@ -107,16 +107,17 @@ def composed_leap(start: Callable, stage: Callable, drift: Callable) -> Callable
 
     def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
         drifts, kicks = scheme
-        p, q = parameters
         stages = kicks.shape[0]
         strain, velocity = new
         wall_distance += drifts[0] * step * old[1][0]
         reach = min(bonds, wanted + stages)
-        start(old[0], old[1], strain, velocity, reach, drifts[0] * step, kicks[0] * step, p, q)
+        start(
+            old[0], old[1], strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters
+        )
         for k in range(1, stages):
             wall_distance += drifts[k] * step * velocity[0]
             reach = min(bonds, wanted + stages - k)
-            stage(strain, velocity, reach, drifts[k] * step, kicks[k] * step, p, q)
+            stage(strain, velocity, reach, drifts[k] * step, kicks[k] * step, parameters)
         wall_distance += drifts[-1] * step * velocity[0]
         drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
         return wall_distance
@@ -141,7 +142,6 @@ def extrapolated_leap(start: Callable, stage: Callable, copy: Callable, mix: Cal
 
     def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
         weights, counts = scheme
-        p, q = parameters
         strain, velocity = trial
         wanted = min(bonds, wanted)
         copy(old[0], old[1], new[0], new[1], wanted)
@@ -153,10 +153,10 @@ def extrapolated_leap(start: Callable, stage: Callable, copy: Callable, mix: Cal
             half = 0.5 * short
             distance = half * old[1][0]
             reach = min(bonds, wanted + count)
-            start(old[0], old[1], strain, velocity, reach, half, short, p, q)
+            start(old[0], old[1], strain, velocity, reach, half, short, parameters)
             for further in range(count - 1, 0, -1):
                 distance += short * velocity[0]
-                stage(strain, velocity, min(bonds, wanted + further), short, short, p, q)
+                stage(strain, velocity, min(bonds, wanted + further), short, short, parameters)
             distance += half * velocity[0]
             # Weights sum to 1: mixing differences keeps the rounding of what does not change out.
             mix(strain, velocity, old[0], old[1], wanted, half, weight, new[0], new[1])

@@ -111,7 +111,7 @@ class BondLoops:
     advance : callable
         See ``adaptive_loops``.
     parameters : tuple
-        (p, q) of the force.
+        Of the force.
     strains : callable
         s of y.
     length_of : callable
@@ -137,7 +137,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
         return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
-        advance, parameters = _build(adaptive.array_rates(bond.force)), (0.0, 0.0)
+        advance, parameters = _build(adaptive.array_rates(bond.force)), bond.parameters
     else:
         advance = _compile(force.function, keep=force.keep, logarithmic=False)
         parameters = force.parameters

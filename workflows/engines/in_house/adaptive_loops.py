@@ -59,16 +59,16 @@ def strain_bond(kernel: Callable) -> Callable:
     Parameters
     ----------
     kernel : callable
-        -dU/dr of one strain, ``kernel(strain, p, q)``.
+        -dU/dr of one strain, ``kernel(strain, parameters)``.
 
     Returns
     -------
     callable
-        ``bond(strain, p, q)``: force and 1/(dr/dy), here 1.
+        ``bond(strain, parameters)``: force and 1/(dr/dy), here 1.
     """
 
-    def bond(strain, p, q):
-        return kernel(strain, p, q), 1.0
+    def bond(strain, parameters):
+        return kernel(strain, parameters), 1.0
 
     return bond
 
@@ -80,21 +80,21 @@ def looped_rates(bond: Callable) -> Callable:
     Parameters
     ----------
     bond : callable
-        ``bond(y, p, q)``: force and 1/(dr/dy).
+        ``bond(y, parameters)``: force and 1/(dr/dy).
 
     Returns
     -------
     callable
-        ``rates(state, out, p, q)``.
+        ``rates(state, out, parameters)``.
     """
 
-    def rates(state, out, p, q):
+    def rates(state, out, parameters):
         bonds = state.shape[0] // 2 - 1
         velocity = bonds + 1
         out[0] = state[velocity]
         behind = 0.0
         for i in range(bonds):
-            ahead, inverse_stretch = bond(state[1 + i], p, q)
+            ahead, inverse_stretch = bond(state[1 + i], parameters)
             out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
             out[velocity + i] = behind - ahead
             behind = ahead
@@ -118,7 +118,7 @@ def array_rates(force: Callable) -> Callable:
         As :func:`looped_rates` returns it.
     """
 
-    def rates(state, out, _p, _q):
+    def rates(state, out, _parameters):
         particles = state.shape[0] // 2
         velocity = state[particles:]
         forces = force(state[1:particles])
@@ -138,7 +138,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
     Parameters
     ----------
     rates : callable
-        The equations of motion, ``rates(state, out, p, q)``.
+        The equations of motion, ``rates(state, out, parameters)``.
     contact_search : callable
         ``reference_contact.build_contact_search``.
     register : callable
@@ -164,12 +164,12 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
             for j in range(s):
                 if a[s, j] != 0.0:
                     result += (step * a[s, j]) * slopes[j]
-            rates(result, slopes[s], parameters[0], parameters[1])
+            rates(result, slopes[s], parameters)
         result[:] = start
         for j in range(stages):
             if b[j] != 0.0:
                 result += (step * b[j]) * slopes[j]
-        rates(result, slopes[stages], parameters[0], parameters[1])
+        rates(result, slopes[stages], parameters)
 
     @register
     def estimate(slopes, step, method, scale):
@@ -201,7 +201,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
         final = method[1].shape[0]
         refusals = 0
         if ledger.paused == 0:
-            rates(state, slopes[0], parameters[0], parameters[1])
+            rates(state, slopes[0], parameters)
         ledger.paused = 0
         while ledger.time < ledger.longest:
             if refusals == 0 and ledger.steps >= ledger.pause:
@@ -254,7 +254,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
                 contacts[1, ledger.contacts] = speed
                 ledger.contacts += 1
                 last[:] = state
-                rates(state, slopes[0], parameters[0], parameters[1])
+                rates(state, slopes[0], parameters)
             else:
                 slopes[0] = slopes[final]
             bonds = state[1:particles]

@@ -24,12 +24,11 @@ def build_coast(stage: Callable, drift: Callable, count_outside: Callable) -> Ca
     """
 
     def coast(ledger, strain, velocity, steps, step, clearance, first, last, parameters):
-        p, q = parameters
         bonds = strain.shape[0]
         ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
         for taken in range(steps):
             ledger.wall_distance += ahead * velocity[0]
-            stage(strain, velocity, bonds, ahead, step, p, q)
+            stage(strain, velocity, bonds, ahead, step, parameters)
             ahead = step
             ledger.evaluations += 1
             if not ledger.wall_distance > clearance:

@@ -30,9 +30,9 @@ class ScalarForce:
     Attributes
     ----------
     function : callable
-        -dU/dr of one strain, ``function(strain, p, q)``.
+        -dU/dr of one strain, ``function(strain, parameters)``.
     parameters : tuple
-        The (p, q) to call it with.
+        What to call it with.
     keep : bool
         Whether its compiled form may be kept on disk.
     """
@@ -72,10 +72,10 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
-    def function(strain, _p, _q):
+    def function(strain, _parameters):
         return single(strain)
 
-    return ScalarForce(function, (0.0, 0.0), keep=False)
+    return ScalarForce(function, bond.parameters, keep=False)
 
 
 @dataclass(frozen=True)

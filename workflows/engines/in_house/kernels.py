@@ -43,7 +43,7 @@ class Kernels:
     coast : callable
         Carries it over coarse steps; see ``coast_loop``.
     parameters : tuple
-        The (p, q) of the potential's kernel.
+        Of the potential's kernel.
     compiled : bool
         False where the bond's force cannot be compiled and NumPy steps the chain.
     """
@@ -82,7 +82,7 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
         coast = _compile_coast(force.function, force.keep)
         return Kernels(advance, coast, force.parameters, compiled=True)
 
-    def first_force(strain, _p, _q):
+    def first_force(strain, _parameters):
         return float(bond.force(np.array([strain]))[0])
 
     advance = build_motion(
@@ -94,7 +94,7 @@ def _kernels_for(bond: Potential, extrapolated: bool) -> Kernels:
         lambda function: function,
     )
     coast = build_coast(array_stage(bond), array_drift, array_outside)
-    return Kernels(advance, coast, (0.0, 0.0), compiled=False)
+    return Kernels(advance, coast, bond.parameters, compiled=False)
 
 
 def _array_leap(bond: Potential, extrapolated: bool) -> Callable:

@@ -60,7 +60,7 @@ def build_motion(
     Parameters
     ----------
     force : callable
-        -dU/dr of one strain, ``force(strain, p, q)``.
+        -dU/dr of one strain, ``force(strain, parameters)``.
     leap : callable
         One step away from the wall, as in ``schemes``.
     count_outside, copy : callable
@@ -87,7 +87,7 @@ def build_motion(
         # Particle 1 after a step of any size; of the bonds only the first matters.
         near, trial, bonds = work
         x = leap(wall_distance, kept, near, trial, bonds, 1, time, scheme, parameters)
-        return x, near[1][0], -force(near[0][0], parameters[0], parameters[1])
+        return x, near[1][0], -force(near[0][0], parameters)
 
     find_contact = contact_search(probe=probe, register=register)
 
@@ -95,7 +95,6 @@ def build_motion(
     def carry(ledger, now, contacts, last, kept, near, trial, begin, step, scheme, parameters):
         # On return the step is done, contacts within it included; the grid of steps is kept,
         # which keeps the motion reversible in time.
-        p, q = parameters
         bonds = ledger.active
         strain, velocity = now
         work = (near, trial, bonds)
@@ -103,7 +102,7 @@ def build_motion(
         while left > 0.0 and ledger.contacts < contacts.shape[1]:
             copy(strain, velocity, kept[0], kept[1], bonds)
             x0 = ledger.wall_distance
-            start = (x0, velocity[0], -force(strain[0], p, q))
+            start = (x0, velocity[0], -force(strain[0], parameters))
             # Where a contact is likely, the few particles that act on particle 1 are moved first:
             # it costs less than to move the chain and to take that back.
             ahead = x0 + left * (start[1] + 0.5 * left * start[2])
@@ -113,7 +112,7 @@ def build_motion(
             else:
                 x1 = leap(x0, kept, now, trial, bonds, bonds, left, scheme, parameters)
                 ledger.evaluations += ledger.step_evaluations
-                end = (x1, velocity[0], -force(strain[0], p, q))
+                end = (x1, velocity[0], -force(strain[0], parameters))
             time = find_contact(left, start, end, kept, work, scheme, parameters)
             if likely or time >= 0.0:
                 moved = time if time >= 0.0 else left

@@ -25,23 +25,23 @@ def looped_stage(force: Callable) -> Callable:
     Parameters
     ----------
     force : callable
-        -dU/dr of one strain: ``force(strain, p, q)``.
+        -dU/dr of one strain: ``force(strain, parameters)``.
 
     Returns
     -------
     callable
-        ``stage(strain, velocity, bonds, drift, kick, p, q)``: changes the first `bonds` of its
-        arrays in place, and one velocity more.
+        ``stage(strain, velocity, bonds, drift, kick, parameters)``: changes the first `bonds` of
+        its arrays in place, and one velocity more.
     """
 
-    def stage(strain, velocity, bonds, drift, kick, p, q):
+    def stage(strain, velocity, bonds, drift, kick, parameters):
         # The force of the bond behind is carried along: reading ahead and writing behind is a
         # pattern that LLVM vectorises, and one pass costs less memory traffic than two.
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
             strain[i] = stretched
-            ahead = force(stretched, p, q)
+            ahead = force(stretched, parameters)
             velocity[i] += kick * (behind - ahead)
             behind = ahead
         velocity[bonds] += kick * behind
@@ -92,20 +92,20 @@ def looped_start(force: Callable) -> Callable:
     Parameters
     ----------
     force : callable
-        -dU/dr of one strain: ``force(strain, p, q)``.
+        -dU/dr of one strain: ``force(strain, parameters)``.
 
     Returns
     -------
     callable
-        ``start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q)``.
+        ``start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, parameters)``.
     """
 
-    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
+    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, parameters):
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
             new_strain[i] = stretched
-            ahead = force(stretched, p, q)
+            ahead = force(stretched, parameters)
             new_velocity[i] = velocity[i] + kick * (behind - ahead)
             behind = ahead
         new_velocity[bonds] = velocity[bonds] + kick * behind
@@ -178,7 +178,7 @@ def array_stage(bond: Potential) -> Callable:
         As :func:`looped_stage` returns it.
     """
 
-    def stage(strain, velocity, bonds, drift, kick, _p, _q):
+    def stage(strain, velocity, bonds, drift, kick, _parameters):
         array_drift(strain, velocity, bonds, drift)
         impulse = kick * bond.force(strain[:bonds])
         velocity[:bonds] -= impulse
@@ -203,9 +203,9 @@ def array_start(bond: Potential) -> Callable:
     """
     stage = array_stage(bond)
 
-    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
+    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, parameters):
         array_copy(strain, velocity, new_strain, new_velocity, bonds)
-        stage(new_strain, new_velocity, bonds, drift, kick, p, q)
+        stage(new_strain, new_velocity, bonds, drift, kick, parameters)
 
     return start
 

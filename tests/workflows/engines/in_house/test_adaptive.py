@@ -124,8 +124,8 @@ def test_equations_of_motion_in_loops_and_arrays():
     state = rng.uniform(-0.1, 0.1, 14)
     bond = LennardJones()
     loops, arrays = np.empty(14), np.empty(14)
-    looped_rates(lambda s, _p, _q: (float(bond.force(s)), 1.0))(state, loops, 0.0, 0.0)
-    array_rates(bond.force)(state, arrays, 0.0, 0.0)
+    looped_rates(lambda s, _: (float(bond.force(s)), 1.0))(state, loops, bond.parameters)
+    array_rates(bond.force)(state, arrays, bond.parameters)
     assert np.allclose(loops, arrays, rtol=1e-14, atol=1e-16)
     # Momentum changes by nothing but the wall.
     assert loops[7:].sum() == pytest.approx(0.0, abs=1e-15)

@@ -51,8 +51,8 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     compiler = LoopCompiler("test_kernels", keep=False)
     stage = compiler.compile(looped_stage(compiler.register(force.function)))
     loops, arrays = (strain.copy(), velocity.copy()), (strain.copy(), velocity.copy())
-    stage(*loops, 37, 0.03, 0.05, *force.parameters)
-    array_stage(bond)(*arrays, 37, 0.03, 0.05, 0.0, 0.0)
+    stage(*loops, 37, 0.03, 0.05, force.parameters)
+    array_stage(bond)(*arrays, 37, 0.03, 0.05, bond.parameters)
     # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
     assert np.allclose(loops[0], arrays[0], rtol=0.0, atol=1e-16)
     assert np.allclose(loops[1], arrays[1], rtol=0.0, atol=2e-15)
@@ -66,8 +66,8 @@ def test_loops_say_what_arrays_say(bonds):
     force = kernel_of(bond).function
     old = (rng.uniform(-0.1, 0.1, 9), rng.uniform(-0.1, 0.1, 10))
     for loop, array, inputs, arguments in (
-        (looped_start(force), array_start(bond), old, (0.1, 0.2, 0.0, 0.0)),
-        (looped_stage(force), array_stage(bond), (), (0.1, 0.2, 0.0, 0.0)),
+        (looped_start(force), array_start(bond), old, (0.1, 0.2, bond.parameters)),
+        (looped_stage(force), array_stage(bond), (), (0.1, 0.2, bond.parameters)),
         (looped_drift, array_drift, (), (0.1,)),
         (looped_copy, array_copy, old, ()),
     ):
@@ -106,7 +106,7 @@ def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme)
 
     def after(bonds, size):
         new, trial = [(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
-        x = leap(0.1, old, new, trial, 39, bonds, 0.1, made_of, (0.0, 0.0))
+        x = leap(0.1, old, new, trial, 39, bonds, 0.1, made_of, bond.parameters)
         return x, new[0][:bonds], new[1][:bonds]
 
     whole, near = after(39, 39), after(1, scheme.reach)
