@@ -11,7 +11,7 @@ from benchmarks.peers.integrators import timed
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import lj_force
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce
-from chaincor.workflows.engines.in_house.stages import looped_stage
+from chaincor.workflows.engines.in_house.stages import looped_stages
 
 C_LOOPS = r"""
 static inline double force(double s) {
@@ -49,7 +49,7 @@ def compile_ours() -> tuple[Callable, Callable]:
     """Return our loops, repeated inside compiled code so that calls cost nothing."""
     compiler = LoopCompiler.for_force(ScalarForce(lj_force, NoParameters(), keep=False))
     kernel, parameters = compiler.register(lj_force), NoParameters()
-    stage = compiler.register(looped_stage(kernel))
+    stage = looped_stages(kernel, compiler.register).stage
 
     def forces(repeats, strain, force):
         for _ in range(repeats):

@@ -31,14 +31,14 @@ class ScalarForce:
     ----------
     function : callable
         -dU/dr of one strain, ``function(strain, parameters)``.
-    parameters : tuple
+    parameters : NamedTuple
         What to call it with.
     keep : bool
         Whether its compiled form may be kept on disk.
     """
 
     function: Callable
-    parameters: tuple
+    parameters: tuple[float, ...]
     keep: bool
 
 
