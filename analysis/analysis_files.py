@@ -21,19 +21,7 @@ _COLUMNS = {
 
 
 def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
-    """
-    Return the results as plain numbers and lists.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-
-    Returns
-    -------
-    dict
-        Ready for JSON: numbers that are not known are None.
-    """
+    """Return the results as plain numbers and lists; numbers that are not known are None."""
     start, end = analysis.energy_start, analysis.energy_end
     bond = analysis.bond
     v_star = None if bond is None else bond.natural_speed
@@ -74,19 +62,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
 
 
 def describe(analysis: CollisionAnalysis) -> str:
-    """
-    Return the scene in a few words, for captions.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-
-    Returns
-    -------
-    str
-        Such as ``lj, n = 100, v0 = 0.4 v*``.
-    """
+    """Return the scene in a few words, such as ``lj, n = 100, v0 = 0.4 v*``."""
     bond = analysis.bond
     if bond is None or bond.natural_speed is None:
         speed = f"$v_0$ = {analysis.velocity:.4g}"
@@ -99,28 +75,9 @@ def describe(analysis: CollisionAnalysis) -> str:
 
 def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool = True) -> Path:
     """
-    Write everything: ``analysis.json``, ``arrays.npz``, three CSV files and the figures.
+    Write ``analysis.json``, ``arrays.npz``, three CSV files and, if wanted, the figures.
 
-    Files appear together when all are written.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-    folder : pathlib.Path or str
-        Where to; files of these names are replaced, others stay.
-    figures : bool
-        Whether to draw.
-
-    Returns
-    -------
-    pathlib.Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
+    Files appear together when all are written; others in the folder stay.
     """
     folder = Path(folder)
     with folder_aside(folder) as aside:
@@ -155,16 +112,7 @@ def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool 
 
 
 def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
-    """
-    Draw every figure of one collision as PNG.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-    folder : pathlib.Path
-        Where to.
-    """
+    """Draw every figure of one collision as PNG."""
     from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
     from chaincor.analysis.figures.contact_intervals import (
         plot_contact_intervals,

@@ -12,22 +12,9 @@ from chaincor.lammps_inputs.errors import InputError
 @contextmanager
 def written_aside(path: Path) -> Iterator[Path]:
     """
-    Yield a path to write to, and rename it to the wanted one on success.
+    Yield a path beside the wanted one, with its ending, and rename it to that on success.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file wanted.
-
-    Yields
-    ------
-    pathlib.Path
-        A path beside it, with the same ending.
-
-    Raises
-    ------
-    InputError
-        If its folder cannot be written to.
+    Raises InputError if the folder cannot be written to.
     """
     with folder_aside(path.parent, prefix=path.stem) as folder:
         aside = folder / path.name
@@ -39,22 +26,8 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     """
     Yield an empty folder to fill, and move its files into the wanted one on success.
 
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where the files are wanted; made if it is not there. Files of other names in it stay.
-    prefix : str
-        Start of the name of the temporary folder.
-
-    Yields
-    ------
-    pathlib.Path
-        The folder to fill.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
+    The folder is made if it is not there; files of other names in it stay. `prefix` starts the name
+    of the temporary one. Raises InputError if the folder cannot be written to.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

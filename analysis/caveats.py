@@ -33,41 +33,12 @@ def collect_caveats(
     resolution: float,
 ) -> list[str]:
     """
-    Say what a reader of the results must know.
+    Say what a reader of the results must know: nothing for a dump without blemish.
 
-    Parameters
-    ----------
-    layout : ChainLayout
-        Layout of the dump.
-    first : DumpFrame
-        Its first frame.
-    digits : int
-        Significant digits of its numbers.
-    start : Start
-        What that frame says.
-    bond : Potential or None
-        The bonds' potential, if known.
-    state : ChainState
-        The last state.
-    masses : ndarray of shape (n,)
-        Particle masses.
-    detection : DetectedContacts
-        How the contacts were found.
-    since_contact : float
-        Time from the last contact to the last frame.
-    ending : str or None
-        ``proved`` or ``argued`` that no contact follows; None where neither is.
-    drift : float or None
-        Relative drift of the energy.
-    truncated : bool
-        Whether the last frame was cut short.
-    resolution : float
-        Half-width of a printed velocity, in units of v0.
-
-    Returns
-    -------
-    list of str
-        Sentences; empty for a dump without blemish.
+    `first` and `start` are the first frame and what it says, `state` is the last state,
+    `since_contact` the time to it from the last contact, `ending` whether it is ``proved`` or
+    ``argued`` that no contact follows, `drift` that of the energy relative to it, and `resolution`
+    the half-width of a printed velocity in units of v0.
     """
     caveats = []
     if truncated:
@@ -105,21 +76,9 @@ def find_contradictions(
     restitution: float, data_error: float, detection: DetectedContacts
 ) -> tuple[str, ...]:
     """
-    Say what no chain and no wall can have done.
+    Say what no chain and no wall can have done; while there is any, no number is to be trusted.
 
-    Parameters
-    ----------
-    restitution : float
-        eta.
-    data_error : float
-        Its error of format and reading.
-    detection : DetectedContacts
-        How the contacts were found.
-
-    Returns
-    -------
-    tuple of str
-        Sentences; while there is one, no number is to be trusted.
+    `data_error` is the error of eta due to format and reading.
     """
     found = []
     suspects = (
@@ -188,16 +147,8 @@ def is_over(
     """
     Return whether a collision is over in the last frame as far as can be told.
 
-    Parameters
-    ----------
-    state, masses, bond, since_contact, ending
-        As for :func:`collect_caveats`.
-
-    Returns
-    -------
-    bool
-        Whether the chain recedes, and that no contact follows is proved, argued, or has been
-        shown by silence for longer than sound needs to cross the chain and come back.
+    That is where the chain recedes, and that no contact follows is proved, argued, or has been
+    shown by silence for longer than sound needs to cross the chain and come back.
     """
     if float(np.sum(masses * state.velocities)) <= 0.0:
         return False

@@ -50,14 +50,7 @@ class ContactStatistics:
     mean_speed: float | None
 
     def to_dict(self) -> dict[str, float | int | None]:
-        """
-        Return the numbers by name.
-
-        Returns
-        -------
-        dict
-            For JSON.
-        """
+        """Return the numbers by name."""
         return asdict(self)
 
 

@@ -1,6 +1,6 @@
 """From the frames of a dump to the physics of the collision, in one pass and constant memory."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,11 +8,12 @@ from numpy.typing import ArrayLike, NDArray
 from chaincor.analysis.caveats import collect_caveats, find_contradictions, is_over
 from chaincor.analysis.contact_detection import ContactDetector
 from chaincor.analysis.contacts import contact_statistics
-from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
+from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.data_file import DeclaredMasses
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses, mass_resolution
-from chaincor.analysis.history import Thinned
+from chaincor.analysis.history import Record
 from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
     bond_strains,
@@ -21,15 +22,10 @@ from chaincor.analysis.restitution import (
     momentum_residual,
     restitution,
 )
-from chaincor.analysis.results import CollisionAnalysis, History
-from chaincor.analysis.start import Start, find_start
+from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
-# Whole states are kept for pictures only: as many as fit, and not more than a picture can show.
-_PICTURE_FRAMES = 600
-_PICTURE_BYTES = 64 * 2**20
-_SERIES_ROWS = 20_000
 # Sideways motion of this many v0 holds 1e-12 of the energy.
 _SIDEWAYS = 1e-6
 
@@ -91,21 +87,21 @@ def analyze_frames(
     for name, given in (("velocity", impact_velocity), ("timestep", timestep)):
         if given is not None and not 0.0 < given < np.inf:
             raise InputError(f"the {name} is {given}; expected a positive finite number")
-    reading = _Reading(iter(frames), timestep)
-    velocity = _choose_velocity(reading.start, impact_velocity, reading.resolution)
+    reading = CollisionFrames(iter(frames), timestep)
+    velocity = reading.impact_velocity(impact_velocity)
     found = find_masses(reading.first, reading.layout, given=masses, declared=declared)
     m = np.ones(reading.layout.particles) if found is None else found
     total_mass = float(np.sum(m))
     detector = ContactDetector(velocity, bond, reading.resolution, m)
-    tally = _Tally(m, bond)
+    record = Record(m, bond)
     opening = state = reading.opening
     for state in reading.states():
-        if tally.count == 0 and reading.begins_at_contact:
+        if record.count == 0 and reading.begins_at_contact:
             detector.add_known(state.time, velocity)
             state = _turned_round(state, velocity)
         _refuse_impossible_bonds(state, bond)
         detector.feed(state)
-        tally.feed(state)
+        record.feed(state)
     for frame in (reading.first, reading.last):
         _refuse_sideways(frame, velocity)
     detection = detector.result()
@@ -182,70 +178,18 @@ def analyze_frames(
         energy_end=energy_end,
         energy_drift=drift,
         momentum_residual=momentum_residual(v, velocity, detection.speeds, m),
-        bond_min=tally.bond_min,
-        bond_max=tally.bond_max,
-        frames=tally.count,
+        bond_min=record.bond_min,
+        bond_max=record.bond_max,
+        frames=record.count,
         timestep=None if reading.layout.time_known else timestep,
         time_start=float(opening.time - origin),
         time_end=float(state.time - origin),
         ending=ending,
         finished=is_over(state, m, bond, since, ending),
-        history=tally.history(origin),
+        history=record.history(origin),
         contradictions=contradictions,
         caveats=(*contradictions, *notes, *caveats),
     )
-
-
-class _Reading:
-    """The frames, and what the first of them says."""
-
-    def __init__(self, frames: Iterator[DumpFrame], timestep: float | None):
-        self._frames = frames
-        self._timestep = timestep
-        self.first = self.last = next(frames)
-        self.last_interval = 0  # steps between the last two frames
-        self.layout = ChainLayout.from_frame(self.first)
-        if self.layout.time_known and timestep is not None:
-            raise InputError(
-                f"the dump carries the time, and a timestep of {timestep:g} is given; expected "
-                "one of them: drop the timestep (--timestep)"
-            )
-        if not self.layout.time_known and timestep is None:
-            raise InputError(
-                "the dump counts steps and does not carry the time; give the timestep of the run "
-                "(--timestep), or dump the time as a column v_time"
-            )
-        self.opening = self.layout.state(self.first, timestep)
-        resolution = self.first.resolution("vx", self.first.significant_digits())
-        self.resolution = float(np.max(resolution))
-        self.start = find_start(self.opening.velocities, resolution)
-
-    @property
-    def digits(self) -> int:
-        """Significant digits of the dump; the first frame alone may hold round numbers only."""
-        return max(self.first.significant_digits(), self.last.significant_digits())
-
-    @property
-    def begins_at_contact(self) -> bool:
-        """Whether the first frame is that of the first contact, before or after the turn."""
-        at_wall = self.opening.displacements[0] == 0.0
-        return self.start.kind == "reflected" or (self.start.kind == "incoming" and at_wall)
-
-    def states(self) -> Iterator[ChainState]:
-        """Yield all states, the first included, in order of time."""
-        yield self.opening
-        time = self.opening.time
-        for frame in self._frames:
-            self.last_interval = max(0, frame.step - self.last.step)
-            self.last = frame
-            state = self.layout.state(frame, self._timestep)
-            if state.time < time:
-                raise InputError(
-                    f"the frame of step {state.step} is earlier than the one before it; expected "
-                    "the frames of one run in order of time"
-                )
-            time = state.time
-            yield state
 
 
 def _turned_round(state: ChainState, impact_velocity: float) -> ChainState:
@@ -253,24 +197,6 @@ def _turned_round(state: ChainState, impact_velocity: float) -> ChainState:
     velocities = state.velocities.copy()
     velocities[0] = impact_velocity
     return ChainState(state.step, state.time, state.displacements, velocities)
-
-
-def _choose_velocity(start: Start, given: float | None, resolution: float) -> float:
-    """Prefer the given impact speed, which has all its digits, if the first frame agrees."""
-    seen = start.impact_velocity
-    if given is None:
-        if seen is None:
-            raise InputError(
-                "the first frame is not the start of a collision (all particles at -v0, or the "
-                "first just turned round), so the impact speed is not known; give it (--velocity)"
-            )
-        return seen
-    if seen is not None and abs(seen - given) > 4.0 * resolution + 1e-9 * given:
-        raise InputError(
-            f"the dump starts with the impact speed {seen:.9g}, the scene says {given:.9g}; "
-            "expected the dump of that scene"
-        )
-    return given
 
 
 def _restitution_precision(
@@ -313,48 +239,4 @@ def _refuse_impossible_bonds(state: ChainState, bond: Potential | None) -> None:
             f"bond {outside[0] + 1} is {1.0 + strains[outside[0]]:.6g} long in the frame of step "
             f"{state.step}, where the potential '{bond.name}' has no energy; expected the "
             "potential of the run, and particles that stay apart"
-        )
-
-
-class _Tally:
-    """What is gathered from every frame."""
-
-    def __init__(self, masses: NDArray[np.float64], bond: Potential | None):
-        self._masses = masses
-        self._total_mass = float(np.sum(masses))
-        self._bond = bond
-        limit = min(_PICTURE_FRAMES, _PICTURE_BYTES // (16 * masses.size))
-        self._states: Thinned[ChainState] = Thinned(limit)
-        self._rows: Thinned[tuple[float, ...]] = Thinned(_SERIES_ROWS)
-        self.bond_min = np.inf
-        self.bond_max = -np.inf
-        self.count = 0
-
-    def feed(self, state: ChainState) -> None:
-        self.count += 1
-        self._states.feed(state)
-        v, m = state.velocities, self._masses
-        momentum = float((m * v).sum())
-        translation = 0.5 * momentum**2 / self._total_mass
-        relative = v - momentum / self._total_mass
-        vibration = 0.5 * float((m * relative) @ relative)
-        low = high = np.nan
-        if v.size > 1:
-            strains = bond_strains(state.displacements)
-            low, high = 1.0 + float(strains.min()), 1.0 + float(strains.max())
-            if self._bond is not None:
-                vibration += float(np.sum(self._bond.energy(strains)))
-            self.bond_min = min(self.bond_min, low)
-            self.bond_max = max(self.bond_max, high)
-        self._rows.feed((state.time, momentum, translation, vibration, low, high))
-
-    def history(self, origin: float) -> History:
-        states = self._states.items()
-        rows = np.array(self._rows.items()).T
-        return History(
-            np.array([state.time for state in states]) - origin,
-            np.array([state.displacements for state in states]),
-            np.array([state.velocities for state in states]),
-            rows[0] - origin,
-            *rows[1:],
         )

@@ -1,6 +1,19 @@
-"""A record of bounded size of something of unknown length."""
+"""The collision in time: a record of bounded size of something of unknown length."""
 
 from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.restitution import bond_strains
+from chaincor.analysis.results import History
+from chaincor.lammps_inputs.bonds.potential import Potential
+
+# Whole states are kept for pictures only: as many as fit, and not more than a picture can show.
+_PICTURE_FRAMES = 600
+_PICTURE_BYTES = 64 * 2**20
+_SERIES_ROWS = 20_000
 
 Item = TypeVar("Item")
 
@@ -25,14 +38,7 @@ class Thinned(Generic[Item]):
         self.stride = 1
 
     def feed(self, item: Item) -> None:
-        """
-        Offer the next item.
-
-        Parameters
-        ----------
-        item : object
-            Kept if its turn comes.
-        """
+        """Offer the next item, which is kept if its turn comes."""
         if self._count % self.stride == 0:
             if len(self._items) == self._limit:
                 self._items = self._items[::2]
@@ -43,14 +49,53 @@ class Thinned(Generic[Item]):
         self._count += 1
 
     def items(self) -> list[Item]:
-        """
-        Return what was kept, in order, the last item included.
-
-        Returns
-        -------
-        list
-            At most the limit and one more.
-        """
+        """Return what was kept, in order: at most the limit, and the last item."""
         if self._items and self._last is not None and self._items[-1] is not self._last:
             return [*self._items, self._last]
         return list(self._items)
+
+
+class Record:
+    """What is kept of every state of a chain that passes by."""
+
+    def __init__(self, masses: NDArray[np.float64], bond: Potential | None):
+        self._masses = masses
+        self._total_mass = float(np.sum(masses))
+        self._bond = bond
+        limit = min(_PICTURE_FRAMES, _PICTURE_BYTES // (16 * masses.size))
+        self._states: Thinned[ChainState] = Thinned(limit)
+        self._rows: Thinned[tuple[float, ...]] = Thinned(_SERIES_ROWS)
+        self.bond_min = np.inf
+        self.bond_max = -np.inf
+        self.count = 0
+
+    def feed(self, state: ChainState) -> None:
+        """Take in the next state."""
+        self.count += 1
+        self._states.feed(state)
+        v, m = state.velocities, self._masses
+        momentum = float((m * v).sum())
+        translation = 0.5 * momentum**2 / self._total_mass
+        relative = v - momentum / self._total_mass
+        vibration = 0.5 * float((m * relative) @ relative)
+        low = high = np.nan
+        if v.size > 1:
+            strains = bond_strains(state.displacements)
+            low, high = 1.0 + float(strains.min()), 1.0 + float(strains.max())
+            if self._bond is not None:
+                vibration += float(np.sum(self._bond.energy(strains)))
+            self.bond_min = min(self.bond_min, low)
+            self.bond_max = max(self.bond_max, high)
+        self._rows.feed((state.time, momentum, translation, vibration, low, high))
+
+    def history(self, origin: float) -> History:
+        """Return the record, its times counted from an origin."""
+        states = self._states.items()
+        rows = np.array(self._rows.items()).T
+        return History(
+            np.array([state.time for state in states]) - origin,
+            np.array([state.displacements for state in states]),
+            np.array([state.velocities for state in states]),
+            rows[0] - origin,
+            *rows[1:],
+        )

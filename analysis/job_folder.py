@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.data_file import declared_masses
-from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.masses import find_masses
+from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
 from chaincor.analysis.frame_analysis import EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
@@ -37,7 +37,7 @@ class Job:
     Attributes
     ----------
     dump : pathlib.Path
-        LAMMPS dump of style custom.
+        LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis read.
     data : pathlib.Path or None
         LAMMPS data file.
     scene : pathlib.Path or None
@@ -84,7 +84,8 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
         empty = [path.name for path in _empty_dumps(folder)]
         hint = f" ({', '.join(empty)} is empty)" if empty else ""
         raise InputError(
-            f"{folder} holds no LAMMPS dump of style custom{hint}; write one with "
+            f"{folder} holds no LAMMPS dump of style custom, and no trajectory that ASE or "
+            f"MDAnalysis read{hint}; write one with "
             "'dump ID all custom N FILE id x vx', or name it (--dump)"
         )
     scene = folder / "scene.toml"
@@ -99,72 +100,35 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
 
 def find_jobs_below(folder: Path | str) -> tuple[Job, ...]:
     """
-    Find the jobs in the folders below a folder.
+    Find the jobs in the folders below a folder, in order of their names, not in itself.
 
-    Parameters
-    ----------
-    folder : pathlib.Path or str
-        Where to look; not itself looked into.
-
-    Returns
-    -------
-    tuple of Job
-        One for each folder with a dump, in order of their names.
-
-    Raises
-    ------
-    InputError
-        If one of them has more than one dump or data file to choose from.
+    Raises InputError if one of them has more than one dump or data file to choose from.
     """
     below = sorted(path for path in Path(folder).rglob("*") if path.is_dir())
     return tuple(find_job(path) for path in below if _files_by_kind(path)["dump"])
 
 
 def has_dump(folder: Path | str) -> bool:
-    """
-    Tell whether a folder holds a dump.
-
-    Parameters
-    ----------
-    folder : pathlib.Path or str
-        Folder of a job.
-
-    Returns
-    -------
-    bool
-        Whether a file in it is a LAMMPS dump.
-    """
+    """Tell whether a folder holds a dump, or a trajectory of another format."""
     return Path(folder).is_dir() and bool(_files_by_kind(Path(folder))["dump"])
 
 
 def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
     kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
+    others = []
     for path in sorted(folder.iterdir()):
         kind = _recognise(path) if path.is_file() else None
         if kind is not None:
             kinds[kind].append(path)
+        elif path.is_file() and is_other_trajectory(path):
+            others.append(path)
+    # Beside a dump they are copies of it, with fewer digits.
+    kinds["dump"] = kinds["dump"] or others
     return kinds
 
 
 def count_atoms(path: Path) -> int:
-    """
-    Return the number of atoms that a data file declares.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        LAMMPS data file.
-
-    Returns
-    -------
-    int
-        Number of atoms.
-
-    Raises
-    ------
-    InputError
-        If it is not a data file.
-    """
+    """Return the number of atoms that a data file declares; InputError if it is not one."""
     found = _ATOM_COUNT.search(_read_head(path))
     if found is None:
         raise InputError(f"{path} is not a LAMMPS data file: no line 'N atoms' in its header")
@@ -213,7 +177,7 @@ def analyze_job(
     InputError
         If the files do not fit together or do not show a collision.
     """
-    dump = Dump(job.dump)
+    dump = open_trajectory(job.dump)
     first = dump.first()
     layout = ChainLayout.from_frame(first)
     _refuse_other_units((*job.scripts, *job.logs))
@@ -261,19 +225,7 @@ def analyze_job(
 
 
 def uses_reflecting_wall(job: Job) -> bool:
-    """
-    Tell whether the run had the stock wall, by its scripts and logs.
-
-    Parameters
-    ----------
-    job : Job
-        Files of the job.
-
-    Returns
-    -------
-    bool
-        Whether ``fix wall/reflect`` is among the commands.
-    """
+    """Tell by its scripts and logs whether a run had the stock wall, ``fix wall/reflect``."""
     return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
 
 

@@ -29,19 +29,9 @@ class Start:
 
 def find_start(velocities: NDArray[np.float64], resolution: NDArray[np.float64]) -> Start:
     """
-    Read the impact speed off the first frame.
+    Read the impact speed off the velocities in the first frame, particle 1 first.
 
-    Parameters
-    ----------
-    velocities : ndarray of shape (n,)
-        Velocities in the first frame, particle 1 first.
-    resolution : ndarray of shape (n,)
-        Half-width of the interval that each printed velocity stands for.
-
-    Returns
-    -------
-    Start
-        Kind and impact speed.
+    `resolution` is the half-width of the interval that each printed velocity stands for.
     """
     outer = velocities[1:] if velocities.size > 1 else -np.abs(velocities)
     speed = -float(outer[-1])

@@ -72,24 +72,9 @@ def analyze_folder(
     """
     Analyse the job in a folder, and the same collision at other steps in folders below it.
 
-    Parameters
-    ----------
-    folder : pathlib.Path or str
-        Folder of a job, or of several folders of jobs.
-    data, dump : pathlib.Path, optional
-        Files of the one job to take.
-    analyze : callable
-        Analyses one job; :func:`~chaincor.analysis.job_folder.analyze_job` with its options.
-
-    Returns
-    -------
-    SteppedRun
-        That at the finest step, its `restitution_error` estimated where the others tell it.
-
-    Raises
-    ------
-    InputError
-        If there is no job, or only jobs below that are not one collision.
+    `analyze` analyses one job. Returns the run at the finest step, its `restitution_error`
+    estimated where the others tell it. Raises InputError if there is no job, or only jobs below
+    that are not one collision.
     """
     named = data is not None or dump is not None
     below = () if named else find_jobs_below(folder)
@@ -126,16 +111,9 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
 
     with the impact-located and the stock wall. The digits of both dumps are added.
 
-    Parameters
-    ----------
-    runs : sequence of SteppedRun
-        Runs of one collision, the one asked for first.
-
-    Returns
-    -------
-    SteppedRun
-        `restitution_error` is null where there is one run only, where steps, their order or the
-        bond are not known, contacts are not the same, or a dump ends too early; a caveat says why.
+    The run asked for comes first. `restitution_error` is None where there is one run only, where
+    steps, their order or the bond are not known, contacts are not the same, or a dump ends too
+    early; a caveat says why.
     """
     every = [run.step for run in runs]
     steps = sorted({step for step in every if step is not None})
@@ -151,19 +129,7 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
 
 
 def refuse_other_collisions(first: SteppedRun, other: SteppedRun) -> None:
-    """
-    Refuse two jobs that are not the same collision at different steps.
-
-    Parameters
-    ----------
-    first, other : SteppedRun
-        The runs.
-
-    Raises
-    ------
-    InputError
-        Naming what differs.
-    """
+    """Refuse two jobs that are not the same collision at different steps, naming what differs."""
     difference = _difference(first, other)
     if difference is not None:
         raise InputError(

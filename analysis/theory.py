@@ -155,26 +155,6 @@ def low_speed_dissipation_slope(alpha: float) -> float:
     return 4.0 * alpha
 
 
-def dissipation_exponent(anharmonic_order: int) -> int:
-    """
-    Return r - 2: the power of v0/v* with which nonlinear dissipation grows, NH eq. (20).
-
-    Valid at low speed, for bonds U = s^2/2 + c s^r + ..., and for the dissipation in excess of
-    that of the harmonic chain.
-
-    Parameters
-    ----------
-    anharmonic_order : int
-        Order r >= 3 of the lowest anharmonic term.
-
-    Returns
-    -------
-    int
-        The exponent.
-    """
-    return anharmonic_order - 2
-
-
 @dataclass(frozen=True)
 class HardSphereLimit:
     """

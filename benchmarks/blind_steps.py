@@ -28,17 +28,7 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
     """
     Draw a collision and its numerics.
 
-    Parameters
-    ----------
-    rng : numpy.random.Generator
-        Where the numbers come from.
-    longest : int
-        Most particles.
-
-    Returns
-    -------
-    tuple of Scene and Numerics
-        Verlet steps between 0.0025 and 0.3, speeds between 0.01 and 1.5 v*.
+    Verlet steps between 0.0025 and 0.3, speeds between 0.01 and 1.5 v*.
     """
     potential = str(rng.choice(POTENTIALS))
     fields: dict = {"potential": potential}
@@ -56,23 +46,7 @@ def random_scene(rng: np.random.Generator, longest: int = 150) -> tuple[Scene, N
 
 
 def outcome_bits(scene: Scene, numerics: Numerics, ask_every_step: bool) -> tuple:
-    """
-    Run a collision.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Its numerics.
-    ask_every_step : bool
-        Whether no step is blind.
-
-    Returns
-    -------
-    tuple
-        All that may not depend on how often the wall was asked for; the kind of a failure.
-    """
+    """Run a collision; returns all that may not depend on how often the wall was asked for."""
     try:
         outcome = lammps.run(scene, numerics, ask_every_step=ask_every_step)
     except ChaincorError as error:
@@ -88,18 +62,6 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
 
     Where a table turns out too short LAMMPS may read beyond its end what lies in memory, and the
     widened table is then not the same in two runs.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Without a range of bonds.
-
-    Returns
-    -------
-    Numerics
-        With the range that a run ended up with; unchanged where it fails.
     """
     try:
         table = lammps.run(scene, numerics).details["table"]
@@ -109,21 +71,7 @@ def with_table_of_a_run(scene: Scene, numerics: Numerics) -> Numerics:
 
 
 def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
-    """
-    Run a collision both ways.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Its numerics.
-
-    Returns
-    -------
-    tuple of bool and tuple
-        Whether both came out the same, and what asking every step found.
-    """
+    """Run a collision both ways: whether both came out the same, and what asking always found."""
     if scene.potential != "harmonic":
         numerics = with_table_of_a_run(scene, numerics)
     asking = outcome_bits(scene, numerics, True)
@@ -131,14 +79,7 @@ def compare(scene: Scene, numerics: Numerics) -> tuple[bool, tuple]:
 
 
 def count_windows(counts: Counter) -> None:
-    """
-    Count blind windows, and those that came to the wall and were taken back.
-
-    Parameters
-    ----------
-    counts : Counter
-        Its keys ``windows``, ``taken back`` and ``blind steps``.
-    """
+    """Count blind windows, and those that came to the wall and were taken back."""
     run_guarded = LammpsChain.run_guarded
 
     def counting(self: LammpsChain, steps: int) -> bool:

@@ -78,14 +78,7 @@ class BondTable:
         return float((self.lengths[-1] - self.lengths[0]) / (self.rows - 1))
 
     def to_text(self) -> str:
-        """
-        Format the table as LAMMPS reads it, with 17 significant digits.
-
-        Returns
-        -------
-        str
-            The file's text: a section for each bond type.
-        """
+        """Format the table as LAMMPS reads it: 17 significant digits, a section a bond type."""
         text = self._section(KEYWORDS[0])
         return text if self.far is None else text + "\n" + self.far._section(KEYWORDS[1])
 
@@ -169,22 +162,8 @@ def tabulate_near_and_far(
     """
     Sample a potential in one table, or in two where some bonds get very long.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    bond_range : tuple of float
-        Shortest and longest bond that will be met.
-    style : str
-        LAMMPS's interpolation.
-    force_error : float or None
-        Largest force error wanted; see :func:`choose_rows`.
-
-    Returns
-    -------
-    BondTable
-        With a far table where there are two; they overlap around ``FAR_BACK`` to ``FAR_OUT`` and
-        have equally many rows, because LAMMPS interpolates all types on equally many.
+    The two overlap around ``FAR_BACK`` to ``FAR_OUT`` and have equally many rows, because LAMMPS
+    interpolates all types on equally many.
     """
     shortest, longest = bond_range
     if longest <= NEAR_END + 1.0:
@@ -249,20 +228,8 @@ def rows_on_kinks(bond: Potential, span: tuple[float, float], rows: int) -> tupl
     LAMMPS interpolates linearly between uniform rows: with a kink on a row it is kept, and
     between two rows it is cut off.
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential; kinks outside the span do not matter.
-    span : tuple of float
-        First and last length wanted.
-    rows : int
-        Number of rows, which is kept.
-
-    Returns
-    -------
-    tuple of float
-        First and last length. One or two kinks lie on rows to rounding; of more, the first and
-        the last do, and the others as nearly as a spacing can be found for.
+    Kinks outside the span do not matter. One or two lie on rows to rounding; of more, the first and
+    the last do, and the others as nearly as a spacing can be found for.
     """
     low, high = span
     inside = [1.0 + kink for kink in bond.kinks if low < 1.0 + kink < high]
@@ -298,21 +265,8 @@ def choose_rows(
     The error of a probe with few rows is measured between its rows and scaled with the order of
     the interpolation (4 for the cubic spline, 2 for the straight line).
 
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    span : tuple of float
-        First and last length of the table.
-    style : str
-        LAMMPS's interpolation.
-    force_error : float or None
-        Largest force error wanted; None: ``FORCE_TARGET`` of the largest force in the range.
-
-    Returns
-    -------
-    int
-        At most ``MOST_ROWS``.
+    `force_error` is the largest wanted; None: ``FORCE_TARGET`` of the largest force in the range.
+    There are at most ``MOST_ROWS``.
     """
     ends = [span[0], *(1.0 + k for k in bond.kinks if span[0] < 1.0 + k < span[1]), span[1]]
     # Kinks lie on rows: what counts is the force between them.

@@ -14,19 +14,8 @@ def format_chain_data(
     """
     Format a chain for ``atom_style bond``, exact to the last bit.
 
-    Parameters
-    ----------
-    positions : ndarray of shape (n,)
-        Coordinates along x; particle 1, nearest the wall at x = 0, first.
-    velocities : ndarray of shape (n,)
-        Velocities along x, positive away from the wall.
-    bond_types : int
-        Bond types to make room for; all bonds start with type 1.
-
-    Returns
-    -------
-    str
-        The file's text: ids 1..n, one molecule, mass 1, bonds of type 1 between neighbours.
+    Positions and velocities are along x, away from the wall at x = 0, particle 1 first. The file
+    has ids 1..n in one molecule, mass 1 and bonds of type 1, with room for `bond_types`.
     """
     n = len(positions)
     reach = _ROOM * (n + 10.0)
@@ -64,16 +53,6 @@ def initial_chain(
     """
     Return the chain at its first contact: a chain in flight has nothing to compute.
 
-    Parameters
-    ----------
-    particles : int
-        Number of particles n.
-    impact_velocity : float
-        v0 > 0.
-
-    Returns
-    -------
-    positions, velocities : ndarray of shape (n,)
-        x_i = i - 1 and -v0: particle 1 is at the wall, about to be reversed.
+    Positions are x_i = i - 1, velocities -v0: particle 1 is at the wall, about to be reversed.
     """
     return np.arange(particles, dtype=float), np.full(particles, -impact_velocity)

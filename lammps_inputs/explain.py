@@ -34,20 +34,7 @@ def explain_script(script: str) -> str:
     """
     Write an explanation above the first command of each kind.
 
-    Parameters
-    ----------
-    script : str
-        A rendered job.
-
-    Returns
-    -------
-    str
-        The same commands, commented.
-
-    Raises
-    ------
-    KeyError
-        If a command has no explanation.
+    Raises KeyError if a command has no explanation.
     """
     lines: list[str] = [*_comment(_texts()["heading"]), ""]
     explained: set[Explanation] = set()
@@ -67,59 +54,18 @@ def explain_script(script: str) -> str:
 
 
 def explain_data(data: str) -> str:
-    """
-    Write an explanation below the title of a data file, where LAMMPS skips comments.
-
-    Parameters
-    ----------
-    data : str
-        A data file.
-
-    Returns
-    -------
-    str
-        The same data, commented.
-    """
+    """Write an explanation below the title of a data file, where LAMMPS skips comments."""
     title, rest = data.split("\n", 1)
     return "\n".join([f"# {title}", "", *_comment(_texts()["data"]), rest])
 
 
 def explain_table(table: str) -> str:
-    """
-    Write an explanation above a bond table.
-
-    Parameters
-    ----------
-    table : str
-        A table file.
-
-    Returns
-    -------
-    str
-        The same table, commented.
-    """
+    """Write an explanation above a bond table."""
     return "\n".join([*_comment(_texts()["table"]), table])
 
 
 def explanation_of(command: str) -> Explanation:
-    """
-    Return the explanation of a command.
-
-    Parameters
-    ----------
-    command : str
-        A line of the script.
-
-    Returns
-    -------
-    Explanation
-        The first entry that fits.
-
-    Raises
-    ------
-    KeyError
-        If there is none.
-    """
+    """Return the first explanation that fits a command; KeyError if there is none."""
     for explanation in _explanations():
         if re.match(explanation.match, command):
             return explanation

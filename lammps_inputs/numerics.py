@@ -51,19 +51,7 @@ class Numerics:
 
     @classmethod
     def from_scene(cls, scene: Scene) -> "Numerics":
-        """
-        Complete the numerics a scene gives with the defaults of their kind.
-
-        Parameters
-        ----------
-        scene : Scene
-            A scene with some or no explicit numerics.
-
-        Returns
-        -------
-        Numerics
-            All settings.
-        """
+        """Complete the numerics a scene gives with the defaults of their kind."""
         wall = scene.wall or "event"
         scheme: Scheme = scene.scheme or ("verlet" if wall == "reflect" else "order6")
         usual = DEFAULT_REFLECT_TIMESTEP if wall == "reflect" else DEFAULT_TIMESTEPS[scheme]

@@ -8,26 +8,7 @@ from chaincor.lammps_inputs.errors import SceneError
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
-    """
-    Parse TOML text.
-
-    Parameters
-    ----------
-    text : str
-        The text.
-    source : str
-        What to call it in an error.
-
-    Returns
-    -------
-    dict
-        Its keys and values.
-
-    Raises
-    ------
-    SceneError
-        If the text is not TOML.
-    """
+    """Parse TOML text; SceneError, which names the source, if it is none."""
     try:
         return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -36,22 +17,9 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
 
 def read_scene_fields(path: Path | str) -> dict[str, Any]:
     """
-    Read the fields of a scene file, not yet validated.
+    Read the fields of a TOML scene file, not yet validated.
 
-    Parameters
-    ----------
-    path : pathlib.Path or str
-        A TOML file; a relative `bond_file` in it is taken from the file's folder.
-
-    Returns
-    -------
-    dict
-        Its keys and values.
-
-    Raises
-    ------
-    SceneError
-        If the file cannot be read or is not TOML.
+    A relative `bond_file` in it is taken from the file's folder.
     """
     path = Path(path)
     try:

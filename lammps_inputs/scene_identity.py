@@ -20,16 +20,8 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     """
     Return everything that decides the result, in one way of many to write it.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-
-    Returns
-    -------
-    dict
-        Ready for JSON. Where outputs are written is left out, and what is the default is written
-        as if it were given.
+    Ready for JSON. Where outputs are written is left out, and what is the default is written as if
+    it were given.
     """
     defaults = {"potential": scene.label, "particles": scene.particles, "engine": scene.engine}
     fields = defaults | {
@@ -51,19 +43,7 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
 
 
 def plain_fields(scene: "Scene") -> dict[str, Any]:
-    """
-    Return the fields that were set, as TOML and JSON know them.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-
-    Returns
-    -------
-    dict
-        Paths as text.
-    """
+    """Return the fields that were set, as TOML and JSON know them, with paths as text."""
     values = {key: getattr(scene, key) for key in type(scene).model_fields}
     return {
         key: str(value) if isinstance(value, Path) else value
@@ -73,19 +53,7 @@ def plain_fields(scene: "Scene") -> dict[str, Any]:
 
 
 def hash_of(fields: dict[str, Any]) -> str:
-    """
-    Return the hash of fields.
-
-    Parameters
-    ----------
-    fields : dict
-        From :func:`canonical_fields`, or some of them.
-
-    Returns
-    -------
-    str
-        SHA-256 in hexadecimal.
-    """
+    """Return the SHA-256 of fields, in hexadecimal."""
     canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
     return hashlib.sha256(canonical.encode()).hexdigest()
 

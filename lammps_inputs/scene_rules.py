@@ -14,19 +14,7 @@ SHORTEST_TIMESTEP = 1e-9
 
 
 def check_together(scene: "Scene") -> None:
-    """
-    Refuse fields that do not go together.
-
-    Parameters
-    ----------
-    scene : Scene
-        Each of its fields is valid by itself.
-
-    Raises
-    ------
-    ValueError
-        One line: what was given, what is expected.
-    """
+    """Refuse fields, each valid by itself, that do not go together: ValueError, one line."""
     _check_parameters(scene)
     _check_speed(scene)
     _check_numerics(scene)

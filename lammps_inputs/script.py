@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
 
 DATA_FILE = "chain.data"
 TABLE_FILE = "bond.table"
@@ -40,19 +41,7 @@ class ScoutedEnd:
 
 
 def number(value: float) -> str:
-    """
-    Format a number so that LAMMPS reads back the same bits.
-
-    Parameters
-    ----------
-    value : float
-        A finite number.
-
-    Returns
-    -------
-    str
-        Its shortest exact decimal form.
-    """
+    """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
     return repr(float(value))
 
 
@@ -89,24 +78,8 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     """
     Render the commands that set a chain up for a run driven from Python.
 
-    Parameters
-    ----------
-    numerics : Numerics
-        Wall and timestep.
-    table : BondTable or None
-        The bond table; None for LAMMPS's own harmonic bond.
-    folder : str
-        Where the data file and the table lie: a folder of the program's own making.
-
-    Returns
-    -------
-    str
-        LAMMPS commands.
-
-    Raises
-    ------
-    SceneError
-        If the folder's name has characters that LAMMPS would interpret.
+    `folder`, of the program's own making, is where the data file and the table lie; SceneError if
+    its name has characters that LAMMPS would interpret.
     """
     if not set(folder) <= _SAFE_PATH_CHARACTERS:
         raise SceneError(
@@ -134,9 +107,9 @@ def render_job(
     *,
     quiet: float,
     cap: float,
-    look_steps: int,
+    look: float,
     scouted: ScoutedEnd | None,
-    dump_steps: int | Literal["contacts"] | None = None,
+    frame_time: float | Literal["contacts"] | None = None,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -153,13 +126,13 @@ def render_job(
         Time without a contact after which the collision is over.
     cap : float
         Simulated time at which an unfinished collision is given up.
-    look_steps : int
-        Steps between two looks for the end.
+    look : float
+        Time between two looks for the end.
     scouted : ScoutedEnd or None
         How the same collision ended elsewhere: the script does not end before; None where that is
         not known.
-    dump_steps : int or None
-        Steps between frames of a dump, or one after each contact; None for no dump.
+    frame_time : float or "contacts" or None
+        Time between frames of a dump, or one after each contact; None for no dump.
 
     Returns
     -------
@@ -179,13 +152,18 @@ def render_job(
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
     values |= {
         "scripted": True,
+        # As text, with all its digits: an equal-style variable has 15.
+        "timestep": "${timestep}",
+        "step": number(numerics.timestep),
+        "shortest": number(SHORTEST_TIMESTEP / scene.bond.stiffness**0.5),
+        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.bond.stiffness**0.5),
         "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets a wall",
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
         "quiet": number(quiet),
         "cap": number(cap),
-        "look_steps": look_steps,
-        "dump_steps": dump_steps,
+        "look": number(look),
+        "frame_time": number(frame_time) if isinstance(frame_time, float) else frame_time,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,

@@ -8,25 +8,85 @@ import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
+from typing import NamedTuple
 
 import click
 
 from chaincor.lammps_inputs.errors import ChaincorError
 
-# name -> one line of help, so that `chaincor --help` need not import any command.
-_COMMANDS = {
-    "run": "Run one collision and print its restitution with an error bar.",
-    "inputs": "Write a self-contained LAMMPS job.",
-    "analyze": "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
-    "validate": "Compare LAMMPS, the in-house integrator and your own.",
-    "tradeoff": "Measure error against time for every engine, wall, scheme, step and table.",
-    "sweep": "Run many collisions into a store, resumable.",
-    "show": "Show a store of results as a table.",
-    "plot": "Draw curves or a heat map from a store.",
-    "store": "Merge stores, or export one to CSV or Parquet.",
-    "explore": "Write a page with sliders for speed and potential.",
-    "reproduce": "Recompute the paper's curves.",
-    "doctor": "Say whether this machine can run chaincor, and what is missing.",
+
+class CommandFacts(NamedTuple):
+    """
+    What is known of a command before it is imported.
+
+    Attributes
+    ----------
+    help : str
+        One line, so that ``chaincor --help`` need not import any command.
+    needs : tuple of str
+        Libraries it always uses, of those that a machine may lack or fail to load.
+    also : dict
+        Libraries that only some uses need, and which uses.
+    """
+
+    help: str
+    needs: tuple[str, ...]
+    also: dict[str, str] = {}  # noqa: RUF012 - never changed
+
+
+_IN_HOUSE = ("numba", "scipy")
+_BY_LAMMPS = {"lammps": "engine lammps", "jinja2": "engine lammps"}
+
+# What it says of libraries is compared with what each command loads: tests/.../test_needs.py.
+COMMANDS = {
+    "run": CommandFacts(
+        "Run one collision and print its restitution with an error bar.",
+        (*_IN_HOUSE, "rich"),
+        {**_BY_LAMMPS, "matplotlib": "--animate"},
+    ),
+    "inputs": CommandFacts("Write a self-contained LAMMPS job.", (*_IN_HOUSE, "jinja2")),
+    "analyze": CommandFacts(
+        "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
+        ("scipy", "rich"),
+        {
+            "matplotlib": "-o, --animation",
+            "ase": "extended XYZ and .traj",
+            "MDAnalysis": "TRR and NetCDF",
+        },
+    ),
+    "validate": CommandFacts(
+        "Compare LAMMPS, the in-house integrator and your own.",
+        ("lammps", "jinja2", *_IN_HOUSE),
+        {"matplotlib": "--plot"},
+    ),
+    "tradeoff": CommandFacts(
+        "Measure error against time for every engine, wall, scheme, step and table.",
+        ("lammps", "jinja2", *_IN_HOUSE, "rich"),
+        {"matplotlib": "-o"},
+    ),
+    "sweep": CommandFacts(
+        "Run many collisions into a store, resumable.",
+        _IN_HOUSE,
+        {**_BY_LAMMPS, "rich": "progress on a terminal", "distributed": "--scheduler"},
+    ),
+    "show": CommandFacts("Show a store of results as a table.", ()),
+    "plot": CommandFacts("Draw curves or a heat map from a store.", ("matplotlib",)),
+    "store": CommandFacts(
+        "Merge stores, or export one to CSV or Parquet.",
+        (),
+        {"pandas": "export to Parquet", "pyarrow": "export to Parquet"},
+    ),
+    "explore": CommandFacts(
+        "Write a page with sliders for speed and potential.", (*_IN_HOUSE, "jinja2", "rich")
+    ),
+    "reproduce": CommandFacts(
+        "Recompute the paper's curves.",
+        ("lammps", "jinja2", *_IN_HOUSE, "matplotlib", "rich"),
+    ),
+    "doctor": CommandFacts(
+        "Say whether this machine can run chaincor, what is missing, and which commands need it.",
+        (),
+    ),
 }
 
 
@@ -37,23 +97,23 @@ class _LazyGroup(click.Group):
     """A group whose commands, one module each in ``commands/``, are imported when called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(_COMMANDS)
+        return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _COMMANDS:
+        if cmd_name not in COMMANDS:
             return None
         module = importlib.import_module(f"chaincor.workflows.commands.{cmd_name}")
         return getattr(module, cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(list(_COMMANDS.items()))
+            formatter.write_dl([(name, facts.help) for name, facts in COMMANDS.items()])
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
-            known = ", ".join(_COMMANDS)
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            known = ", ".join(COMMANDS)
             raise click.UsageError(f"there is no command '{args[0]}'; expected one of {known}")
         return super().resolve_command(ctx, args)
 
@@ -105,14 +165,7 @@ def _terminable() -> Iterator[None]:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """
-    Run the command line and exit.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command and options; those of the process by default.
-    """
+    """Run the command line and exit."""
     sys.exit(_run(arguments))
 
 

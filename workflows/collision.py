@@ -4,22 +4,23 @@ import math
 import time
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual, restitution
-from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.outputs import refuse_unusable_outputs
 from chaincor.workflows.result import Collision, ErrorBar
 from chaincor.workflows.versions import versions
@@ -171,4 +172,15 @@ def _result(
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,
+        replay=_replay(scene, outcome, found),
     )
+
+
+def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
+    numerics, accuracy = outcome.numerics, None
+    if numerics is None and outcome.timestep is not None:
+        scheme = cast(StepSchemeName, outcome.scheme)
+        numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
+    elif outcome.scheme == adaptive.SCHEME and "choice" in found:
+        accuracy = found["choice"]["tries"][-1]["accuracy"]
+    return Replay(scene, outcome.scheme, numerics, accuracy)

@@ -26,33 +26,12 @@ def write_job(
     replace_existing: bool = False,
 ) -> list[Path]:
     """
-    Write the input script, the chain, its bond table and the scene.
+    Write the input script, the chain, its bond table and the scene; returns the paths.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision; its numerics default to the event wall and Verlet steps. A tolerance is
-        not used: a job has a fixed step.
-    folder : pathlib.Path
-        Where the job goes.
-    dump : bool
-        Whether the job dumps its motion, as it does where the scene has a dump.
-    explain : bool
-        Whether every command and file says what it is for.
-    replace_existing : bool
-        Whether to write over a job that is there already.
-
-    Returns
-    -------
-    list of pathlib.Path
-        The files written.
-
-    Raises
-    ------
-    InputError
-        If the folder holds a job already, or cannot be made.
-    SceneError
-        If the scheme cannot be scripted.
+    Numerics default to the event wall and Verlet steps. A tolerance is not used: a job has a fixed
+    step. `dump` has the job dump its motion, as it does where the scene has a dump; `explain` says
+    of every command and file what it is for. Raises InputError if the folder holds a job already or
+    cannot be made, SceneError if the scheme cannot be scripted.
     """
     if scene.wall is None and scene.scheme is None:
         # A script has a fixed step: nothing in it could choose one for a tolerance.
@@ -70,9 +49,9 @@ def write_job(
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     scouted = None if scouting is None else scouting.end
-    dump_steps = _dump_steps(scene, numerics.timestep) if dump or scene.dump is not None else None
+    frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
-        SCRIPT_FILE: job_script(scene, numerics, table, scouted, dump_steps),
+        SCRIPT_FILE: job_script(scene, numerics, table, scouted, frame_time),
         DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
     }
     if table is not None:
@@ -89,26 +68,18 @@ def write_job(
     return _write_files(texts, folder, replace_existing)
 
 
-def _dump_steps(scene: Scene, timestep: float) -> int | Literal["contacts"]:
+def _frame_time(scene: Scene) -> float | Literal["contacts"]:
     if isinstance(scene.dump_frames, str):
         return "contacts"
-    return max(1, round(scene.particles / scene.dump_frames / timestep))
+    return scene.particles / scene.dump_frames
 
 
 def scout_job(scene: Scene) -> Scouting | None:
     """
     Find the bond lengths of a collision that a script will run.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Scouting or None
-        With the bonds of the free flight by which the script sees that no contact follows; None
-        where it cannot tell.
+    The bonds of the free flight are in it by which the script sees that no contact follows; None
+    where it cannot tell.
     """
     return scout(scene, flown_on(scene))
 

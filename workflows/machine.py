@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from chaincor.workflows.cli import COMMANDS
 from chaincor.workflows.engines.lammps.library import find_mpi_library, load_lammps
 from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.versions import version_of
@@ -36,26 +37,12 @@ class Finding:
     text: str
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the fields.
-
-        Returns
-        -------
-        dict
-            Names and values.
-        """
+        """Return the fields."""
         return asdict(self)
 
 
 def examine() -> list[Finding]:
-    """
-    Examine this machine by using each part.
-
-    Returns
-    -------
-    list of Finding
-        In the order in which a run needs them.
-    """
+    """Examine this machine by using each part, in the order in which a run needs them."""
     checks: list[tuple[str, Callable[[], str]]] = [
         ("Python", _python),
         ("libraries", _libraries),
@@ -67,6 +54,58 @@ def examine() -> list[Finding]:
         ("collision in-house", _in_house_collision),
     ]
     return [_try(subject, check) for subject, check in checks]
+
+
+@dataclass(frozen=True)
+class CommandNeeds:
+    """
+    What a command needs of what a machine may lack.
+
+    Attributes
+    ----------
+    command : str
+        Its name.
+    needs : tuple of str
+        Libraries that it always uses.
+    also : dict
+        Libraries that only some uses need, and which uses.
+    missing : tuple of str
+        Those of both that are not installed or, as for LAMMPS, do not load.
+    """
+
+    command: str
+    needs: tuple[str, ...]
+    also: dict[str, str]
+    missing: tuple[str, ...]
+
+    @property
+    def works(self) -> bool:
+        """Whether nothing is missing that every use of the command needs."""
+        return not set(self.missing) & set(self.needs)
+
+
+def command_needs() -> list[CommandNeeds]:
+    """
+    Say what each command needs, and what of it this machine lacks.
+
+    Returns
+    -------
+    list of CommandNeeds
+        In the order of ``chaincor --help``.
+    """
+    named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
+    lacking = {name for name in named if version_of(name) is None}
+    if not _try("LAMMPS library", _lammps_library).good:
+        lacking.add("lammps")
+    return [
+        CommandNeeds(
+            command,
+            facts.needs,
+            facts.also,
+            tuple(name for name in (*facts.needs, *facts.also) if name in lacking),
+        )
+        for command, facts in COMMANDS.items()
+    ]
 
 
 def _try(subject: str, check: Callable[[], str]) -> Finding:

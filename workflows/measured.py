@@ -16,32 +16,12 @@ FILE = "measured.toml"
 
 @cache
 def measurements() -> dict[str, dict[str, Any]]:
-    """
-    Return all that was measured.
-
-    Returns
-    -------
-    dict
-        Name to ``value``, ``found``, ``quantile``, ``reserve``, ``samples``, ``seed`` and
-        ``what``.
-    """
+    """Return all that was measured, by name, as ``measured.toml`` has it."""
     return tomllib.loads(resources.files("chaincor.workflows").joinpath(FILE).read_text())[
         "constants"
     ]
 
 
 def measured(name: str) -> Any:
-    """
-    Return the value of a measured constant.
-
-    Parameters
-    ----------
-    name : str
-        Its name in the file.
-
-    Returns
-    -------
-    float or dict
-        One number, or one for each scheme.
-    """
+    """Return a measured constant by its name: one number, or one for each scheme."""
     return measurements()[name]["value"]

@@ -8,16 +8,8 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     """
     Check where a collision's files go, before any time is spent on it.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Raises
-    ------
-    InputError
-        If two outputs have one path, a file is wanted where a folder is, or a folder where a file
-        is.
+    Raises InputError if two outputs have one path, a file is wanted where a folder is, or a folder
+    where a file is.
     """
     given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
     paths = {key: path.absolute() for key, path in given.items() if path is not None}

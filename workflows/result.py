@@ -3,12 +3,19 @@
 import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.engines.replay import Replay
+
+if TYPE_CHECKING:
+    from ase import Atoms
+    from MDAnalysis import Universe
 
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (
@@ -18,6 +25,10 @@ ARRAY_FIELDS = (
     "velocities",
     "displacements",
 )
+_NOT_PLAIN = (*ARRAY_FIELDS, "replay")
+# A trajectory ends when the chain has left the wall for this share of the collision, and for as
+# long as sound takes over two bonds.
+_FLY_ON = (0.15, 2.0)
 
 
 @dataclass(frozen=True)
@@ -123,6 +134,8 @@ class Collision:
         Versions of chaincor and of the libraries behind the number.
     details : dict
         What only some runs have: certificate of the table, choice of numerics, scouting.
+    replay : Replay or None
+        The run as it can be carried out again, to see the motion; None in results made by hand.
     contact_times, contact_speeds : ndarray of shape (contacts,)
         When and how fast particle 1 hit the wall.
     mode_energies : ndarray of shape (n,)
@@ -170,53 +183,130 @@ class Collision:
     velocities: NDArray[np.float64] = field(repr=False)
     displacements: NDArray[np.float64] = field(repr=False)
     details: dict[str, Any] = field(default_factory=dict, repr=False)
+    replay: Replay | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return everything but the arrays, ready for JSON.
-
-        Returns
-        -------
-        dict
-            Field names and plain values; numbers that are not finite become None.
-        """
-        plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ARRAY_FIELDS}
+        """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
+        plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in _NOT_PLAIN}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
-        return {key: _finite(value) for key, value in plain.items()}
+        return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """
-        Return the arrays.
-
-        Returns
-        -------
-        dict
-            Field names and arrays.
-        """
+        """Return the arrays by field name."""
         return {name: getattr(self, name) for name in ARRAY_FIELDS}
 
-    def save_arrays(self, path: Path) -> None:
+    def trajectory(self, frames: int = 200) -> list[ChainState]:
         """
-        Write the arrays to an NPZ file, aside first, so that an older one is not lost half-way.
+        Carry the collision out again, as this result was, and keep the motion.
 
         Parameters
         ----------
-        path : pathlib.Path
-            The file.
+        frames : int
+            How many states to keep, about: LAMMPS has them at the ends of steps only.
+
+        Returns
+        -------
+        list of ChainState
+            From the first contact (time 0) until soon after the last, at even intervals or, by
+            LAMMPS, nearly so; with the stock wall one step later. `step` counts them.
+
+        Raises
+        ------
+        InputError
+            If fewer than two frames are asked for, or the result was not made by `collide`.
+        RunError
+            If the result is the limit of hard spheres, which has no motion to show.
         """
+        if frames < 2:
+            raise InputError(f"{frames} frames are asked for; expected 2 or more")
+        if self.replay is None:
+            raise InputError(
+                "the result does not say how it was run; expected one returned by collide()"
+            )
+        share, flight = _FLY_ON
+        end = (1.0 + share) * self.last_contact_time + flight
+        recorded = self.replay.record(end / (frames - 1))
+        # The last may be late by rounding.
+        return [
+            ChainState(step, float(time), displacements, velocities)
+            for step, (time, displacements, velocities) in enumerate(
+                zip(recorded.times, recorded.displacements, recorded.velocities, strict=True)
+            )
+            if time <= end * (1.0 + 1e-9)
+        ]
+
+    def to_ase(self, frames: int = 200) -> "list[Atoms]":
+        """
+        Return the motion as ASE Atoms; the collision is carried out again for it.
+
+        Numbers are the reduced ones of this package, not eV, angstrom and ASE's time.
+
+        Parameters
+        ----------
+        frames : int
+            As for :meth:`trajectory`.
+
+        Returns
+        -------
+        list of ase.Atoms
+            Float64 positions (x, 0, 0), velocities, masses 1, array ``bonds``, ``info["time"]``;
+            each knows its potential energy and the forces of the bonds. No cell: the wall at x = 0
+            is no part of the Atoms.
+
+        Raises
+        ------
+        InputError, RunError
+            As :meth:`trajectory`.
+        """
+        from chaincor.analysis.dumps.other_formats import ase_atoms
+
+        states, masses = self.trajectory(frames), np.ones(self.particles)
+        assert self.replay is not None
+        return [ase_atoms(state, masses, self.replay.scene.bond) for state in states]
+
+    def to_universe(self, frames: int = 200) -> "Universe":
+        """
+        Return the motion as an MDAnalysis Universe; the collision is carried out again for it.
+
+        Numbers are the reduced ones of this package, not angstrom, picoseconds and daltons.
+
+        Parameters
+        ----------
+        frames : int
+            As for :meth:`trajectory`.
+
+        Returns
+        -------
+        MDAnalysis.Universe
+            With times, masses 1, ids from the wall outwards, bonds between neighbours, no box.
+            MDAnalysis keeps positions and velocities as float32; float64 ones are in ``ts.data``
+            as ``v_displacement`` (u = x - (id - 1)) and ``vx``.
+
+        Raises
+        ------
+        InputError, RunError
+            As :meth:`trajectory`.
+        """
+        from chaincor.analysis.dumps.universe import universe_of_states
+
+        return universe_of_states(self.trajectory(frames), np.ones(self.particles))
+
+    def save_arrays(self, path: Path) -> None:
+        """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
         with written_aside(Path(path)) as aside, aside.open("wb") as file:
             # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
             contents: dict[str, Any] = self.arrays()
             np.savez_compressed(file, **contents)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
+        return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
+        return [finite(inner) for inner in value]
     return value

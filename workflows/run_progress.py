@@ -18,16 +18,6 @@ def show_elapsed(expected: float) -> Iterator[None]:
     Show the time that has passed, and the time expected, while something runs.
 
     Nothing is shown for the first two seconds, or where standard error is no terminal.
-
-    Parameters
-    ----------
-    expected : float
-        Seconds, by the cost model.
-
-    Yields
-    ------
-    None
-        While it is shown.
     """
     from rich.console import Console
 

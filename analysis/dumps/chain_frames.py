@@ -70,22 +70,9 @@ class ChainLayout:
     @classmethod
     def from_frame(cls, frame: DumpFrame) -> "ChainLayout":
         """
-        Choose columns, and number the particles from the wall outwards.
+        Choose columns by the first frame, and number the particles from the wall outwards.
 
-        Parameters
-        ----------
-        frame : DumpFrame
-            The first frame of a dump.
-
-        Returns
-        -------
-        ChainLayout
-            For all its frames.
-
-        Raises
-        ------
-        InputError
-            If positions or velocities are missing.
+        Raises InputError if positions or velocities are missing.
         """
         wanted = (DISPLACEMENT_COLUMN, *_POSITION_COLUMNS)
         found = next((name for name in wanted if name in frame.columns), None)
@@ -111,35 +98,11 @@ class ChainLayout:
         return cls(frame.column(found).size, found, order, time_known)
 
     def velocities(self, frame: DumpFrame) -> NDArray[np.float64]:
-        """
-        Return the velocities, particle 1 first.
-
-        Parameters
-        ----------
-        frame : DumpFrame
-            Any frame of the dump.
-
-        Returns
-        -------
-        numpy.ndarray of shape (n,)
-            Velocities.
-        """
+        """Return the velocities, particle 1 first."""
         return self.from_the_wall(frame.column("vx"))
 
     def displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
-        """
-        Return the displacements, particle 1 first.
-
-        Parameters
-        ----------
-        frame : DumpFrame
-            Any frame of the dump.
-
-        Returns
-        -------
-        numpy.ndarray of shape (n,)
-            u_i = x_i - (i - 1), exact where the dump carries them, else from positions.
-        """
+        """Return u_i = x_i - (i - 1), particle 1 first: exact where dumped, else from positions."""
         if self.displacement_column == DISPLACEMENT_COLUMN:
             return frame.column(DISPLACEMENT_COLUMN)
         x = self.from_the_wall(_positions(frame, self.displacement_column))
@@ -150,22 +113,8 @@ class ChainLayout:
         """
         Return the state that a frame holds.
 
-        Parameters
-        ----------
-        frame : DumpFrame
-            Any frame of the dump.
-        timestep : float or None
-            Simulated time per step, for dumps that do not carry the time.
-
-        Returns
-        -------
-        ChainState
-            The state.
-
-        Raises
-        ------
-        InputError
-            If the number of particles has changed.
+        `timestep` is the simulated time per step, for dumps that do not carry the time. Raises
+        InputError if the number of particles has changed.
         """
         velocities = self.velocities(frame)
         if velocities.size != self.particles:
@@ -197,38 +146,12 @@ class ChainLayout:
     def states(
         self, frames: Iterable[DumpFrame], timestep: float | None = None
     ) -> Iterator[ChainState]:
-        """
-        Yield the state of every frame.
-
-        Parameters
-        ----------
-        frames : iterable of DumpFrame
-            Frames of the dump.
-        timestep : float, optional
-            Simulated time per step, for dumps that do not carry the time.
-
-        Yields
-        ------
-        ChainState
-            One state a frame.
-        """
+        """Yield the state of every frame, as :meth:`state` returns it."""
         for frame in frames:
             yield self.state(frame, timestep)
 
     def from_the_wall(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """
-        Bring one value a particle from the order of ids to that from the wall outwards.
-
-        Parameters
-        ----------
-        values : ndarray of shape (n,)
-            Sorted by id.
-
-        Returns
-        -------
-        numpy.ndarray of shape (n,)
-            Particle 1 first.
-        """
+        """Bring one value a particle from the order of ids to that from the wall outwards."""
         return values if self.particle_order is None else values[self.particle_order]
 
 

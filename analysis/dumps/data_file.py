@@ -46,22 +46,7 @@ def declared_masses(
     """
     Gather what a job declares of masses: section Masses, and the commands ``mass`` and ``set``.
 
-    Parameters
-    ----------
-    data : pathlib.Path or None
-        LAMMPS data file.
-    scripts, logs : sequence of pathlib.Path
-        Input scripts, and logs, which show variables as what they stand for.
-
-    Returns
-    -------
-    DeclaredMasses
-        Masses by type.
-
-    Raises
-    ------
-    InputError
-        If the section Masses cannot be read.
+    Logs show variables as what they stand for. Raises InputError if the section cannot be read.
     """
     sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)

@@ -67,24 +67,11 @@ class Dump:
         self, progress: Callable[[int], None] | None = None, start: int = 0
     ) -> Iterator[DumpFrame]:
         """
-        Yield the frames in the order of the file.
+        Yield the frames in the order of the file; each stays valid after the next has been read.
 
-        Parameters
-        ----------
-        progress : callable, optional
-            Called after each frame with the number of bytes of the file read so far.
-        start : int
-            Where to start: 0 or one of :meth:`offsets`.
-
-        Yields
-        ------
-        DumpFrame
-            One frame; it stays valid after the next has been read.
-
-        Raises
-        ------
-        InputError
-            If the file is damaged, or not even one frame is complete.
+        `progress` is told the number of bytes of the file read so far; `start` is 0 or one of
+        :meth:`offsets`. Raises InputError if the file is damaged, or not even one frame is
+        complete.
         """
         reader = self._reader()
         self.truncated = False
@@ -105,25 +92,11 @@ class Dump:
             raise InputError(f"{self.path} is cut short before the end of its first frame")
 
     def first(self) -> DumpFrame:
-        """
-        Return the first frame.
-
-        Returns
-        -------
-        DumpFrame
-            The frame.
-        """
+        """Return the first frame."""
         return next(self.frames())
 
     def offsets(self) -> list[int]:
-        """
-        Return where in the (decompressed) file each complete frame starts.
-
-        Returns
-        -------
-        list of int
-            For :meth:`frames`.
-        """
+        """Return where in the (decompressed) file each complete frame starts."""
         reader = self._reader()
         starts = []
         with self._open() as (_, stream):

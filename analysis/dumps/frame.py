@@ -40,6 +40,8 @@ class DumpFrame:
         Whether the box is triclinic.
     units : str or None
         Units of the run, where the dump names them (``dump_modify units yes``).
+    absolute_resolution : float
+        Half a unit of the last decimal, where numbers were printed with so many and no more.
     """
 
     step: int
@@ -52,26 +54,10 @@ class DumpFrame:
     periodic_x: bool = False
     tilted: bool = False
     units: str | None = None
+    absolute_resolution: float = 0.0
 
     def column(self, name: str) -> NDArray[np.float64]:
-        """
-        Return one column as float64, sorted by id.
-
-        Parameters
-        ----------
-        name : str
-            One of `columns`.
-
-        Returns
-        -------
-        numpy.ndarray of shape (n,)
-            The values, exactly as written.
-
-        Raises
-        ------
-        InputError
-            If this frame, unlike others, has no such column.
-        """
+        """Return one column as float64, exactly as written, sorted by id."""
         if name not in self.columns:
             raise InputError(
                 f"the frame of step {self.step} has no column '{name}' (it has "
@@ -87,10 +73,7 @@ class DumpFrame:
         ``%g`` drops trailing zeros, so the most digits of any number count; ids and other whole
         numbers say nothing.
 
-        Returns
-        -------
-        int
-            17 for binary dumps; at least 6, the default of LAMMPS.
+        17 for binary dumps; at least 6, the default of LAMMPS.
         """
         if self.raw_text is None:
             return 17
@@ -101,24 +84,15 @@ class DumpFrame:
         """
         Return the half-width of the interval that each printed number stands for.
 
-        Parameters
-        ----------
-        name : str
-            One of `columns`.
-        digits : int
-            Significant digits of the format; 16 or more mean the float64 itself.
-
-        Returns
-        -------
-        numpy.ndarray of shape (n,)
-            Half a unit of the last printed digit, or half a unit of float64.
+        That is half a unit of the last of `digits` significant digits, or for 16 or more of the
+        float64 itself.
         """
         values = np.abs(self.column(name))
         if digits >= 16:
-            return 0.5 * np.spacing(values)
+            return np.maximum(0.5 * np.spacing(values), self.absolute_resolution)
         safe = np.where(values > 0.0, values, 1.0)
         half_unit = 0.5 * 10.0 ** (np.floor(np.log10(safe)) - digits + 1)
-        return np.where(values > 0.0, half_unit, 0.0)
+        return np.maximum(np.where(values > 0.0, half_unit, 0.0), self.absolute_resolution)
 
 
 def _count_digits(word: bytes) -> int:

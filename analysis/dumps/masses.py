@@ -16,24 +16,10 @@ _SAME_MASS = 1e-5
 
 def repeat_masses(masses: ArrayLike, particles: int) -> NDArray[np.float64]:
     """
-    Repeat a list of masses along the chain.
+    Repeat k masses along the chain: particle k + 1 has the first again.
 
-    Parameters
-    ----------
-    masses : array_like of shape (k,)
-        Masses of particles 1..k, particle 1 nearest the wall; particle k + 1 has the first again.
-    particles : int
-        Number of particles n >= k.
-
-    Returns
-    -------
-    numpy.ndarray of shape (n,)
-        One mass a particle.
-
-    Raises
-    ------
-    InputError
-        If there is none, one is not positive and finite, or there are more than particles.
+    Raises InputError if there is none, one is not positive and finite, or there are more than
+    particles.
     """
     given = np.atleast_1d(np.asarray(masses, dtype=float))
     wrong = given[~((given > 0.0) & (given < np.inf))]
@@ -61,27 +47,8 @@ def find_masses(
     The column ``mass`` of the dump counts first, then the particles' types with the masses that
     the job declares for them, then those given, which must not contradict the others.
 
-    Parameters
-    ----------
-    frame : DumpFrame
-        The first frame.
-    layout : ChainLayout
-        Its layout.
-    given : array_like, optional
-        As for :func:`repeat_masses`.
-    declared : DeclaredMasses, optional
-        What the data file and the scripts of the job say.
-
-    Returns
-    -------
-    numpy.ndarray of shape (n,) or None
-        The masses; None where nothing is known of them and nothing says that they differ.
-
-    Raises
-    ------
-    InputError
-        If types differ and their masses are not known, or the masses given are not those of the
-        job.
+    None where nothing is known of them and nothing says that they differ. Raises InputError if
+    types differ and their masses are not known, or the masses given are not those of the job.
     """
     found, why = _find(frame, layout, declared or DeclaredMasses())
     if given is None:
@@ -107,20 +74,8 @@ def mass_resolution(
     """
     Return how far masses may be off because a dump prints few digits of them.
 
-    Parameters
-    ----------
-    frame : DumpFrame
-        The first frame.
-    layout : ChainLayout
-        Its layout.
-    masses : ndarray of shape (n,)
-        What :func:`find_masses` returned.
-
-    Returns
-    -------
-    numpy.ndarray of shape (n,)
-        Half a unit of the last digit; 0 where the masses are not those of a column, or all alike,
-        which restitution does not depend on.
+    Half a unit of the last digit; 0 where the masses are not those of a column, or all alike, which
+    restitution does not depend on.
     """
     if MASS_COLUMN not in frame.columns or np.all(masses == masses[0]):
         return np.zeros(masses.size)

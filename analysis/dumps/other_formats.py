@@ -1,4 +1,4 @@
-"""Dumps for other programs: ASE, and extended XYZ for OVITO and ``ase gui``."""
+"""States of a chain for other programs: ASE, and extended XYZ for OVITO and ``ase gui``."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,12 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
-from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses
+from chaincor.analysis.dumps.other_trajectories import open_trajectory
 
 if TYPE_CHECKING:
     from ase import Atoms
+
+    from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Viewers want a chemical element; argon is what a Lennard-Jones chain would be made of.
 SYMBOL = "Ar"
@@ -27,7 +29,7 @@ def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]
     Parameters
     ----------
     dump : pathlib.Path or str
-        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
 
@@ -36,7 +38,7 @@ def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]
     ChainState
         One state a frame.
     """
-    source = Dump(dump)
+    source = open_trajectory(dump)
     return ChainLayout.from_frame(source.first()).states(source, timestep)
 
 
@@ -51,7 +53,7 @@ def to_ase(
     Parameters
     ----------
     dump : pathlib.Path or str
-        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
     masses : array_like, optional
@@ -69,17 +71,54 @@ def to_ase(
     InputError
         If particles are of different types and their masses are not known.
     """
+    m = _masses(open_trajectory(dump).first(), masses)
+    for state in read_states(dump, timestep):
+        yield ase_atoms(state, m)
+
+
+def ase_atoms(
+    state: ChainState, masses: NDArray[np.float64], bond: "Potential | None" = None
+) -> "Atoms":
+    r"""
+    Return a chain at one moment as ASE Atoms, in reduced units and float64.
+
+    Parameters
+    ----------
+    state : ChainState
+        The chain.
+    masses : ndarray of shape (n,)
+        Particle masses.
+    bond : Potential, optional
+        Of the bonds; with it the Atoms know their potential energy :math:`\sum_i U(s_i)` and
+        forces, those of the wall not among them.
+
+    Returns
+    -------
+    ase.Atoms
+        Positions (x, 0, 0), no cell, nothing periodic; arrays ``displacement`` and ``bonds`` (which
+        neighbours each atom has, as ASE reads them from a LAMMPS data file); ``info`` holds
+        ``time`` and ``step``.
+    """
     from ase import Atoms
 
-    m = _masses(Dump(dump).first(), masses)
-    for state in read_states(dump, timestep):
-        n = state.velocities.size
-        atoms = Atoms([SYMBOL] * n, positions=_along_x(state.displacements + np.arange(n)))
-        atoms.set_masses(m)
-        atoms.set_velocities(_along_x(state.velocities))
-        atoms.new_array("displacement", state.displacements)
-        atoms.info.update(time=state.time, step=state.step)
-        yield atoms
+    n = state.velocities.size
+    atoms = Atoms([SYMBOL] * n, positions=_along_x(state.displacements + np.arange(n)))
+    atoms.set_masses(masses)
+    atoms.set_velocities(_along_x(state.velocities))
+    atoms.new_array("displacement", state.displacements)
+    atoms.new_array("bonds", np.array([*(f"{i}(1)" for i in range(1, n)), "_"]))
+    atoms.info.update(time=state.time, step=state.step)
+    if bond is not None:
+        from ase.calculators.singlepoint import SinglePointCalculator
+
+        strains = np.diff(state.displacements)
+        pushes = np.asarray(bond.force(strains), dtype=float)
+        atoms.calc = SinglePointCalculator(
+            atoms,
+            energy=float(np.sum(bond.energy(strains))),
+            forces=_along_x(np.diff(pushes, prepend=0.0, append=0.0) * -1.0),
+        )
+    return atoms
 
 
 def write_extended_xyz(
@@ -94,7 +133,7 @@ def write_extended_xyz(
     Parameters
     ----------
     dump : pathlib.Path or str
-        Any dump that :class:`~chaincor.analysis.dumps.dump.Dump` reads.
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
     path : pathlib.Path or str
         The file to write; it appears when it is complete.
     timestep : float
@@ -108,7 +147,7 @@ def write_extended_xyz(
         Number of frames.
     """
     count = 0
-    m = _masses(Dump(dump).first(), masses).tolist()
+    m = _masses(open_trajectory(dump).first(), masses).tolist()
     with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
         for state in read_states(dump, timestep):
             n = state.velocities.size

@@ -15,15 +15,10 @@ _MOST_PARTICLES = 10**9
 
 class TextFrames:
     """
-    Reader of text frames from an open stream.
+    Reader of text frames from an open stream, with a name of the file for errors.
 
     Only the columns that are asked for are converted to numbers: splitting a frame into words is
     cheap, turning words of 17 digits into float64 is what costs.
-
-    Parameters
-    ----------
-    name : str
-        What to call the file in errors.
     """
 
     def __init__(self, name: str):
@@ -32,26 +27,7 @@ class TextFrames:
         self._order: NDArray[np.int64] | None = None
 
     def read(self, stream: IO[bytes]) -> DumpFrame | None:
-        """
-        Read the next frame.
-
-        Parameters
-        ----------
-        stream : binary file
-            Positioned at the start of a frame.
-
-        Returns
-        -------
-        DumpFrame or None
-            None at the end of the file.
-
-        Raises
-        ------
-        TruncatedFrameError
-            If the file ends inside the frame.
-        InputError
-            If what follows is not a frame.
-        """
+        """Read the next frame; None at the end of the file."""
         header = self._read_header(stream)
         if header is None:
             return None
@@ -85,24 +61,7 @@ class TextFrames:
         return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
 
     def skip(self, stream: IO[bytes]) -> bool:
-        """
-        Pass over the next frame.
-
-        Parameters
-        ----------
-        stream : binary file
-            Positioned at the start of a frame.
-
-        Returns
-        -------
-        bool
-            False at the end of the file.
-
-        Raises
-        ------
-        TruncatedFrameError, InputError
-            As :meth:`read`.
-        """
+        """Pass over the next frame; False at the end of the file."""
         header = self._read_header(stream)
         if header is None:
             return False
@@ -172,26 +131,9 @@ class TextFrames:
 
 def order_by_id(ids: NDArray[np.float64], step: int, name: str) -> NDArray[np.int64] | None:
     """
-    Return the rows in order of id, or None where they are in order already.
+    Return the rows in order of id, or None where they are in it already.
 
-    Parameters
-    ----------
-    ids : ndarray of shape (n,)
-        Ids in the order of the file.
-    step : int
-        Step of the frame, for the error.
-    name : str
-        The file, for the error.
-
-    Returns
-    -------
-    numpy.ndarray of shape (n,) or None
-        Row of each id.
-
-    Raises
-    ------
-    InputError
-        If an id comes twice.
+    Raises InputError if an id comes twice.
     """
     order = np.argsort(ids, kind="stable")
     if np.any(np.diff(ids[order]) == 0):

@@ -11,6 +11,7 @@ from chaincor.analysis.dumps.frame import DumpFrame
 
 _NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 _COMMAND = re.compile(r"^\s*timestep\s+(\S+)", re.MULTILINE)
+_INDEX = re.compile(r"^\s*variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 
 # Two printed velocities of the default six digits may differ by this and mean the same.
 _SAME_SPEED = 1e-5
@@ -20,18 +21,8 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
     """
     Return the timestep that a log or, where there is none, an input script sets.
 
-    Parameters
-    ----------
-    logs : iterable of pathlib.Path
-        LAMMPS logs of the job: they show variables and what they stand for.
-    scripts : iterable of pathlib.Path
-        Input scripts of the job.
-
-    Returns
-    -------
-    float or None
-        The value of the ``timestep`` command; None where none is found, where a script computes
-        it, or where it changes, so that steps do not tell the time.
+    Logs show variables as what they stand for. None where no ``timestep`` command is found, where a
+    script computes it, or where it changes, so that steps do not tell the time.
     """
     words, expanded = _words(logs, scripts)
     computed = [word for word in words if "$" in word]
@@ -48,15 +39,7 @@ def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float 
 
     Runs that stop at contacts set other steps on the way; the first one is that of the motion.
 
-    Parameters
-    ----------
-    logs, scripts : iterable of pathlib.Path
-        As for :func:`read_timestep`.
-
-    Returns
-    -------
-    float or None
-        The first value of the ``timestep`` command; None where there is none.
+    None where there is none.
     """
     words, expanded = _words(logs, scripts)
     values = [float(word) for word in words if _NUMBER.fullmatch(word)]
@@ -72,17 +55,7 @@ def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | 
     Until sound has crossed the chain the particle farthest from the wall flies freely, so its
     distance, its speed and the steps between frames give the time of a step.
 
-    Parameters
-    ----------
-    frames : iterable of DumpFrame
-        Frames from the first on; read only as far as the flight goes.
-    layout : ChainLayout
-        Layout of the dump.
-
-    Returns
-    -------
-    float or None
-        The timestep; None if no two frames show the flight.
+    Frames are read only as far as the flight goes; None if no two of them show it.
     """
     start: tuple[int, float, float] | None = None
     timestep = None
@@ -111,4 +84,8 @@ def _words(logs: Iterable[Path], scripts: Iterable[Path]) -> tuple[list[str], bo
 
 
 def _timestep_words(path: Path) -> list[str]:
-    return _COMMAND.findall(path.read_text(errors="replace"))
+    """Return them, with index variables that the file sets itself in place of their names."""
+    text = path.read_text(errors="replace")
+    variables = dict(_INDEX.findall(text))
+    words = _COMMAND.findall(text)
+    return [variables.get(word.strip("${}"), word) if "$" in word else word for word in words]

@@ -1,5 +1,5 @@
 """
-Dumps as MDAnalysis Universes, and back.
+Dumps and states of a chain as MDAnalysis Universes, and back.
 
 MDAnalysis's own reader needs three coordinates, keeps positions and velocities as float32, shifts
 positions by the lower bound of the box, and fails on ``dump_modify time yes`` and on binary files.
@@ -7,15 +7,17 @@ The reader here takes every dump that :class:`~chaincor.analysis.dumps.dump.Dump
 every column into ``ts.data`` as the float64 that was written.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
 import MDAnalysis
 import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
+from MDAnalysis.coordinates.memory import MemoryReader
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN, ChainState
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import MASS_COLUMN
@@ -111,6 +113,78 @@ class ChainDumpReader(ReaderBase):
                         values[:, axis] = low + ts.data[name] * (high - low)
             setattr(ts, target, values)
         return ts
+
+
+class ChainStatesReader(MemoryReader):
+    """
+    MDAnalysis trajectory of states in memory, with all their digits in ``ts.data``.
+
+    Use it through :func:`universe_of_states`.
+
+    Parameters
+    ----------
+    coordinate_array : ndarray of shape (frames, n, 3)
+        Positions, which MDAnalysis keeps as float32.
+    states : sequence of ChainState
+        Where columns ``vx``, ``v_displacement``, step and time of each frame come from.
+    **kwargs
+        As for MDAnalysis's MemoryReader.
+    """
+
+    format = "CHAINSTATES"
+    units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
+
+    def __init__(self, coordinate_array, *, states: Sequence[ChainState], **kwargs):
+        self._states = states
+        super().__init__(coordinate_array, **kwargs)
+        # For copies; the base class does not declare it.
+        self._kwargs = {**self._kwargs, "states": states}  # type: ignore[has-type]
+
+    def _read_next_timestep(self, ts=None):
+        ts = super()._read_next_timestep(ts)
+        state = self._states[ts.frame]
+        ts.data["vx"] = state.velocities
+        ts.data[DISPLACEMENT_COLUMN] = state.displacements
+        ts.data[TIME_COLUMN] = np.full(self.n_atoms, state.time)
+        ts.data["step"] = state.step
+        ts.time = state.time
+        return ts
+
+
+def universe_of_states(
+    states: Sequence[ChainState], masses: NDArray[np.float64]
+) -> MDAnalysis.Universe:
+    """
+    Return states of a chain as an MDAnalysis Universe in reduced units.
+
+    Parameters
+    ----------
+    states : sequence of ChainState
+        At least one.
+    masses : ndarray of shape (n,)
+        Particle masses.
+
+    Returns
+    -------
+    MDAnalysis.Universe
+        Atoms with ids from 1 on, masses, bonds between neighbours and no box; float64 columns
+        ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each frame.
+    """
+    n, times = masses.size, [state.time for state in states]
+    universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)
+    universe.add_TopologyAttr("ids", np.arange(1, n + 1))
+    universe.add_TopologyAttr("masses", masses)
+    universe.add_TopologyAttr("bonds", [(i, i + 1) for i in range(n - 1)])
+    vectors = np.zeros((2, len(states), n, 3), dtype=np.float32)
+    vectors[0, :, :, 0] = [state.displacements + np.arange(n) for state in states]
+    vectors[1, :, :, 0] = [state.velocities for state in states]
+    universe.trajectory = ChainStatesReader(
+        vectors[0],
+        states=tuple(states),
+        velocities=vectors[1],
+        dt=(times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0,
+    )
+    return universe
 
 
 def to_mdanalysis(

@@ -17,19 +17,7 @@ def plot_agreement(
     """
     Plot ``|difference| / (both error bars)`` for each scene and quantity.
 
-    Parameters
-    ----------
-    scenes : sequence of str
-        A label for each scene.
-    ratios : mapping
-        For each quantity one ratio per scene; above 1 the integrators differ.
-    ax : Axes, optional
-        Where to draw; a new figure by default.
-
-    Returns
-    -------
-    Axes
-        The axes.
+    There is a ratio for each scene; above 1 the integrators differ.
     """
     ax = choose_axes(ax)
     rows: Any = np.arange(len(scenes))

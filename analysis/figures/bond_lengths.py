@@ -14,23 +14,7 @@ if TYPE_CHECKING:
 def plot_bond_lengths(
     times: ArrayLike, shortest: ArrayLike, longest: ArrayLike, *, ax: "Axes | None" = None
 ) -> "Axes":
-    """
-    Draw the range of bond lengths against time.
-
-    Parameters
-    ----------
-    times : array_like of shape (frames,)
-        Time since the first contact.
-    shortest, longest : array_like of shape (frames,)
-        Extremes over the chain.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-    """
+    """Draw the shortest and longest bond of the chain, of shape (frames,), against time."""
     ax = choose_axes(ax)
     ax.fill_between(times, shortest, longest, color=SKY, alpha=0.35, linewidth=0.0)
     ax.plot(times, longest, color=VERMILION, linewidth=1.0, label="longest bond")

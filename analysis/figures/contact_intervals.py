@@ -19,19 +19,7 @@ def plot_contact_intervals(
     """
     Draw the time between contacts against the number of the contact.
 
-    Parameters
-    ----------
-    contact_times : array_like of shape (f,)
-        Times of the contacts.
-    stiffness : float or None
-        U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
+    `stiffness` is U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
     """
     ax = choose_axes(ax)
     intervals = contact_intervals(contact_times)
@@ -64,21 +52,7 @@ def plot_contact_speeds(
     """
     Draw the incoming speed of particle 1 against the number of the contact.
 
-    Parameters
-    ----------
-    contact_speeds : array_like of shape (f,)
-        Incoming speeds.
-    impact_velocity : float
-        Impact speed v0.
-    pair_line : bool
-        Whether to draw the estimate from the n = 2 chain, which is for equal masses.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
+    `pair_line` is the estimate from the n = 2 chain, which is for equal masses.
     """
     ax = choose_axes(ax)
     speeds = np.asarray(contact_speeds, dtype=float) / impact_velocity

@@ -23,23 +23,7 @@ def plot_energy_partition(
     """
     Draw translation and vibration as stacked shares of the energy at impact.
 
-    Parameters
-    ----------
-    times : array_like of shape (frames,)
-        Time since the first contact.
-    translation, vibration : array_like of shape (frames,)
-        Energies.
-    total_energy : float
-        E, the kinetic energy at impact.
-    last_contact : float, optional
-        Time of the last contact, after which nothing changes any more.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
+    Energies are of shape (frames,); after `last_contact` nothing changes any more.
     """
     ax = choose_axes(ax)
     ax.stackplot(

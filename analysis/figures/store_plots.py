@@ -41,19 +41,10 @@ def plot_curves(
     """
     Draw one curve for each name, through its points in the order given.
 
-    Parameters
-    ----------
-    curves : mapping of str to (x, y)
-        Points along the curve; an empty name has no entry in the legend.
-    x_name, y_name : str
-        What the axes hold: names of columns.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes; logarithmic where values span more than a factor of 30.
+    `curves` maps names to (x, y), two arrays of one shape (points,); a curve with an empty name has
+    no entry in the legend. `x_name` and `y_name` are those of columns of a store, or fields of a
+    result: the axes are labelled by them. The x axis is logarithmic where values span more than a
+    factor of 30. Returns the axes, those of a new figure where none are given.
     """
     own = ax is None
     ax = choose_axes(ax)
@@ -95,24 +86,9 @@ def plot_heat_map(
     """
     Draw a quantity as colour over two axes.
 
-    Parameters
-    ----------
-    x, y, colour : sequence of float
-        One entry a collision, one collision a place; places without any stay empty.
-    labels : tuple of str
-        Names of the three columns.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes; logarithmic where values span more than a factor of 30.
-
-    Raises
-    ------
-    InputError
-        If two collisions lie at the same place.
+    There is one collision a place; places without any stay empty. `labels` name the three columns;
+    axes are logarithmic where values span more than a factor of 30. Raises InputError if two
+    collisions lie at the same place.
     """
     ax = choose_axes(ax)
     columns, at_column = np.unique(np.asarray(x, dtype=float), return_inverse=True)

@@ -69,33 +69,12 @@ def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure
 
 
 def choose_axes(ax: "Axes | None") -> "Axes":
-    """
-    Return the axes given, or those of a new figure.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes or None
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        Axes.
-    """
+    """Return the axes given, or those of a new figure."""
     return new_figure()[1] if ax is None else ax
 
 
 def legend_above(ax: "Axes", columns: int = 3) -> None:
-    """
-    Put the legend above the panel, where it cannot cover data.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Panel with labelled artists.
-    columns : int
-        Entries side by side.
-    """
+    """Put the legend above the panel, where it cannot cover data."""
     ax.legend(
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),

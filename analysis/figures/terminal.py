@@ -27,21 +27,8 @@ def draw_moment(
     Above, the velocities in units of v0, from -1.5 to 1.5 (those beyond are drawn at the edge);
     below, the chain. Where particles share a column, it shows their mean velocity.
 
-    Parameters
-    ----------
-    displacements, velocities : array_like of shape (n,)
-        The state; particle 1 first, the wall at x = 0.
-    impact_velocity : float
-        Impact speed v0.
-    longest : float
-        Distance from the wall that the last column shows.
-    columns, rows : int
-        Size of the drawing; one column is the wall. `rows` is odd.
-
-    Returns
-    -------
-    rich.text.Text
-        `rows` + 1 lines.
+    Particle 1 comes first, the wall is at x = 0; `longest` is the distance from it that the last
+    column shows. There are `rows` lines, an odd number, and one more.
     """
     u = np.asarray(displacements, dtype=float)
     x = u + np.arange(u.size)

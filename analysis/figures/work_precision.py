@@ -90,19 +90,9 @@ def plot_work_precision(
     """
     Draw error of eta against time of integration, both logarithmic.
 
-    Parameters
-    ----------
-    curves : sequence of WorkPrecisionCurve
-        One line each, with bars from the least to the largest error over the phases.
-    front : tuple of two sequences
-        Times and errors of the Pareto front, drawn as a broad pale line.
-    floor : float, optional
-        Error of the converged value itself, a dotted line.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes, of a new figure with the legend beside the panel.
+    Bars go from the least to the largest error over the phases. `front`, times and errors of the
+    Pareto front, is a broad pale line, `floor`, the error of the converged value, a dotted one. The
+    axes are those of a new figure with the legend beside the panel.
     """
     figure, ax = new_figure(figsize=(7.2, 4.4))
     times, errors = front
@@ -149,17 +139,8 @@ def plot_error_budget(
     """
     Draw the error of eta by cause, a group of bars for each setting.
 
-    Parameters
-    ----------
-    budgets : mapping
-        Name of a setting to its causes and their errors; None where a cause does not apply.
-    totals : mapping
-        Name of a setting to its whole error, a line across its group.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
+    `budgets` gives for each setting its causes and their errors, None where a cause does not apply;
+    `totals` its whole error, a line across its group.
     """
     ax = new_figure(figsize=(6.4, 3.6))[1]
     causes = list(next(iter(budgets.values())))
@@ -204,21 +185,7 @@ def _largest(budgets: Mapping[str, Mapping[str, float | None]]) -> list[float]:
 
 
 def plot_table_errors(curves: Sequence[TableCurve], ax: "Axes | None" = None) -> "Axes":
-    """
-    Draw the error of eta due to a bond table against its rows.
-
-    Parameters
-    ----------
-    curves : sequence of TableCurve
-        One for each style and range.
-    ax : matplotlib.axes.Axes, optional
-        Axes to draw into.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        The axes.
-    """
+    """Draw the error of eta due to a bond table against its rows."""
     ax = choose_axes(ax)
     colours = {"linear": VERMILION, "spline": PURPLE}
     ranges = {"scene": "over the scene's lengths", "wide": "over 0.8 to 1.8"}

@@ -66,23 +66,8 @@ def study_kills(
     """
     Kill parts of sweeps and check what is left.
 
-    Parameters
-    ----------
-    count : int
-        Kills.
-    folder : pathlib.Path
-        An empty folder.
-    points : int
-        Speeds on the axis; a sweep has six times as many collisions.
-    kinds : tuple of str
-        What to kill, each as often.
-    seed : int
-        Of the random moments.
-
-    Returns
-    -------
-    Study
-        What was killed.
+    A sweep has six collisions for each of `points` speeds; each of `kinds` is killed equally often,
+    at moments drawn by `seed`.
     """
     chance, study = random.Random(seed), Study()
     sweep = folder / "sweep.toml"
@@ -144,15 +129,7 @@ def read_rows(path: Path) -> Rows:
     """
     Check a store from outside and read what must not differ between sweeps.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        A store; it need not be there yet.
-
-    Returns
-    -------
-    dict
-        Key to eta, error bar, contacts, time of the last, the arrays, and the failure's name.
+    By key: eta, error bar, contacts, time of the last, the arrays, and the failure's name.
     """
     if not path.exists():
         return {}

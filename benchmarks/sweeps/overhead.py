@@ -73,23 +73,7 @@ class Measurement:
 
 
 def measure(folder: Path, speeds: int, workers: int) -> Measurement:
-    """
-    Run the sweep into a new store.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where to write.
-    speeds : int
-        Speeds on the axis.
-    workers : int
-        Processes.
-
-    Returns
-    -------
-    Measurement
-        What it took.
-    """
+    """Run the sweep into a new store."""
     sweep, store = folder / "sweep.toml", folder / f"{workers}.sqlite"
     sweep.write_text(SWEEP.format(speeds=speeds))
     store.unlink(missing_ok=True)
@@ -114,14 +98,7 @@ def measure(folder: Path, speeds: int, workers: int) -> Measurement:
 
 
 def setup_share() -> float:
-    """
-    Measure what collisions need besides their integrations.
-
-    Returns
-    -------
-    float
-        Processor time inside collisions that is no integration, against that of the integrations.
-    """
+    """Return processor time inside collisions that is no integration, over that of integrations."""
     integrating = 0.0
 
     def timed(function):
@@ -165,16 +142,7 @@ def _processor_seconds() -> float:
 
 
 def main(speeds: int, repeats: int) -> None:
-    """
-    Measure and print.
-
-    Parameters
-    ----------
-    speeds : int
-        Speeds on the axis.
-    repeats : int
-        Pairs of sweeps.
-    """
+    """Measure and print."""
     with tempfile.TemporaryDirectory() as name:
         measure(Path(name), 2, 2)  # compiles the in-house integrator, if that is to be done
         setup = setup_share()

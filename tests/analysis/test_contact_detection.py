@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.contact_detection import ContactDetector, reintegrate_contacts
+from chaincor.analysis.contact_detection import ContactDetector
 from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
@@ -73,11 +73,3 @@ def test_wrong_bond_is_noticed(harmonic20):
 class _Stiffer(Harmonic):
     def force(self, strain):
         return -1.5 * np.asarray(strain)
-
-
-def test_reintegration_follows_only_what_can_reach_the_wall(harmonic500):
-    u, v = harmonic500.state(2.0)
-    times, speeds = reintegrate_contacts(ChainState(0, 2.0, u, v), 9.0, Harmonic())
-    inside = (harmonic500.contact_times > 2.0) & (harmonic500.contact_times < 9.0)
-    np.testing.assert_allclose(times, harmonic500.contact_times[inside], atol=1e-9)
-    np.testing.assert_allclose(speeds, harmonic500.contact_speeds[inside], rtol=1e-8)

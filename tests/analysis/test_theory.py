@@ -12,7 +12,6 @@ from chaincor.analysis.theory import (
     PAIR_INTERVAL,
     basile_dumont_energies,
     contact_mode_energies,
-    dissipation_exponent,
     hard_sphere_limit,
     harmonic_dissipation_law,
     low_speed_dissipation_slope,
@@ -83,7 +82,3 @@ def test_hard_spheres_by_sorting_velocities():
     limit = hard_sphere_limit(n)
     assert (contacts, exchanges) == (limit.contacts, limit.exchanges)
     assert limit.restitution == np.mean(velocities) ** 2 == 1.0
-
-
-def test_dissipation_exponent():
-    assert [dissipation_exponent(r) for r in (3, 4, 5)] == [1, 2, 3]

@@ -19,6 +19,7 @@ QUICK = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_a_few_more_scenes_need_no_more_than_what_is_on_file(name):
     value = measured(name)

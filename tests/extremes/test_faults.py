@@ -95,6 +95,7 @@ def test_a_run_that_is_terminated(tmp_path, good):
     assert list(good.parent.iterdir()) == [good]
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_terminated(tmp_path):
     store = tmp_path / "sweep.sqlite"
     sweep = start_sweep(tmp_path)
@@ -113,6 +114,7 @@ def test_a_sweep_that_is_terminated(tmp_path):
 # ---- folders that go away, disks that are full --------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_output_folder_removed_during_a_run_is_made_again(tmp_path, good):
     run = Call(tmp_path, "run", *LONG, "--dump", good, "--arrays", good.parent / "a.npz")
     run.wait_until(run.in_lammps)
@@ -123,6 +125,7 @@ def test_an_output_folder_removed_during_a_run_is_made_again(tmp_path, good):
     assert sorted(p.name for p in good.parent.iterdir()) == ["a.npz", "motion"]
 
 
+@pytest.mark.slow
 def test_an_output_folder_replaced_by_a_file_during_a_run(tmp_path, good):
     run = Call(tmp_path, "run", *LONG, "--dump", good)
     run.wait_until(run.in_lammps)
@@ -143,6 +146,7 @@ def test_a_temporary_folder_removed_during_a_run(tmp_path, good):
     assert good.read_text() == "good"
 
 
+@pytest.mark.slow
 def test_a_store_removed_during_a_sweep(tmp_path):
     (tmp_path / "folder").mkdir()
     store = tmp_path / "folder" / "s.sqlite"
@@ -158,6 +162,7 @@ def test_a_store_removed_during_a_sweep(tmp_path):
     assert lines[0].endswith(named[status])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", ["--arrays", "--dump", "--save"])
 def test_a_full_disk_keeps_the_earlier_result(tmp_path, small_disk, option):
     earlier = small_disk / "earlier"
@@ -171,6 +176,7 @@ def test_a_full_disk_keeps_the_earlier_result(tmp_path, small_disk, option):
     assert sorted(p.name for p in small_disk.iterdir() if p.is_file()) == ["earlier", "filler"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bond", ["--potential=lj", "--potential=harmonic"])
 def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
     # 40 kB are too small for a bond table, or for the dump, which LAMMPS itself writes.
@@ -185,6 +191,7 @@ def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
 # ---- memory, and libraries that do not load -----------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("megabytes", "said"),
     # How far a start gets with little memory differs between machines.
@@ -202,6 +209,7 @@ def test_a_memory_limit(tmp_path, good, megabytes, said):
     assert good.read_text() == "good"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", ["OSError('libmpi.so.12: no such file')", "ImportError('torn')"])
 def test_a_lammps_library_that_does_not_load(tmp_path, good, error):
     broken = tmp_path / "broken"

@@ -24,6 +24,7 @@ def test_bad_input_is_answered_or_refused_in_one_line(first):
     assert found == {}
 
 
+@pytest.mark.slow
 def test_real_processes_answer_alike():
     for number in range(4):
         made = case(number)

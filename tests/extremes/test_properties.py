@@ -32,6 +32,7 @@ def scenes(draw, **fixed):
     return Scene(**fields | fixed)
 
 
+@pytest.mark.slow
 @settings(max_examples=400)
 @given(scene=scenes())
 def test_balances_and_bounds(scene):
@@ -95,6 +96,7 @@ def test_power_bonds_know_no_other_scale_than_their_own(order, c, factor, partic
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(particles=st.integers(1, 200), velocity=st.floats(1e-9, 0.6), factor=st.floats(0.1, 1.0))
 def test_springs_know_no_speed(particles, velocity, factor):

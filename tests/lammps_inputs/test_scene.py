@@ -289,6 +289,7 @@ for fields in (
 """
 
 
+@pytest.mark.slow
 def test_hashes_are_those_of_another_processor():
     # Else a store would not know its collisions again on another node of a cluster.
     def hashes(environment):

@@ -18,7 +18,7 @@ GOLDEN = Path(__file__).parents[1] / "golden"
 ENDING = {
     "quiet": 22.0,
     "cap": 300.0,
-    "look_steps": 160,
+    "look": 2.0,
     "scouted": ScoutedEnd(last_contact_time=18.25, contacts=9, ending="proved"),
 }
 BONDS = {
@@ -53,11 +53,11 @@ def test_golden_job(wall, kind, update_golden):
 
 
 def test_golden_job_with_a_dump(update_golden):
-    compare("event-harmonic-dump.in", render("event", "harmonic", dump_steps=40), update_golden)
+    compare("event-harmonic-dump.in", render("event", "harmonic", frame_time=0.5), update_golden)
 
 
 def test_golden_job_with_a_dump_at_contacts(update_golden):
-    text = render("event", "harmonic", dump_steps="contacts")
+    text = render("event", "harmonic", frame_time="contacts")
     compare("event-harmonic-dump-contacts.in", text, update_golden)
 
 

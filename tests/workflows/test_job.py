@@ -225,6 +225,36 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert number(done.stdout, "contacts") == len(outcome.contact_times)
 
 
+@pytest.mark.parametrize("wall", ["event", "reflect"])
+@pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
+def test_a_job_takes_other_steps_on_request(fields, wall, tmp_path):
+    """The same number as a job that was made with that step, to rounding, and the same dump."""
+    scene = Scene(wall=wall, scheme="verlet", timestep=0.0125, **fields)
+    other = 1.0 / 150.0  # 17 digits, of which none may be lost
+    write_job(scene, tmp_path / "asked", dump=True)
+    write_job(scene.replace(timestep=other), tmp_path / "made", dump=True)
+    asked = run_lmp(tmp_path / "asked", "-var", "timestep", repr(other))
+    made = run_lmp(tmp_path / "made")
+    assert asked.returncode == 0, asked.stdout[-2000:]
+    for name in ("restitution", "contacts", "last_contact_time"):
+        assert number(asked.stdout, name) == pytest.approx(number(made.stdout, name), rel=1e-12)
+    dumps = [Dump(tmp_path / name / "dump.lammpstrj") for name in ("asked", "made")]
+    steps = [[frame.step for frame in dump] for dump in dumps]
+    assert steps[0] == steps[1]
+    # Another step is another number, which shows that it was obeyed.
+    usual = number(run_lmp(tmp_path / "made", "-var", "timestep", "0.0125").stdout, "restitution")
+    assert abs(usual - number(made.stdout, "restitution")) > 1e-9
+
+
+@pytest.mark.parametrize("step", ["1.0", "7", "0", "-0.01", "1e-10"])
+def test_a_job_refuses_senseless_steps_by_name(step, tmp_path):
+    write_job(Scene(particles=5, velocity=0.05, scheme="verlet"), tmp_path)
+    done = run_lmp(tmp_path, "-var", "timestep", step)
+    assert done.returncode == 1
+    assert f"NO STEP: the timestep is {step}; give one from 1e-09 to below 1.0" in done.stdout
+    assert "restitution =" not in done.stdout
+
+
 def test_a_job_refuses_faster_chains_by_name(tmp_path):
     write_job(Scene(particles=5, velocity=0.05, scheme="verlet"), tmp_path)
     done = run_lmp(tmp_path, "-var", "velocity", "0.0500001")
@@ -272,6 +302,7 @@ KEPT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fields", KEPT, ids=str)
 def test_what_is_kept_of_a_run_is_a_job(fields, tmp_path):
     folder = tmp_path / "job"

@@ -38,45 +38,16 @@ def answer(
     scene: Scene, outcome: Outcome, step: float, details: dict[str, Any], jitter: float = 0.0
 ) -> Answer:
     """
-    Gather the error bar of a run.
+    Gather the error bar of a run, not yet compared with a tolerance.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    outcome : Outcome
-        The run that gives the number.
-    step : float
-        Its error due to the finite step.
-    details : dict
-        For the record.
-    jitter : float
-        See :func:`chaincor.workflows.accuracy.error_bars.error_bar`.
-
-    Returns
-    -------
-    Answer
-        Not yet compared with a tolerance.
+    `step` is its error due to the finite step; for `jitter` see
+    :func:`chaincor.workflows.accuracy.error_bars.error_bar`.
     """
     return Answer(outcome, error_bar(outcome, scene, step, jitter), details=details)
 
 
 def reason_missed(found: Answer, tolerance: float) -> str | None:
-    """
-    Say why a tolerance is not met.
-
-    Parameters
-    ----------
-    found : Answer
-        What was reached.
-    tolerance : float
-        Error asked of eta.
-
-    Returns
-    -------
-    str or None
-        None where it is met.
-    """
+    """Say why a tolerance is not met; None where it is."""
     outcome, bar = found.outcome, found.bar
     if bar.total is None or bar.step is None or bar.total <= tolerance:
         return None
@@ -105,20 +76,6 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
 
 
 def spread_of(scene: Scene, outcome: Outcome, other: Outcome) -> dict[str, float]:
-    """
-    Return how far the arrays of two runs lie apart, for comparisons with other integrators.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    outcome, other : Outcome
-        The run that gives the number, and the one that proves it.
-
-    Returns
-    -------
-    dict
-        By array; see :func:`chaincor.workflows.accuracy.error_bars.spreads`.
-    """
+    """Return by array how far two runs lie apart, for comparisons with other integrators."""
     floor = table_error(outcome, scene) + rounding_of(outcome, scene)
     return spreads(outcome, other, scene, floor)

@@ -48,21 +48,8 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     """
     Run a scene with the engine that does most with least: exact where it can be.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    goal : float
-        Error asked of eta.
-    noise : float
-        Its jitter, where that matters; see :func:`chaincor.workflows.accuracy.convergence.jitter`.
-    known : Outcome, optional
-        The collision followed to its end, at some step; else that is done here.
-
-    Returns
-    -------
-    Answer
-        By modes, hard spheres, fixed or adaptive steps.
+    `noise` is the jitter of eta, where that matters; `known` the collision followed to its end at
+    some step, else that is done here.
     """
     if scene.bond.is_harmonic:
         return _at_once(scene, modal.run(scene), 0.0)

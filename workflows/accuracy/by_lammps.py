@@ -44,20 +44,8 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    goal : float
-        Error asked of eta.
-    noise : float
-        Jitter of the in-house eta, where that matters; see
-        :func:`chaincor.workflows.accuracy.convergence.jitter`.
-
-    Returns
-    -------
-    Answer
-        The number from a step h, its error from a run at 2h and from the choice of h.
+    The number is from a step h, its error from a run at 2h and from the choice of h. `noise` is the
+    jitter of the in-house eta, where that matters.
     """
     started = time.perf_counter()
     floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
@@ -140,23 +128,8 @@ def choose_numerics(
     """
     Return the scheme that is usually cheapest for a tolerance, with the step and table it needs.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    tolerance : float
-        Error of eta.
-    truth : Converged
-        The in-house collision.
-    scouting : Scouting
-        Bond lengths of the collision.
-    schemes : sequence of str or None
-        Schemes to try in turn; None: those of the measured table, the usually cheapest first.
-
-    Returns
-    -------
-    Numerics
-        Those of the first scheme that meets the tolerance.
+    `schemes` are tried in turn; by default those of the measured table, the usually cheapest first.
+    Returns those of the first that meets the tolerance.
     """
     force_error = None
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.

@@ -29,16 +29,6 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
 
     Every cost is the least of repeats that are taken in turns, in seconds of the processor: what
     else the machine does only adds to them.
-
-    Parameters
-    ----------
-    repeats : int
-        How often each is measured.
-
-    Returns
-    -------
-    CostModel
-        Costs of this machine.
     """
     jobs: dict[str, Callable[[], float]] = {
         "harmonic short": lambda: _time_step(_SHORT_CHAIN, None),

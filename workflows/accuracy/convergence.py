@@ -51,21 +51,7 @@ class Converged:
 
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
-    """
-    Return the restitution of an outcome.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    outcome : Outcome
-        A run of it.
-
-    Returns
-    -------
-    float
-        eta.
-    """
+    """Return the restitution of an outcome."""
     return float(restitution(outcome.velocities, scene.impact_velocity))
 
 
@@ -75,21 +61,7 @@ def run_in_house(
     """
     Run the in-house integrator with one scheme and step.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition or extrapolation.
-    timestep : float
-        H.
-    known : Outcome, optional
-        See :func:`chaincor.workflows.engines.in_house.stepping.run`.
-
-    Returns
-    -------
-    Outcome
-        Raw outcome.
+    For `known` see :func:`chaincor.workflows.engines.in_house.stepping.run`.
     """
     return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
 
@@ -98,15 +70,8 @@ def is_believed(refusals: Sequence[RunError]) -> bool:
     """
     Return whether runs at ever smaller steps agree on what stops them.
 
-    Parameters
-    ----------
-    refusals : sequence of RunError
-        What stopped the runs since the last that was not stopped.
-
-    Returns
-    -------
-    bool
-        True where the last few have the same name, one that a smaller step does not cure.
+    `refusals` are what stopped the runs since the last that was not stopped. True where the last
+    few have the same name, one that a smaller step does not cure.
     """
     kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
     return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
@@ -116,22 +81,8 @@ def converge(scene: Scene, goal: float) -> Converged:
     """
     Refine the in-house integrator until its error is below a goal.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    goal : float
-        Error of eta wanted.
-
-    Returns
-    -------
-    Converged
-        The finest run; of bonds whose smoothness is not known, the error may be above the goal.
-
-    Raises
-    ------
-    RunError
-        What stopped the finest run, or that steps cannot become small enough.
+    Of bonds whose smoothness is not known, the error may be above the goal. Raises RunError, what
+    stopped the finest run, or that steps cannot become small enough.
     """
     scheme: StepSchemeName = "order8"
     if not scene.bond.smooth:
@@ -175,20 +126,8 @@ def exact_modes(scene: Scene) -> Converged:
     """
     Return the exact collision of a harmonic chain, for LAMMPS to follow.
 
-    Parameters
-    ----------
-    scene : Scene
-        A harmonic chain.
-
-    Returns
-    -------
-    Converged
-        With the rounding of modes as its error.
-
-    Raises
-    ------
-    CrossingError
-        If particles pass through each other, which LAMMPS cannot follow.
+    Its error is the rounding of modes. Raises CrossingError if particles pass through each other,
+    which LAMMPS cannot follow.
     """
     outcome = modal.run(scene)
     if outcome.crossed:
@@ -204,16 +143,8 @@ def jitter(scene: Scene) -> float:
     """
     Return how much eta changes when all roundings change.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision, with bonds that fixed steps can follow.
-
-    Returns
-    -------
-    float
-        Largest change for impact velocities a few units in the last place away, with a step that
-        depends on the scene alone.
+    That is the largest change for impact velocities a few units in the last place away, with a step
+    that depends on the scene alone; for bonds that fixed steps can follow.
     """
     v0 = scene.impact_velocity
     step = guess_step(scene, "order8", _JITTER_GOAL)

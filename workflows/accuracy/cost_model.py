@@ -45,21 +45,9 @@ class CostModel:
 
     def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:
         """
-        Return the expected seconds of integration.
+        Return the expected seconds of integrating some simulated time.
 
-        Parameters
-        ----------
-        scene : Scene
-            Potential and number of particles.
-        numerics : Numerics
-            Scheme, step and table.
-        duration : float
-            Simulated time: LAMMPS flies little farther than to the last contact.
-
-        Returns
-        -------
-        float
-            Seconds.
+        LAMMPS flies little farther than to the last contact.
         """
         harmonic = scene.label == "harmonic"
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
@@ -72,27 +60,13 @@ class CostModel:
         return (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
 
     def save(self, path: Path) -> None:
-        """
-        Write the model.
-
-        Parameters
-        ----------
-        path : pathlib.Path
-            The file; its folder is made.
-        """
+        """Write the model; the file's folder is made."""
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(json.dumps(asdict(self), indent=2) + "\n")
 
 
 def user_cost_model_path() -> Path:
-    """
-    Return where ``chaincor tradeoff --calibrate`` keeps this machine's model.
-
-    Returns
-    -------
-    pathlib.Path
-        A file in the user's settings folder.
-    """
+    """Return where ``chaincor tradeoff --calibrate`` keeps this machine's model."""
     return user_config_path("chaincor") / _FILE
 
 
@@ -101,10 +75,7 @@ def cost_model() -> CostModel:
     """
     Return this machine's model, or the one that comes with the program.
 
-    Returns
-    -------
-    CostModel
-        Measured costs. Where the file of this machine cannot be used, one line on stderr says so.
+    Where the file of this machine cannot be used, one line on stderr says so.
     """
     path = user_cost_model_path()
     try:
@@ -121,14 +92,7 @@ def cost_model() -> CostModel:
 
 
 def shipped_cost_model() -> CostModel:
-    """
-    Return the model that comes with the program.
-
-    Returns
-    -------
-    CostModel
-        Costs of the machine that it was measured on.
-    """
+    """Return the model that comes with the program."""
     return CostModel(
         **json.loads(resources.files("chaincor.workflows.accuracy").joinpath(_FILE).read_text())
     )

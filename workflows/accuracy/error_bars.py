@@ -38,17 +38,8 @@ def proof_error(wall: str, differences: Sequence[float]) -> float:
     """
     Return the error of eta due to the step, from runs at `PROOF_STEPS` times the step.
 
-    Parameters
-    ----------
-    wall : str
-        ``event`` or ``reflect``.
-    differences : sequence of float
-        eta of each of those runs, less the number's.
-
-    Returns
-    -------
-    float
-        The largest difference, times the share measured for the wall.
+    It is the largest of the `differences` of their eta to the number's, times the share measured
+    for the wall.
     """
     return PROOF_SHARE[wall] * max(abs(difference) for difference in differences)
 
@@ -57,17 +48,8 @@ def table_error(outcome: Outcome, scene: Scene) -> float:
     """
     Return the error of eta due to the bond table, from its certificate.
 
-    Parameters
-    ----------
-    outcome : Outcome
-        A run; without a table its error is zero.
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        Force error in units of v0 (the scale of all forces), times the measured sensitivity.
+    That is the force error in units of v0 (the scale of all forces), times the measured
+    sensitivity; zero without a table.
     """
     certificate = outcome.details.get("table")
     if certificate is None:
@@ -80,18 +62,8 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     r"""
     Return how much eta could change by contacts that may still come.
 
-    Parameters
-    ----------
-    outcome : Outcome
-        A run.
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where
-        the end is proved or argued.
+    :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where the
+    end is proved or argued.
     """
     gained = outcome.ending.missed_momentum / scene.particles
     mean = abs(float(np.mean(outcome.velocities)))
@@ -102,21 +74,8 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     """
     Gather the error bar of a run.
 
-    Parameters
-    ----------
-    outcome : Outcome
-        The run that gives the number.
-    scene : Scene
-        The collision.
-    step : float or None
-        Error due to the finite step, where it was measured.
-    jitter : float
-        Change of the in-house eta when all roundings change, where it was measured.
-
-    Returns
-    -------
-    ErrorBar
-        Its parts.
+    `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
+    roundings change, where they were measured.
     """
     return ErrorBar(
         step=step,
@@ -130,20 +89,9 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
     """
     Return how far the arrays of two runs at different steps lie apart, floors included.
 
-    Parameters
-    ----------
-    first, second : Outcome
-        Two runs of the same collision.
-    scene : Scene
-        The collision.
-    floor : float
-        Relative error from causes that both runs share: tables and rounding.
-
-    Returns
-    -------
-    dict
-        Largest absolute difference of contact times and speeds, velocities and mode energies;
-        inf where the numbers of contacts differ.
+    `floor` is the relative error from causes that both runs share: tables and rounding. By array,
+    the largest absolute difference of contact times and speeds, velocities and mode energies; inf
+    where the numbers of contacts differ.
     """
     v0, stiffness = scene.impact_velocity, scene.bond.stiffness
     energy = 0.5 * scene.particles * v0**2

@@ -34,18 +34,10 @@ _ADAPTIVE_PAIR = 5e-5
 
 def expected_seconds(scene: Scene) -> float:
     """
-    Estimate the time of one collision from the measured cost model.
+    Estimate the time of one collision on one core, everything included.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        Seconds on one core, everything included. Measured for up to 500 particles; chains of
-        thousands, which no cache holds, may take some times longer.
+    From the measured cost model, for up to 500 particles; chains of thousands, which no cache
+    holds, may take some times longer.
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.particles / math.sqrt(scene.bond.stiffness)
@@ -70,21 +62,7 @@ def expected_seconds(scene: Scene) -> float:
 
 
 def refuse_endless(scene: Scene, most_seconds: float) -> None:
-    """
-    Refuse a collision that would take too long.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    most_seconds : float
-        How long it may take.
-
-    Raises
-    ------
-    CostError
-        If it is expected to take longer.
-    """
+    """Raise CostError if a collision is expected to take longer than it may."""
     expected = expected_seconds(scene)
     if expected <= most_seconds:
         return

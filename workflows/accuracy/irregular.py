@@ -65,19 +65,7 @@ class Refined:
 
 
 def meets_kinks(scene: Scene) -> bool:
-    """
-    Return whether the bonds of a collision pass a kink of their potential.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    bool
-        From a coarse run; True where that cannot be carried out.
-    """
+    """Return whether bonds pass kinks of their potential in a coarse run, or none can be made."""
     kinks = scene.bond.kinks
     if not kinks or scene.particles == 1:
         return False
@@ -91,23 +79,7 @@ def meets_kinks(scene: Scene) -> bool:
 
 
 def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
-    """
-    Return the smallest step whose run takes some seconds at most.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition.
-    duration : float
-        Time that is integrated.
-
-    Returns
-    -------
-    float
-        H.
-    """
+    """Return the smallest step whose run over a duration takes some seconds at most."""
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(scene.bond, parts).compiled:
@@ -119,27 +91,9 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    goal : float
-        Error of eta wanted.
-    scheme : str
-        For bonds that seem smooth; where they meet kinks, and where its order is not seen, Verlet
-        steps are taken instead.
-    floor : float
-        Error from rounding, below which finer steps buy nothing.
-
-    Returns
-    -------
-    Refined
-        The best run; its error may be larger than the goal.
-
-    Raises
-    ------
-    RunError
-        What stopped the finest runs.
+    `scheme` is for bonds that seem smooth: where they meet kinks, and where its order is not seen,
+    Verlet steps are taken instead. `floor` is the error from rounding, below which finer steps buy
+    nothing. Raises RunError, what stopped the finest runs.
     """
     kinked = meets_kinks(scene)
     if kinked:

@@ -25,18 +25,6 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     tried, too, and the smallest bar counts. A bar that meets its goal is not less than a tenth of
     it (`chaincor.workflows.accuracy.error_bars.LEAST_SHARE`). So a tighter wish never widens the
     bar.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision, without explicit numerics.
-    tolerance : float
-        Absolute error asked of eta.
-
-    Returns
-    -------
-    Answer
-        With the reason where the tolerance could not be met.
     """
     floor = rounding_error(scene.engine, scene)
     goal = max(_decade_within(tolerance), _decade_within(floor))

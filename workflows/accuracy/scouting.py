@@ -62,18 +62,10 @@ class Scouting:
 
     def table_range(self, scene: Scene) -> tuple[float, float]:
         """
-        Return the lengths a bond table must hold.
+        Return the shortest and longest bond that a bond table must hold.
 
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-
-        Returns
-        -------
-        tuple of float
-            Shortest and longest bond; where bonds may have broken, with room for the pieces to
-            fly on until LAMMPS looks for the end.
+        Where bonds may have broken, with room for the pieces to fly on until LAMMPS looks for the
+        end.
         """
         longest = self.flight_max
         nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
@@ -87,20 +79,8 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
     """
     Take the scouting from a converged run.
 
-    Parameters
-    ----------
-    found : Converged
-        An in-house run.
-    scene : Scene
-        Its collision.
-    fly_on : float, optional
-        For how long after the last contact bonds are watched too; by default until LAMMPS has
-        asked what comes, and for frames as long as they are taken.
-
-    Returns
-    -------
-    Scouting
-        Its bonds and its length.
+    `fly_on` is for how long after the last contact bonds are watched too; by default until LAMMPS
+    has asked what comes, and for frames as long as they are taken.
     """
     outcome = found.outcome
     shortest, longest = outcome.bond_min, outcome.bond_max
@@ -129,17 +109,8 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     """
     Find the bond lengths of a collision that LAMMPS will run.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    fly_on : float, optional
-        See :func:`scouting_from`.
-
-    Returns
-    -------
-    Scouting or None
-        None for the in-house engine, which sees its bonds, and where it cannot tell.
+    None for the in-house engine, which sees its bonds, and where it cannot tell. For `fly_on` see
+    :func:`scouting_from`.
     """
     if scene.engine != "lammps":
         return None
@@ -155,17 +126,5 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
 
 
 def scouting_details(found: Scouting | None) -> dict[str, Any]:
-    """
-    Return the scouting for the record.
-
-    Parameters
-    ----------
-    found : Scouting or None
-        From :func:`scout`.
-
-    Returns
-    -------
-    dict
-        Under the key ``scouting``; empty where there was none.
-    """
+    """Return the scouting for the record, under ``scouting``; nothing where there was none."""
     return {} if found is None else {"scouting": asdict(found)}

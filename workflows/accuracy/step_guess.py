@@ -25,15 +25,7 @@ def sharpness(scene: Scene) -> float:
     """
     Return how much faster than a harmonic bond the most compressed bond swings.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
+    That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
     if scene.particles == 1:
         return 1.0
@@ -55,17 +47,7 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     """
     Return the largest step that is stable with the chain's fastest mode.
 
-    Parameters
-    ----------
-    scheme : str
-        Composition or extrapolation.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    float
-        H.
+    `stiffness` is U''(1).
     """
     if scheme not in COMPOSITIONS:
         return _LARGEST_EXTRAPOLATED / stiffness**0.5
@@ -74,23 +56,7 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
 
 
 def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
-    """
-    Guess the step that meets an error.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition or extrapolation.
-    goal : float
-        Error of eta wanted.
-
-    Returns
-    -------
-    float
-        H.
-    """
+    """Guess the step that meets an error."""
     order = STEP_SCHEMES[scheme].order
     usual = USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
     stable = largest_step(scheme, scene.bond.stiffness)

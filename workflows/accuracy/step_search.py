@@ -23,21 +23,7 @@ def error_near(scene: Scene, scheme: StepSchemeName, timestep: float, truth: Con
     """
     Return the error of eta at a step, or at one a little smaller if that is larger.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition or extrapolation.
-    timestep : float
-        H.
-    truth : Converged
-        The converged collision.
-
-    Returns
-    -------
-    float
-        Error; inf where the step is too large to run at all.
+    It is inf where the step is too large to run at all.
     """
     worst = 0.0
     for step in (timestep, _NEIGHBOUR * timestep):
@@ -53,23 +39,9 @@ def estimate_step(
     scene: Scene, scheme: StepSchemeName, goal: float, truth: Converged
 ) -> float | None:
     """
-    Estimate, from one run, the step whose error is a goal.
+    Estimate, from one run and with a reserve, the step whose error is a goal.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition or extrapolation.
-    goal : float
-        Error of eta wanted.
-    truth : Converged
-        The converged collision.
-
-    Returns
-    -------
-    float or None
-        H, with a reserve; None where even a much smaller step does not run.
+    None where even a much smaller step does not run.
     """
     order = STEP_SCHEMES[scheme].order
     step = guess_step(scene, scheme, goal)
@@ -88,27 +60,7 @@ def estimate_step(
 def find_step(
     scene: Scene, scheme: StepSchemeName, goal: float, truth: Converged, start: float
 ) -> float | None:
-    """
-    Return a step whose error is within a goal, near the largest.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    scheme : str
-        Composition or extrapolation.
-    goal : float
-        Error of eta wanted.
-    truth : Converged
-        The converged collision.
-    start : float
-        First step to try.
-
-    Returns
-    -------
-    float or None
-        H; None if none was found.
-    """
+    """Return a step whose error is within a goal, near the largest; None if none was found."""
     order = STEP_SCHEMES[scheme].order
     step = start
     for _ in range(_MOST_TRIES):

@@ -4,17 +4,5 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 
 
 def asked_tolerance(scene: Scene) -> float | None:
-    """
-    Return the error asked of eta.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float or None
-        None with explicit numerics.
-    """
+    """Return the error asked of eta; None with explicit numerics."""
     return None if scene.explicit else scene.tolerance or DEFAULT_TOLERANCE

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--data", type=click.Path(path_type=Path), help="LAMMPS data file [default: found]")
-@click.option("--dump", type=click.Path(path_type=Path), help="LAMMPS dump [default: found]")
+@click.option(
+    "--dump", type=click.Path(path_type=Path), help="dump, or trajectory [default: found]"
+)
 @click.option(
     "--timestep",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -78,7 +80,8 @@ def analyze(
 
     DIR is the folder of a job: one made by 'chaincor inputs' or your own, with a dump of at least
     'id x vx' (text, gzip or binary) and, if you like, the data file. Lengths are in units of the
-    natural bond length, the wall is at x = 0.
+    natural bond length, the wall is at x = 0. Trajectories of other formats, with velocities, are
+    read through ASE (.extxyz, .xyz, .traj) or MDAnalysis (.trr, .nc, .ncdf).
 
     Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
     finest is analysed and the others tell its error.
@@ -121,19 +124,7 @@ def analyze(
 
 
 def describe(analysis: "CollisionAnalysis") -> str:
-    """
-    Describe the results for people.
-
-    Parameters
-    ----------
-    analysis : CollisionAnalysis
-        The results.
-
-    Returns
-    -------
-    str
-        Some lines, the caveats at the end.
-    """
+    """Describe the results for people, in some lines with the caveats at the end."""
     statistics = analysis.contact_statistics
     bond = analysis.bond
     speed = f"v0 = {analysis.velocity:.6g}"

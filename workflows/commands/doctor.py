@@ -4,18 +4,27 @@ import json
 import platform
 import sys
 import tempfile
+from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from chaincor.workflows.machine import CommandNeeds
 
 
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool) -> None:
-    """Say whether this machine can run chaincor, and what is missing."""
-    from chaincor.workflows.machine import examine
+    """
+    Say whether this machine can run chaincor, what is missing, and which commands need it.
 
-    findings = examine()
+    Libraries in brackets are those that only some uses of a command need.
+    """
+    from chaincor.workflows.machine import command_needs, examine
+
+    findings, commands = examine(), command_needs()
     healthy = all(finding.good for finding in findings)
     if as_json:
         report = {
@@ -24,12 +33,24 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
             "prefix": sys.prefix,
             "temporary_folder": tempfile.gettempdir(),
             "findings": [finding.to_dict() for finding in findings],
+            "commands": [asdict(needs) | {"works": needs.works} for needs in commands],
         }
         click.echo(json.dumps(report))
     else:
         for finding in findings:
             click.echo(f"{'yes' if finding.good else 'NO '}  {finding.subject}: {finding.text}")
+        click.echo("\ncommand needs (and for some uses)")
+        for needs in commands:
+            click.echo(_describe(needs))
         verdict = "yes, this machine can run chaincor" if healthy else "no: see the lines with NO"
         click.echo(f"\n{verdict}")
     if not healthy:
         ctx.exit(1)
+
+
+def _describe(needs: "CommandNeeds") -> str:
+    always = ", ".join(needs.needs) or "nothing more"
+    uses = "; ".join(f"{library} for {use}" for library, use in needs.also.items())
+    lacks = f" - lacks {', '.join(needs.missing)}" if needs.missing else ""
+    text = f"{needs.command}: {always}{f' ({uses})' if uses else ''}{lacks}"
+    return f"{'yes' if needs.works else 'NO '}  {text}"

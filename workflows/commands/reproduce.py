@@ -57,21 +57,7 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
 
 
 def describe(contents: dict[str, Any], folder: Path) -> str:
-    """
-    Describe a report for people.
-
-    Parameters
-    ----------
-    contents : dict
-        What ``report.json`` holds.
-    folder : pathlib.Path
-        Where the report is.
-
-    Returns
-    -------
-    str
-        The curves of eta as a table, the verdicts, the times.
-    """
+    """Describe a report for people: the curves of eta as a table, the verdicts, the times."""
     from chaincor.workflows.reproduce.typesetting import format_number, format_value
 
     health = contents["health"]

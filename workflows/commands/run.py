@@ -89,19 +89,7 @@ def _with_error(value: float, error: float | None) -> str:
 
 
 def describe(result: Collision) -> str:
-    """
-    Describe a result for people.
-
-    Parameters
-    ----------
-    result : Collision
-        The result.
-
-    Returns
-    -------
-    str
-        A few lines.
-    """
+    """Describe a result for people."""
     speed = f"v0 = {result.velocity:.6g}"
     if result.speed is not None:
         speed += f" = {result.speed:.6g} v*"

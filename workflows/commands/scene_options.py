@@ -69,15 +69,8 @@ def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
     """
     Add an argument SCENE.toml and an option for each field of a scene to a command.
 
-    Parameters
-    ----------
-    *leave_out : str
-        Fields that the command has no use for.
-
-    Returns
-    -------
-    callable
-        A decorator; the command gets ``scene_file`` and the fields as keyword arguments.
+    The command gets ``scene_file`` and the fields as keyword arguments; `leave_out` names fields
+    that it has no use for.
     """
 
     def decorate(command: Callable) -> Callable:
@@ -89,26 +82,7 @@ def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
 
 
 def scene_from(scene_file: str | None, options: dict[str, Any]) -> Scene:
-    """
-    Build the scene from a file, if there is one, and the options, which win over the file.
-
-    Parameters
-    ----------
-    scene_file : str or None
-        A TOML file.
-    options : dict
-        Fields given on the command line; None where they are not.
-
-    Returns
-    -------
-    Scene
-        The validated scene.
-
-    Raises
-    ------
-    SceneError
-        If file and options together are not a scene.
-    """
+    """Build the scene from a file, if there is one, and the options, which win over the file."""
     given = {name: value for name, value in options.items() if value is not None}
     fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}
     if "speed" in given or "velocity" in given:

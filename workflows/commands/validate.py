@@ -88,19 +88,7 @@ def _with_progress(scenes: list) -> Any:
 
 
 def describe(result: Validation) -> str:
-    """
-    Describe a comparison for people.
-
-    Parameters
-    ----------
-    result : Validation
-        The comparison.
-
-    Returns
-    -------
-    str
-        A table with a verdict.
-    """
+    """Describe a comparison for people: a table with a verdict."""
     scene = result.scene
     lines = [
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",

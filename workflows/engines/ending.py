@@ -51,6 +51,8 @@ LOOK_GROWTH = 1.4
 # An end is argued where a return is less likely than this, in so many vibrations a particle.
 RISK_ALLOWED = 1e-3
 VIBRATIONS = 100.0
+# What a part is thrown out with is reckoned to exceed its bound so often.
+UNLIKELY = 0.01
 
 EndingKind = Literal["proved", "argued", "open"]
 
@@ -238,12 +240,13 @@ def approach(pieces: Pieces) -> float:
 
 def evaporation(pieces: Pieces, bond: Potential) -> float:
     r"""
-    Return the largest momentum that a part thrown out by a piece could be given at the wall.
+    Return the largest momentum that a part thrown out by a piece would be given at the wall.
 
-    With all internal energy but what breaks a bond, :math:`m'` of the m particles move at
-    :math:`w` relative to the others, :math:`I - E = \tfrac12 \mu w^2` with
-    :math:`\mu = m'(m - m')/m`, and hit the wall at :math:`w (m - m')/m - V`, or pieces before
-    them, which hand that on.
+    Of the m particles :math:`m'` move at :math:`w` relative to the others, with the energy
+    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`, and hit the wall at
+    :math:`w (m - m')/m - V`, or pieces before them, which hand that on. Of the energy that
+    breaking leaves, :math:`I - E`, which is shared freely, one motion gets more than
+    :math:`(I - E)(1 - q^{1/(m-2)})` with the probability q.
 
     Parameters
     ----------
@@ -259,10 +262,15 @@ def evaporation(pieces: Pieces, bond: Potential) -> float:
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0
+    # The others matter where they may disturb the first.
+    count = 1 if pieces.return_risk <= RISK_ALLOWED else len(pieces.sizes)
     largest = 0.0
-    for size, speed, energy in zip(pieces.sizes, pieces.speeds, pieces.energies, strict=True):
+    for size, speed, energy in zip(
+        pieces.sizes[:count], pieces.speeds[:count], pieces.energies[:count], strict=True
+    ):
         thrown = np.arange(1.0, size)
-        free = 2.0 * max(float(energy) - paid, 0.0)
+        part = 1.0 - UNLIKELY ** (1.0 / (size - 2)) if size > 2 else 1.0
+        free = 2.0 * part * max(float(energy) - paid, 0.0)
         hit = np.sqrt(free * (size - thrown) / (thrown * size)) - speed
         largest = max(largest, float(np.max(2.0 * thrown * hit, initial=0.0)))
     return largest

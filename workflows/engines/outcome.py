@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
 
@@ -69,6 +70,8 @@ class Outcome:
         Whether particles passed through each other (harmonic chains, in-house only).
     frames : Frames or None
         Snapshots, where they were asked for.
+    numerics : Numerics or None
+        All settings of a run by LAMMPS.
     details : dict
         What only one engine knows, such as the certificate of a bond table.
     """
@@ -93,4 +96,5 @@ class Outcome:
     force_evaluations: int
     crossed: bool = False
     frames: Frames | None = None
+    numerics: Numerics | None = None
     details: dict[str, Any] = field(default_factory=dict)

@@ -153,7 +153,8 @@ def escape_risk(
     a proof. More is judged as unimolecular decay is: of m - 1 vibrations that share the energy I
     freely, one has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration;
     and a piece that decays at all does so with that much in
-    :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools.
+    :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which
+    a bond gains energy without bound, :math:`E^*` is the barrier alone, whatever the speed.
 
     Parameters
     ----------
@@ -178,7 +179,9 @@ def escape_risk(
     if speed <= 0.0:
         return 1.0
     breaking = breaking_energy(bond)
-    needed = breaking + 0.5 * speed * speed * particles / (particles - 1)
+    needed = breaking
+    if math.isinf(bond.barrier):
+        needed += 0.5 * speed * speed * particles / (particles - 1)
     if energy < needed:
         return 0.0
     freedoms = particles - 2

@@ -14,22 +14,8 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     Carry a chain through its collision and keep frames of the motion.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides; its engine and numerics are not used.
-    interval : float
-        Time between frames.
-
-    Returns
-    -------
-    Outcome
-        With ``frames``, from the first contact to the end of the run.
-
-    Raises
-    ------
-    RunError
-        If the motion cannot be followed; each cause has a name.
+    Frames are `interval` apart, from the first contact to the end of the run; the scene's engine
+    and numerics are not used.
     """
     if scene.bond.is_harmonic:
         return modal.run(scene, interval)
@@ -37,21 +23,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 
 
 def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
-    """
-    Keep frames of a collision until soon after its last contact.
-
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    last_contact_time : float
-        Time of its last contact.
-
-    Returns
-    -------
-    Outcome
-        With about 400 frames; the last shows the chain flying off.
-    """
+    """Keep about 400 frames of a collision; the last ones show the chain flying off."""
     # Two units of time are sound crossing two bonds: enough to see that.
     end = 1.15 * last_contact_time + 2.0
     outcome = record_motion(scene, end / 400.0)
@@ -66,23 +38,9 @@ def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
 
 def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
     """
-    Draw a collision as a moving picture.
+    Draw a collision as ``.gif``, or ``.mp4`` with ffmpeg, until soon after its last contact.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    last_contact_time : float
-        Time of its last contact; the picture ends soon after.
-    path : str
-        ``.gif``, or ``.mp4`` with ffmpeg.
-    pictures : int
-        How many pictures it is made of, 25 a second.
-
-    Raises
-    ------
-    InputError
-        If the file's name ends otherwise.
+    It shows 25 `pictures` a second. Raises InputError if the file's name ends otherwise.
     """
     from chaincor.analysis.figures.animation import animate_collision
 

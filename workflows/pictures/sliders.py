@@ -27,22 +27,8 @@ def explore_page(
     """
     Compute all collisions and put them into one self-contained page.
 
-    Parameters
-    ----------
-    particles : int
-        Length of the chain.
-    potentials : sequence of str
-        Bonds to choose from.
-    speeds : sequence of float
-        Speeds to choose from, in units of v*. Springs have no v*: their curve is flat, and one
-        collision stands for all.
-    progress : callable, optional
-        Called with the number of collisions done and to do.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing from elsewhere.
+    Speeds are in units of v*. Springs have no v*: their curve is flat, and one collision stands for
+    all. `progress` is told the number of collisions done and to do.
     """
     chosen = [
         (potential, speed)

@@ -20,19 +20,7 @@ _WIDEST = 100
 
 
 def find_terminal() -> Console:
-    """
-    Return where to draw.
-
-    Returns
-    -------
-    rich.console.Console
-        Standard error.
-
-    Raises
-    ------
-    InputError
-        If that is no terminal.
-    """
+    """Return standard error to draw on; InputError if that is no terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
         raise InputError("--watch draws in a terminal, and this is none; use --animate FILE")
@@ -40,18 +28,7 @@ def find_terminal() -> Console:
 
 
 def watch(scene: Scene, last_contact_time: float, console: Console) -> None:
-    """
-    Play a collision in the terminal.
-
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    last_contact_time : float
-        Time of its last contact; the play ends soon after.
-    console : rich.console.Console
-        Where to draw.
-    """
+    """Play a collision in the terminal until soon after its last contact."""
     outcome = follow_to_the_end(scene, last_contact_time)
     with Live(console=console, auto_refresh=False) as live:
         for moment in moments(scene, outcome, min(console.width, _WIDEST)):
@@ -60,23 +37,7 @@ def watch(scene: Scene, last_contact_time: float, console: Console) -> None:
 
 
 def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
-    """
-    Draw a collision, moment by moment.
-
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    outcome : Outcome
-        Its motion, with frames.
-    columns : int
-        Width of the drawing.
-
-    Yields
-    ------
-    rich.text.Text
-        A line that says when it is and how many contacts there were, and the drawing.
-    """
+    """Draw a collision, moment by moment: the time and number of contacts, and the chain."""
     frames = outcome.frames
     assert frames is not None
     x = frames.displacements + np.arange(scene.particles)

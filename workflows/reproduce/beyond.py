@@ -17,35 +17,14 @@ _CONSTANT = -1.0 / 3.0
 
 @dataclass(frozen=True)
 class Remark:
-    """
-    A question and the answer of the data.
-
-    Attributes
-    ----------
-    question : str
-        In one line.
-    answer : str
-        With numbers.
-    """
+    """A question, in one line, and the answer of the data, with numbers."""
 
     question: str
     answer: str
 
 
 def remarks(measured: Measurements) -> tuple[Remark, ...]:
-    """
-    Return what is found beyond the paper.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    tuple of Remark
-        In the order of the figures.
-    """
+    """Return what is found beyond the paper, in the order of the figures."""
     points = measured.select("curves", "lj")
     return (
         Remark(

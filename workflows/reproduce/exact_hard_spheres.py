@@ -37,17 +37,7 @@ def run_hard_spheres(particles: int, gap: Fraction = Fraction(1, 7)) -> HardSphe
     their velocities, or sphere 1 reverses its own. Positions, velocities and times are rational,
     so nothing is rounded.
 
-    Parameters
-    ----------
-    particles : int
-        Number of spheres.
-    gap : Fraction
-        Free space between neighbours at the start.
-
-    Returns
-    -------
-    HardSphereRun
-        Counted, not assumed.
+    `gap` is the free space between neighbours at the start.
     """
     # Shrunk to points: position i less i diameters.
     positions = [gap * i for i in range(particles)]

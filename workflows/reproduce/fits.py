@@ -34,30 +34,11 @@ class PowerLaw:
     points: int
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the fields.
-
-        Returns
-        -------
-        dict
-            Names and values.
-        """
+        """Return the fields."""
         return asdict(self)
 
     def at(self, x: ArrayLike) -> NDArray[np.float64]:
-        """
-        Return the fitted curve.
-
-        Parameters
-        ----------
-        x : array_like
-            Where.
-
-        Returns
-        -------
-        numpy.ndarray
-            A x^p.
-        """
+        """Return the fitted curve A x^p."""
         return self.prefactor * np.asarray(x, dtype=float) ** self.exponent
 
 
@@ -68,17 +49,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> 
     The points are exact to far less than their scatter about a power law, which is real: the
     standard errors are those of the scatter.
 
-    Parameters
-    ----------
-    x, y : array_like
-        Positive numbers.
-    exponent : float, optional
-        Fixes p; then only A is fitted.
-
-    Returns
-    -------
-    PowerLaw
-        The fit; all nan with fewer than two points, or if a number is not positive.
+    `exponent` fixes p. All is nan with fewer than two points, or if a number is not positive.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     nan = float("nan")
@@ -112,21 +83,7 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> 
 def fit_over_ranges(
     x: ArrayLike, y: ArrayLike, ranges: Sequence[tuple[float, float]]
 ) -> list[PowerLaw]:
-    """
-    Fit a power law over several ranges of x.
-
-    Parameters
-    ----------
-    x, y : array_like
-        Positive numbers.
-    ranges : sequence of tuple
-        First and last x of each.
-
-    Returns
-    -------
-    list of PowerLaw
-        One for each range that holds at least three points.
-    """
+    """Fit a power law over each range, from first to last x, that holds three points or more."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     fits = []
     for first, last in ranges:
@@ -156,19 +113,9 @@ class Minimum:
 
 def find_minimum(x: ArrayLike, y: ArrayLike) -> Minimum:
     """
-    Return the minimum of a curve given by points.
+    Return the minimum of a curve given by points, x rising and positive; the parabola is in ln x.
 
-    Parameters
-    ----------
-    x : array_like
-        Rising and positive; the parabola is in ln x.
-    y : array_like
-        Values.
-
-    Returns
-    -------
-    Minimum
-        nan where the lowest point is at an end: then there is no minimum.
+    It is nan where the lowest point is at an end: then there is no minimum.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     nan = float("nan")

@@ -18,35 +18,14 @@ from chaincor.workflows.reproduce.rules import RULES, Judgement, judge
 
 @dataclass(frozen=True)
 class Judged:
-    """
-    Everything the measurements say.
-
-    Attributes
-    ----------
-    law : HarmonicLaw
-        Fits to harmonic chains.
-    judgements : tuple of Judgement
-        One for each rule that has a finding, in the order of the rules.
-    """
+    """The fits to harmonic chains, and a judgement for each rule that has a finding."""
 
     law: HarmonicLaw
     judgements: tuple[Judgement, ...]
 
 
 def judge_all(measured: Measurements) -> Judged:
-    """
-    Find all numbers and judge them.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Judged
-        Findings and verdicts.
-    """
+    """Find all numbers and judge them."""
     law = harmonic_law(measured)
     found = {
         **harmonic_findings(measured, law),

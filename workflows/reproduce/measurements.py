@@ -12,10 +12,7 @@ from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.reproduce.plan import Plan
 from chaincor.workflows.reproduce.studies import Study, studies
-
-# The in-house value should not be what limits the comparison.
-_SHARPER = 0.1
-_SHARPEST = 1e-11
+from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
 
 
 @dataclass(frozen=True)
@@ -44,16 +41,7 @@ Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 @dataclass(frozen=True)
 class Point:
-    """
-    One scene by LAMMPS and in-house.
-
-    Attributes
-    ----------
-    scene : Scene
-        As it was planned, for LAMMPS.
-    lammps, in_house : Answer or None
-        The answers; None for an engine that was not asked.
-    """
+    """One scene, as planned for LAMMPS, with both engines' answers; None for one not asked."""
 
     scene: Scene
     lammps: Answer | None
@@ -147,41 +135,14 @@ class Point:
 
 @dataclass(frozen=True)
 class Measurements:
-    """
-    All points of a plan.
-
-    Attributes
-    ----------
-    plan : Plan
-        What was asked.
-    studies : tuple of Study
-        Its studies.
-    points : dict of str to tuple of Point
-        By the key of the study.
-    """
+    """A plan, its studies, and all points by the key of their study."""
 
     plan: Plan
     studies: tuple[Study, ...]
     points: dict[str, tuple[Point, ...]]
 
     def select(self, study: str, potential: str, **wanted: Any) -> list[Point]:
-        """
-        Return the points of a study with a result, by potential and other fields of the scene.
-
-        Parameters
-        ----------
-        study : str
-            Key.
-        potential : str
-            Name of the bonds.
-        **wanted
-            Fields of the scene and their values.
-
-        Returns
-        -------
-        list of Point
-            In the order of speed and length.
-        """
+        """Return a study's points with a result and the fields wanted, by speed and length."""
         chosen = [
             point
             for point in self.points[study]
@@ -192,19 +153,7 @@ class Measurements:
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
     def seconds(self, study: str) -> dict[str, float]:
-        """
-        Return the computing time of a study.
-
-        Parameters
-        ----------
-        study : str
-            Key.
-
-        Returns
-        -------
-        dict
-            Seconds for ``lammps`` and ``in_house``.
-        """
+        """Return the seconds of computing that a study took, for ``lammps`` and ``in_house``."""
         return {
             engine: sum(
                 answer.result["seconds_total"]
@@ -215,14 +164,7 @@ class Measurements:
         }
 
     def all_points(self) -> Iterable[Point]:
-        """
-        Return each different point once.
-
-        Returns
-        -------
-        iterable of Point
-            In the order of the studies.
-        """
+        """Return each different point once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()
 
@@ -231,39 +173,17 @@ def in_house_twin(scene: Scene) -> Scene:
     """
     Return the scene that cross-checks one of LAMMPS.
 
-    Parameters
-    ----------
-    scene : Scene
-        For LAMMPS, with a tolerance or with explicit numerics.
-
-    Returns
-    -------
-    Scene
-        For the in-house engine, with a tenth of the tolerance; with the tolerance itself where
-        bonds are too sharp for LAMMPS, so that this is the value shown.
+    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
+    LAMMPS, so that this is the value shown.
     """
-    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else _SHARPER
-    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), _SHARPEST)
+    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
+    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), SHARPEST)
     none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
     return scene.replace(**none, engine="reference", tolerance=tolerance)
 
 
 def measure(plan: Plan, run: Runner) -> Measurements:
-    """
-    Compute all points of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to compute.
-    run : callable
-        Carries out scenes; asked once, with all of them.
-
-    Returns
-    -------
-    Measurements
-        The points. A scene that failed is a point without a result.
-    """
+    """Compute all points of a plan, asking `run` once; a scene that failed has no result."""
     planned = studies(plan)
     alter = plan.alter or (lambda scene: scene)
     lammps: dict[Scene, Scene] = {}

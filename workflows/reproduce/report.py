@@ -2,7 +2,6 @@
 
 import base64
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
 from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.result import finite
 
 _CLASS = {
     Verdict.REPRODUCED: "good",
@@ -35,27 +35,7 @@ def gather(
     figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """
-    Gather everything the report says, as plain values.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    judged : Judged
-        Verdicts.
-    slips : tuple of Slip
-        The paper's slips.
-    figures : tuple of Figure
-        The figures.
-    seconds : dict
-        Wall-clock time of the steps of this run.
-
-    Returns
-    -------
-    dict
-        What ``report.json`` holds.
-    """
+    """Gather everything ``report.json`` holds, as plain values; `seconds` are those of this run."""
     verdicts = [
         {
             "key": j.rule.key,
@@ -143,21 +123,7 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
-    """
-    Draw the figures and write them with their data.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Folder of the report; made if it is not there.
-    figures : tuple of Figure
-        The figures.
-
-    Returns
-    -------
-    dict of str to str
-        By key: the image as a data URI, for the page.
-    """
+    """Draw the figures and write them with their data; returns them as data URIs, by key."""
     drawings = folder / "figures"
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
@@ -172,18 +138,7 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
-    """
-    Write the page, the summary and the numbers.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-        Where.
-    contents : dict
-        From :func:`gather`.
-    images : dict of str to str
-        From :func:`write_figures`.
-    """
+    """Write the page, the summary and the numbers."""
     environment = Environment(
         loader=PackageLoader("chaincor.workflows.reproduce"),
         autoescape=lambda name: name is not None and name.endswith("html.j2"),
@@ -199,7 +154,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
         _write(folder / name, text)
-    _write(folder / "report.json", json.dumps(_finite(contents), indent=1, ensure_ascii=False))
+    _write(folder / "report.json", json.dumps(finite(contents), indent=1, ensure_ascii=False))
 
 
 def _write(path: Path, text: str) -> None:
@@ -215,13 +170,3 @@ def _data_uri(rendered: dict[str, bytes]) -> str:
     kind = "svg" if len(rendered["svg"]) <= _LARGEST_SVG else "png"
     media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
     return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return value

@@ -13,23 +13,7 @@ from chaincor.workflows.reproduce.slips.all_slips import all_slips
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:
-    """
-    Compute a plan, judge it and write the report.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to compute.
-    folder : pathlib.Path
-        Where the report goes.
-    run : callable
-        Carries out the scenes.
-
-    Returns
-    -------
-    dict
-        What ``report.json`` holds.
-    """
+    """Compute a plan, judge it and write the report; returns what ``report.json`` holds."""
     started = time.perf_counter()
     measured = measure(plan, run)
     computed = time.perf_counter()

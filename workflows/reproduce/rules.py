@@ -53,20 +53,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Judgement:
-    """
-    A rule applied.
-
-    Attributes
-    ----------
-    rule : Rule
-        The rule.
-    finding : Finding
-        What was found.
-    verdict : Verdict
-        The outcome.
-    reason : str
-        Why.
-    """
+    """A rule applied to what was found: the verdict, and why."""
 
     rule: Rule
     finding: Finding
@@ -78,19 +65,9 @@ def judge(rule: Rule, finding: Finding) -> Judgement:
     """
     Apply a rule.
 
-    Parameters
-    ----------
-    rule : Rule
-        The claim and its margins.
-    finding : Finding
-        What was found.
-
-    Returns
-    -------
-    Judgement
-        "Not reproduced" also where there is no number, where its error is as large as the widest
-        margin, or where LAMMPS and the in-house engine disagree on more than one in twenty of the
-        points it rests on.
+    "Not reproduced" also where there is no number, where its error is as large as the widest
+    margin, or where LAMMPS and the in-house engine disagree on more than one in twenty of the
+    points it rests on.
     """
     if not math.isfinite(finding.value):
         return Judgement(rule, finding, Verdict.NOT_REPRODUCED, f"no number: {finding.text}")

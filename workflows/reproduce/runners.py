@@ -1,32 +1,15 @@
-"""Who carries out the scenes of a plan: a store with its processes, or this process alone."""
+"""Who carries out the scenes of a plan: the processes of a sweep, into a store."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.measurements import Answer, Runner
-from chaincor.workflows.store.attempt import carry_out
 from chaincor.workflows.sweep.execution import run_scenes
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
-    """
-    Return a runner that keeps every result, so that nothing finished is computed twice.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The results store.
-    workers : int
-        Processes.
-    progress : bool
-        Whether to show a progress bar, where there is a terminal.
-
-    Returns
-    -------
-    callable
-        The runner.
-    """
+    """Return a runner that keeps every result, so that nothing finished is computed twice."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:
         rows = run_scenes(scenes, path, workers=workers, arrays=True, progress=progress)
@@ -40,28 +23,3 @@ def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
         ]
 
     return run
-
-
-def run_here(scenes: Sequence[Scene]) -> list[Answer]:
-    """
-    Carry out scenes one after the other, keeping nothing.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Bonds may be Python objects, which a store cannot keep.
-
-    Returns
-    -------
-    list of Answer
-        In the same order.
-    """
-    answers = []
-    for attempt in map(carry_out, scenes):
-        if attempt.collision is not None:
-            answers.append(Answer(attempt.collision.to_dict(), attempt.collision.arrays()))
-        else:
-            assert attempt.failure is not None
-            text = f"{attempt.failure.name}: {attempt.failure.message}"
-            answers.append(Answer(None, {}, text))
-    return answers

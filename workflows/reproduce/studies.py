@@ -34,19 +34,7 @@ class Study:
 
 
 def studies(plan: Plan) -> tuple[Study, ...]:
-    """
-    Return all studies of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to compute.
-
-    Returns
-    -------
-    tuple of Study
-        Scenes may occur in several; they are computed once.
-    """
+    """Return all studies of a plan; scenes that occur in several are computed once."""
     return (
         _curves(plan),
         _harmonic_sizes(plan),

@@ -11,29 +11,13 @@ from chaincor.workflows.reproduce.measurements import Point
 
 @dataclass(frozen=True)
 class Table:
-    """
-    Columns of equal length.
-
-    Attributes
-    ----------
-    columns : tuple of str
-        Names.
-    rows : tuple of tuple
-        Values: numbers, words or None.
-    """
+    """Columns of equal length: their names, and rows of numbers, words or None."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[Any, ...], ...]
 
     def to_csv(self) -> str:
-        """
-        Return the table as CSV, numbers with all their digits.
-
-        Returns
-        -------
-        str
-            A header and one line a row.
-        """
+        """Return the table as CSV, numbers with all their digits."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
@@ -42,37 +26,13 @@ class Table:
 
 
 def table_of(records: Sequence[Mapping[str, Any]]) -> Table:
-    """
-    Return a table of records.
-
-    Parameters
-    ----------
-    records : sequence of mapping
-        Column names and values, the same names in each.
-
-    Returns
-    -------
-    Table
-        One row a record.
-    """
+    """Return a table of records."""
     columns = tuple(records[0]) if records else ()
     return Table(columns, tuple(tuple(record[name] for name in columns) for record in records))
 
 
 def point_record(point: Point) -> dict[str, Any]:
-    """
-    Return one point as a row of a table.
-
-    Parameters
-    ----------
-    point : Point
-        The point.
-
-    Returns
-    -------
-    dict
-        Scene, plotted value, error bar, both engines' values and what failed.
-    """
+    """Return a point as a row: scene, plotted value, error bar, both values, what failed."""
     answers = {"lammps": point.lammps, "in_house": point.in_house}
     record: dict[str, Any] = {
         "potential": point.scene.label,

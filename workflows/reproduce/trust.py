@@ -44,19 +44,7 @@ class Health:
 
 
 def examine_points(measured: Measurements) -> Health:
-    """
-    Count points, disagreements and failures.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Health
-        The counts.
-    """
+    """Count points, disagreements and failures."""
     points = list(measured.all_points())
     compared = [p for p in points if p.agrees is not None]
     excess = [abs(p.difference or 0.0) / (p.allowed_difference or 1.0) for p in compared]

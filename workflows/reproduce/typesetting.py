@@ -5,37 +5,13 @@ import re
 
 
 def typeset(text: str) -> str:
-    """
-    Keep v* on the line of its number, and write minus signs as such.
-
-    Parameters
-    ----------
-    text : str
-        Text for people.
-
-    Returns
-    -------
-    str
-        The same words.
-    """
+    """Keep v* on the line of its number, and write minus signs as such."""
     text = re.sub(r"(?<=e)-0?(?=\d)|(?<![\w-])-(?=\d)", "\u2212", text)
     return text.replace(" v*", "\u00a0v*")
 
 
 def format_number(value: float | None) -> str:
-    """
-    Write a number with a few significant digits.
-
-    Parameters
-    ----------
-    value : float or None
-        Number.
-
-    Returns
-    -------
-    str
-        A dash where there is none.
-    """
+    """Write a number with a few significant digits; a dash where there is none."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == round(value) and abs(value) < 1e6:
@@ -44,19 +20,7 @@ def format_number(value: float | None) -> str:
 
 
 def format_value(value: float, error: float) -> str:
-    """
-    Write a number with its error, to the digits the error allows.
-
-    Parameters
-    ----------
-    value, error : float
-        Number and its error.
-
-    Returns
-    -------
-    str
-        Such as ``0.8098 ± 0.0001``; a dash where there is no number.
-    """
+    """Write a number to the digits its error allows: ``0.8098 ± 0.0001``; a dash for none."""
     if not math.isfinite(value):
         return "–"
     if not math.isfinite(error) or error <= 0.0:

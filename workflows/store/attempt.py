@@ -42,15 +42,7 @@ class Failure:
         """
         Describe an error.
 
-        Parameters
-        ----------
-        error : BaseException
-            What was raised.
-
-        Returns
-        -------
-        Failure
-            Standing for named errors of the collision itself, not for those of the machine.
+        It stands for named errors of the collision itself, not for those of the machine.
         """
         passing = isinstance(error, MissingLibraryError | WorkerDiedError)
         stands = isinstance(error, RunError | InputError) and not passing
@@ -60,20 +52,7 @@ class Failure:
 
 @dataclass(frozen=True)
 class Attempt:
-    """
-    One try at one collision.
-
-    Attributes
-    ----------
-    scene : Scene
-        What was asked.
-    collision : Collision or None
-        The result.
-    failure : Failure or None
-        Why there is none.
-    host : str
-        Name of the machine.
-    """
+    """One try at one scene on one host: its result, or why there is none."""
 
     scene: Scene
     collision: Collision | None
@@ -83,14 +62,7 @@ class Attempt:
 
 @cache
 def host_name() -> str:
-    """
-    Return the name of this machine.
-
-    Returns
-    -------
-    str
-        As in the network; ``unknown`` where it has none.
-    """
+    """Return the name of this machine in the network, ``unknown`` where it has none."""
     return platform.node() or "unknown"
 
 
@@ -101,20 +73,7 @@ def carry_out(scene: Scene) -> Attempt:
     Named failures are caught, and those of the machine: no memory, no room for files. Any other
     error is one of the program or of the user's own bond, and stops whatever asked.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Attempt
-        With a result or a failure.
-
-    Raises
-    ------
-    MissingLibraryError
-        If no collision at all can be run here.
+    Raises MissingLibraryError if no collision at all can be run here.
     """
     from chaincor.workflows.collision import collide
 

@@ -21,24 +21,9 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
     log would save about a millisecond a row, but needs shared memory, which network file systems
     of clusters do not have, and leaves files beside the store.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-    read_only : bool
-        Whether to refuse to change anything; the store must be there.
-
-    Returns
-    -------
-    sqlite3.Connection
-        In autocommit mode.
-
-    Raises
-    ------
-    StoreError
-        If the file is not a store this version can use.
-    StoreWriteError
-        If a new or older store cannot be written.
+    The connection is in autocommit mode; `read_only` refuses changes, and a store that is not
+    there. Raises StoreError if the file is not a store this version can use, and StoreWriteError if
+    a new or older one cannot be written.
     """
     if read_only and not path.exists():
         raise StoreError(f"there is no results store {path}; expected one made by `chaincor sweep`")
@@ -110,19 +95,7 @@ def _migrate(connection: sqlite3.Connection, path: Path, read_only: bool) -> Non
 
 @contextlib.contextmanager
 def transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """
-    Write all or nothing.
-
-    Parameters
-    ----------
-    connection : sqlite3.Connection
-        In autocommit mode.
-
-    Yields
-    ------
-    None
-        Inside the transaction, with the right to write.
-    """
+    """Write all or nothing, on a connection in autocommit mode."""
     if connection.in_transaction:
         # Ctrl-C can come between the beginning of a transaction and the code that would end it.
         connection.execute("ROLLBACK")
@@ -139,26 +112,7 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
 
 @contextlib.contextmanager
 def named_errors(path: Path) -> Iterator[None]:
-    """
-    Turn errors of SQLite into named ones.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        The store, for the message.
-
-    Yields
-    ------
-    None
-        Around calls of SQLite.
-
-    Raises
-    ------
-    StoreError
-        If the store cannot be used as it is.
-    StoreWriteError
-        If the machine does not let it be written.
-    """
+    """Turn errors of SQLite into StoreError, or StoreWriteError where writing is not possible."""
     try:
         yield
     except sqlite3.Error as error:

@@ -16,19 +16,10 @@ if TYPE_CHECKING:
 
 def export_store(store: Store, path: Path) -> None:
     """
-    Write all rows to a file, in the order of potential, particles and velocity.
+    Write all rows in the order of potential, particles and velocity to ``.csv`` or ``.parquet``.
 
-    Parameters
-    ----------
-    store : Store
-        The store.
-    path : pathlib.Path
-        Ends in ``.csv`` or ``.parquet``; it appears when it is complete.
-
-    Raises
-    ------
-    StoreError
-        For another ending, or if the libraries for Parquet are missing.
+    The file appears when it is complete. Raises StoreError for another ending, or if the libraries
+    for Parquet are missing.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")

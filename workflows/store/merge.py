@@ -12,24 +12,9 @@ def merge_stores(target: Path, sources: list[Path]) -> int:
     """
     Copy the rows of some stores into another; where both have a row, the tighter result stays.
 
-    Parameters
-    ----------
-    target : pathlib.Path
-        Made if it is not there.
-    sources : list of pathlib.Path
-        Are only read; each is copied in one transaction.
-
-    Returns
-    -------
-    int
-        Rows in the target.
-
-    Raises
-    ------
-    StoreError
-        If a store cannot be used, or is to be merged into itself.
-    StoreWriteError
-        If the target cannot be written; then whole stores are missing from it, no halves.
+    Returns how many rows the target, which is made if it is not there, has then. Each source is
+    only read, and copied in one transaction: after a StoreWriteError whole stores are missing, no
+    halves. Raises StoreError if a store cannot be used, or is to be merged into itself.
     """
     for source in sources:
         if source.resolve() == target.resolve():

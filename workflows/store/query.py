@@ -63,21 +63,7 @@ def query_rows(
 
 
 def count_rows(store: Store, where: Sequence[str] = ()) -> int:
-    """
-    Count rows.
-
-    Parameters
-    ----------
-    store : Store
-        The store.
-    where : sequence of str
-        Conditions, as for :func:`query_rows`.
-
-    Returns
-    -------
-    int
-        How many rows fulfil them.
-    """
+    """Count the rows that fulfil conditions as for :func:`query_rows`."""
     conditions, values = _conditions(where)
     return store.select(f"SELECT count(*) FROM collisions{conditions}", values)[1][0][0]
 

@@ -24,20 +24,8 @@ def write_attempt(
     """
     Write one attempt, inside a transaction.
 
-    Parameters
-    ----------
-    connection : sqlite3.Connection
-        To the store.
-    attempt : Attempt
-        A result or a failure. A failure never takes the place of a result.
-    old : Standing or None
-        What the store has on the scene.
-    finished : str
-        When: UTC, ISO 8601.
-    arrays : bool
-        Whether to keep the arrays of a result.
-    replace : bool
-        Whether a result takes the place of one that is as exact.
+    `old` is what the store has on the scene, `finished` UTC in ISO 8601. A failure never takes the
+    place of a result; `replace` lets a result take that of one that is as exact.
     """
     scene = attempt.scene
     tries = 1 + (0 if old is None else old.tries)

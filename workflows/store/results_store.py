@@ -81,57 +81,19 @@ class Store:
 
     def get(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
         """
-        Return the result of a scene, if it is there and exact enough.
+        Return the result of a scene; None where it would have to be computed.
 
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-        arrays : bool
-            Whether the arrays are wanted as well.
-
-        Returns
-        -------
-        StoredCollision or None
-            None where it would have to be computed.
+        That is where it is not there, not exact enough, or lacks the arrays that are wanted.
         """
         return self.find(scene, arrays=arrays) if self.has(scene, arrays=arrays) else None
 
     def has(self, scene: Scene, *, arrays: bool = False) -> bool:
-        """
-        Say whether the result of a scene is there and exact enough.
-
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-        arrays : bool
-            Whether the arrays are wanted as well.
-
-        Returns
-        -------
-        bool
-            False where it would have to be computed.
-        """
+        """Say whether :meth:`get` would return a result."""
         standing = self.standing(scene)
         return standing is not None and standing.answers(scene, arrays=arrays)
 
     def find(self, scene: Scene, *, arrays: bool = False) -> StoredCollision | None:
-        """
-        Return the row of a scene, however exact, and even if it failed.
-
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-        arrays : bool
-            Whether to read its arrays.
-
-        Returns
-        -------
-        StoredCollision or None
-            None where there is no row.
-        """
+        """Return the row of a scene, however exact, even if it failed; None where there is none."""
         key = row_key(scene)
         with named_errors(self.path):
             cursor = self.connection.execute(_ROW, (key,))
@@ -148,19 +110,7 @@ class Store:
         return {name: array_from_bytes(content) for name, content in rows}
 
     def standing(self, scene: Scene) -> Standing | None:
-        """
-        Return what decides whether a scene has to be run.
-
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-
-        Returns
-        -------
-        Standing or None
-            None where there is no row.
-        """
+        """Return what decides whether a scene has to be run; None where there is no row."""
         with named_errors(self.path):
             return self._standing(row_key(scene))
 
@@ -169,14 +119,7 @@ class Store:
         return None if row is None else Standing(*row)
 
     def check_writable(self) -> None:
-        """
-        Raise now, not after hours of computing, if the store cannot be written.
-
-        Raises
-        ------
-        StoreError
-            If it is read-only.
-        """
+        """Raise now, not after hours of computing, if the store cannot be written."""
         with named_errors(self.path):
             self.connection.execute("BEGIN IMMEDIATE")
             try:
@@ -189,21 +132,10 @@ class Store:
         self, attempts: Iterable[Attempt], *, arrays: bool = False, replace: bool = False
     ) -> None:
         """
-        Write attempts, all in one transaction.
+        Write attempts, all in one transaction or, with StoreWriteError, none.
 
-        Parameters
-        ----------
-        attempts : iterable of Attempt
-            Results and failures. A failure never takes the place of a result.
-        arrays : bool
-            Whether to keep the arrays of the results.
-        replace : bool
-            Whether a result takes the place of one that is as exact.
-
-        Raises
-        ------
-        StoreWriteError
-            If it cannot be written; then nothing was.
+        A failure never takes the place of a result; `replace` lets a result take that of one that
+        is as exact.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):

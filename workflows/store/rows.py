@@ -18,22 +18,9 @@ from chaincor.workflows.store.stored_collision import StoredCollision
 
 def row_key(scene: Scene) -> str:
     """
-    Return the key of a scene's row.
+    Return the key of a scene's row: SHA-256 of the canonical scene without its tolerance.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    str
-        SHA-256 of the canonical scene without its tolerance.
-
-    Raises
-    ------
-    SceneError
-        If its potential is a Python object.
+    Raises SceneError if its potential is a Python object.
     """
     if isinstance(scene.potential, Potential):
         raise SceneError(
@@ -44,19 +31,7 @@ def row_key(scene: Scene) -> str:
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:
-    """
-    Return the columns that a scene fills.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    dict
-        Names and values.
-    """
+    """Return the columns that a scene fills."""
     canonical = scene.canonical_fields
     columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
     # The speed as it was given: v0/v* may differ from it in the last digit, which would split
@@ -74,21 +49,7 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
 
 
 def result_columns(collision: Collision) -> tuple[dict[str, Any], str]:
-    """
-    Return the columns that a result fills.
-
-    Parameters
-    ----------
-    collision : Collision
-        The result.
-
-    Returns
-    -------
-    columns : dict
-        Names and values, apart from the versions.
-    versions : str
-        The versions as JSON, for the table of environments.
-    """
+    """Return the columns that a result fills, and its versions as JSON, for their own table."""
     fields = collision.to_dict()
     versions = json.dumps(fields.pop("versions"), sort_keys=True)
     columns = {name: fields.pop(name) for name in RESULT_COLUMNS}
@@ -101,21 +62,7 @@ def result_columns(collision: Collision) -> tuple[dict[str, Any], str]:
 def stored_collision(
     columns: dict[str, Any], arrays: dict[str, NDArray[np.float64]]
 ) -> StoredCollision:
-    """
-    Return what a row holds.
-
-    Parameters
-    ----------
-    columns : dict
-        All columns of its table, ``versions`` and ``has_arrays``.
-    arrays : dict
-        The arrays that were read with it.
-
-    Returns
-    -------
-    StoredCollision
-        The row.
-    """
+    """Return what a row holds."""
     failure = None
     if columns["failure"] is not None:
         failure = Failure(
@@ -149,36 +96,12 @@ def _result(columns: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def array_to_bytes(array: NDArray[np.float64]) -> bytes:
-    """
-    Write an array in NumPy's own format.
-
-    Parameters
-    ----------
-    array : ndarray
-        Any shape.
-
-    Returns
-    -------
-    bytes
-        The contents of a ``.npy`` file.
-    """
+    """Write an array in NumPy's own format, that of ``.npy`` files."""
     buffer = io.BytesIO()
     np.save(buffer, array, allow_pickle=False)
     return buffer.getvalue()
 
 
 def array_from_bytes(content: bytes) -> NDArray[np.float64]:
-    """
-    Read an array from NumPy's own format.
-
-    Parameters
-    ----------
-    content : bytes
-        The contents of a ``.npy`` file.
-
-    Returns
-    -------
-    ndarray
-        The array.
-    """
+    """Read an array from NumPy's own format."""
     return np.load(io.BytesIO(content), allow_pickle=False)

@@ -95,18 +95,8 @@ class Standing:
         """
         Say whether the result is exact enough for a scene.
 
-        Parameters
-        ----------
-        scene : Scene
-            The collision as it is asked for now.
-        arrays : bool
-            Whether the arrays are wanted as well.
-
-        Returns
-        -------
-        bool
-            True if the same or a smaller error was asked for, or reached. With explicit numerics:
-            if there is an error bar or none is wanted.
+        That is if the same or a smaller error was asked for, or reached; with explicit numerics, if
+        there is an error bar or none is wanted.
         """
         if self.restitution is None or (arrays and not self.has_arrays):
             return False
@@ -118,19 +108,7 @@ class Standing:
         return reached or (self.tolerance is not None and self.tolerance <= asked)
 
     def would_fail(self, scene: Scene) -> bool:
-        """
-        Say whether a scene is known to fail.
-
-        Parameters
-        ----------
-        scene : Scene
-            The collision as it is asked for now.
-
-        Returns
-        -------
-        bool
-            True if it failed by itself when no smaller an error was asked for.
-        """
+        """Say whether a scene failed by itself when no smaller an error was asked for."""
         if not self.failure_stands:
             return False
         asked = asked_tolerance(scene)

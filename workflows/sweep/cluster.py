@@ -67,18 +67,8 @@ class DaskCluster(Executor):
         """
         Run a function on a worker of the cluster.
 
-        Parameters
-        ----------
-        function : callable
-            Importable by name there.
-        *args, **kwargs
-            For it.
-
-        Returns
-        -------
-        concurrent.futures.Future
-            Its result; raises WorkerDiedError if workers died over it, SchedulerError if the
-            scheduler is lost.
+        The future raises WorkerDiedError if workers died over it, SchedulerError if the scheduler
+        is lost.
         """
         result: Future = Future()
         result.set_running_or_notify_cancel()
@@ -121,14 +111,7 @@ class DaskCluster(Executor):
             return
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """
-        Leave the cluster; tasks that are not finished are dropped there.
-
-        Parameters
-        ----------
-        wait, cancel_futures : bool
-            Without meaning here: the client takes its tasks with it.
-        """
+        """Leave the cluster; it drops unfinished tasks, whatever the arguments."""
         self._stop.set()
         self._client.close(timeout=_PATIENCE_SECONDS)
 

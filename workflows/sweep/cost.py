@@ -36,19 +36,7 @@ class SweepCost:
     disk_bytes: int
 
     def wall_seconds(self, workers: int) -> float:
-        """
-        Return the time it takes with several workers.
-
-        Parameters
-        ----------
-        workers : int
-            How many.
-
-        Returns
-        -------
-        float
-            With the start of the workers; never less than the longest collision.
-        """
+        """Return the time on several workers with their start, at least that of the longest."""
         if self.points == 0:
             return 0.0
         return _START_SECONDS + max(self.seconds / workers, self.longest)
@@ -58,18 +46,8 @@ def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
     """
     Estimate what collisions will take.
 
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        Those that are to be computed.
-    arrays : bool
-        Whether their arrays are kept.
-
-    Returns
-    -------
-    SweepCost
-        Right within a factor of two for nearly every collision that computes, better for many;
-        a machine that others use takes longer.
+    Right within a factor of two for nearly every collision that computes, better for many; a
+    machine that others use takes longer.
     """
     seconds = [expected_seconds(scene) for scene in scenes]
     room = _ROW_BYTES * len(scenes)

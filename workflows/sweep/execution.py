@@ -146,39 +146,12 @@ def run_plan(
     """
     Compute what a plan asks for, and write each result as soon as it is there.
 
-    Parameters
-    ----------
-    plan : SweepPlan
-        What to do.
-    store : Store
-        The only writer of this sweep.
-    executor : concurrent.futures.Executor
-        Who computes. It is shut down at once if the sweep is interrupted.
-    in_flight : int
-        Tasks to hand out at a time.
-    arrays : bool
-        Whether to keep arrays.
-    progress : bool
-        Whether to show a progress bar, where there is a terminal.
-    replace : bool
-        Whether results take the place of those that are as exact.
+    The executor gets `in_flight` tasks at a time and is shut down at once if the sweep is
+    interrupted; `replace` lets results take the place of those that are as exact.
 
-    Returns
-    -------
-    SweepSummary
-        What was done.
-
-    Raises
-    ------
-    StoreWriteError
-        If a result cannot be written.
-    SchedulerError
-        If the cluster is lost.
-    MissingLibraryError, WorkerStartError
-        If no collision can be computed at all.
-    Exception
-        Whatever is no named failure: an error of the program, or of a user's own bond. What is
-        finished is in the store.
+    Raises StoreWriteError, SchedulerError, what keeps any collision from being computed
+    (MissingLibraryError, WorkerStartError), and whatever is no named failure: an error of the
+    program, or of a user's own bond. What is finished is in the store.
     """
     started = time.perf_counter()
     store.check_writable()

@@ -75,49 +75,17 @@ class SweepPoints(Sequence[Scene]):
 
 
 def merged(*parts: dict[str, Any]) -> dict[str, Any]:
-    """
-    Join what several axes set.
-
-    Parameters
-    ----------
-    *parts : dict
-        Fields and values.
-
-    Returns
-    -------
-    dict
-        All of them; the last wins.
-    """
+    """Join the fields that several axes set; the last wins."""
     return {key: value for part in parts for key, value in part.items()}
 
 
 def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
     """
-    Return one of several disjoint parts of a sweep, for the tasks of a job array.
+    Return part `number`, from 1, of `count` disjoint ones of a sweep, for the tasks of a job array.
 
-    Only the points of this part are made.
-
-    Parameters
-    ----------
-    points : SweepPoints
-        All points.
-    number : int
-        Which part, from 1.
-    count : int
-        How many parts.
-
-    Returns
-    -------
-    tuple of Scene
-        The same on every machine; parts have equally many points of every chain length, scattered
-        over the other axes, so that they take about equally long.
-
-    Raises
-    ------
-    SweepError
-        If there is no such part.
-    SceneError
-        If a point of this part is not a scene.
+    Only the points of this part are made. It is the same on every machine; parts have equally many
+    points of every chain length, scattered over the other axes, so that they take about equally
+    long. Raises SweepError if there is no such part.
     """
     if not 1 <= number <= count:
         raise SweepError(

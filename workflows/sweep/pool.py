@@ -44,33 +44,14 @@ class ProcessPool(Executor):
 
     def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
         """
-        Run a function in a worker.
+        Run a function that is importable by name in a worker.
 
-        Parameters
-        ----------
-        function : callable
-            Importable by name.
-        *args, **kwargs
-            For it; must be picklable.
-
-        Returns
-        -------
-        concurrent.futures.Future
-            Its result; raises WorkerDiedError if the worker died over it.
+        The future raises WorkerDiedError if the worker died over it.
         """
         return self._threads.submit(self._call, function, args, kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """
-        End the workers.
-
-        Parameters
-        ----------
-        wait : bool
-            Whether to let running tasks finish; otherwise their workers are killed.
-        cancel_futures : bool
-            Whether to drop the tasks that have not begun.
-        """
+        """End the workers: `wait` lets running tasks finish, otherwise they are killed."""
         if not wait:
             with self._lock:
                 self._closed = True
@@ -151,7 +132,7 @@ class _Worker:
             # Whoever inherited the other end could keep it open after the worker's death.
             if self._pipe in wait([self._pipe, self._process.sentinel]):
                 return self._pipe.recv()
-        except (EOFError, ConnectionError):
+        except (EOFError, OSError):  # an answer that breaks off is an OSError
             pass
         raise WorkerDiedError(self._obituary())
 

@@ -10,22 +10,10 @@ Advance = Callable[[float], None]
 @contextlib.contextmanager
 def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]:
     """
-    Show how far a sweep is.
+    Show how far a sweep is; yields what to tell the expected cost of each collision done.
 
-    Parameters
-    ----------
-    wanted : bool
-        Whether to show anything.
-    points : int
-        Collisions to compute.
-    seconds : float
-        Sum of their expected costs: the bar measures these, since the longest come first and a
-        bar of counts would promise too late an end.
-
-    Yields
-    ------
-    callable
-        To be called with the expected cost of each collision that is done.
+    The bar measures expected seconds: the longest come first, and a bar of counts would promise too
+    late an end.
     """
     if not wanted or points == 0:
         yield lambda _cost: None

@@ -40,21 +40,8 @@ def plan_sweep(
     """
     Find out which of many collisions have to be computed.
 
-    Parameters
-    ----------
-    store : Store
-        What is there.
-    scenes : iterable of Scene
-        What is asked for; of scenes that differ only in their tolerance, the tightest counts.
-    arrays : bool
-        Whether arrays are wanted.
-    recompute, retry_failed : bool
-        Whether to compute also what is there, or what would fail again.
-
-    Returns
-    -------
-    SweepPlan
-        What is left to do.
+    Of scenes that differ only in their tolerance, the tightest counts. `recompute` adds what is
+    there, `retry_failed` what would fail again.
     """
     todo, found, known_failures = [], 0, 0
     for scene in _tightest(scenes):

@@ -54,27 +54,9 @@ def measure_tables(
     advance: Callable[[], None] = lambda: None,
 ) -> list[TablePoint]:
     """
-    Run the same steps with different tables.
+    Run the same steps with each style, range and number of rows that holds the bonds.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    truth : Truth
-        Says how far bonds go.
-    numerics : Numerics
-        Wall, scheme and step.
-    exact : float
-        eta of these steps with exact bonds.
-    quick : bool
-        Only the scene's own range.
-    advance : callable
-        Called after each run.
-
-    Returns
-    -------
-    list of TablePoint
-        One for each style, range and number of rows that holds the bonds.
+    `exact` is eta of these steps with exact bonds; `quick` keeps to the scene's own range.
     """
     own = truth.scouting.table_range(scene)
     ranges = {"scene": own}

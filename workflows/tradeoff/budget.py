@@ -71,35 +71,12 @@ class ErrorBudget:
     exact_restitution: float | None
 
     def parts(self) -> dict[str, float | None]:
-        """
-        Return the causes.
-
-        Returns
-        -------
-        dict
-            Names and errors.
-        """
+        """Return the errors by cause."""
         return {cause: getattr(self, cause) for cause in CAUSES}
 
 
 def printed_restitution(scene: Scene, outcome: Outcome, pattern: str) -> float:
-    """
-    Return eta from final velocities that went through a printed dump.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    outcome : Outcome
-        A run.
-    pattern : str
-        Number format, such as ``%g``.
-
-    Returns
-    -------
-    float
-        eta.
-    """
+    """Return eta from final velocities printed in a dump with a format such as ``%g``."""
     printed = np.array([float(pattern % v) for v in outcome.velocities])
     return float(restitution(printed, scene.impact_velocity))
 
@@ -117,27 +94,9 @@ def measure_budget(
     """
     Take the causes of error away one after the other.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    truth : Truth
-        Converged values.
-    name : str
-        What the budget is of.
-    numerics : Numerics
-        The setting.
-    phases : int
-        Nearby steps over which the stock wall's error is averaged.
-    oracle_seconds : float
-        Time that the slow runs with exact bonds and with wider floats may take each.
-    advance : callable
-        Called after each run.
-
-    Returns
-    -------
-    ErrorBudget
-        Absolute errors; signed, those of one event-wall run add up to its whole error.
+    Errors have signs: those of one event-wall run add up to its whole error. `phases` nearby steps
+    average the stock wall's; `oracle_seconds` is what the slow runs with exact bonds and with wider
+    floats may take each.
     """
     wall = None
     event = replace(numerics, wall="event")

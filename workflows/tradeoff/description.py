@@ -10,19 +10,7 @@ def _column(value: float | None) -> str:
 
 
 def describe_study(study: Tradeoff) -> str:
-    """
-    Describe a study for people.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-
-    Returns
-    -------
-    str
-        The cheapest settings, the error budgets and the advice.
-    """
+    """Describe a study for people: the cheapest settings, the error budgets and the advice."""
     truth, scene = study.truth, study.scene
     lines = [
         f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",

@@ -24,16 +24,6 @@ def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]
 
     An error may vanish by luck at one step: a setting promises no less than the worst of its own
     series from its step downwards, times the reserve of its scheme.
-
-    Parameters
-    ----------
-    measurements : iterable of Measurement
-        The study; failures promise nothing.
-
-    Returns
-    -------
-    dict
-        Setting to error.
     """
     promises: dict[Setting, float] = {}
     largest: dict[Series, float] = {}
@@ -46,19 +36,7 @@ def promised_errors(measurements: Iterable[Measurement]) -> dict[Setting, float]
 
 
 def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
-    """
-    Return the settings that no other beats in both error and time.
-
-    Parameters
-    ----------
-    measurements : iterable of Measurement
-        The study; failures are left out.
-
-    Returns
-    -------
-    list of Measurement
-        From fast to exact.
-    """
+    """Return the settings, from fast to exact, that no other beats in both error and time."""
     front: list[Measurement] = []
     done = [m for m in measurements if m.failure is None]
     for each in sorted(done, key=lambda m: (m.time, m.rms_error)):
@@ -98,20 +76,7 @@ class CheapestRow:
     seconds: float
 
     def numerics(self, scene: Scene) -> Numerics:
-        """
-        Return these numerics for another scene.
-
-        Parameters
-        ----------
-        scene : Scene
-            A collision that need not have been measured.
-
-        Returns
-        -------
-        Numerics
-            The same step in units of its own fastest bond; the table's range is left to the
-            engine.
-        """
+        """Return these numerics for another scene: the same step in units of its fastest bond."""
         series = self.setting.series
         step = self.scaled_timestep * time_unit(scene, series.wall)
         return Setting(series, step).numerics(scene)
@@ -120,15 +85,7 @@ class CheapestRow:
         """
         Return the error these numerics promise in another scene.
 
-        Parameters
-        ----------
-        scene : Scene
-            A collision.
-
-        Returns
-        -------
-        float
-            This row's error, or where it is larger what rounding does to absolute coordinates.
+        It is this row's, or where that is larger what rounding does to absolute coordinates.
         """
         return max(self.error, rounding_error(self.setting.series.engine, scene))
 
@@ -136,23 +93,7 @@ class CheapestRow:
 def cheapest_settings(
     scene: Scene, measurements: Iterable[Measurement], engine: Engine
 ) -> list[CheapestRow]:
-    """
-    Return the cheapest setting for each decade of error of eta.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision measured.
-    measurements : iterable of Measurement
-        The study.
-    engine : str
-        Whose settings to choose from.
-
-    Returns
-    -------
-    list of CheapestRow
-        From 1e-2 on, as far as any setting goes.
-    """
+    """Return an engine's cheapest setting for each decade of error of eta, from 1e-2 on."""
     usable = [m for m in measurements if m.failure is None and m.setting.series.engine == engine]
     promises = promised_errors(usable)
     rows = []
@@ -177,21 +118,7 @@ def cheapest_settings(
 
 
 def give_advice(rows: list[CheapestRow], tolerance: float) -> str:
-    """
-    Say in one line what an error costs.
-
-    Parameters
-    ----------
-    rows : list of CheapestRow
-        From :func:`cheapest_settings`.
-    tolerance : float
-        Error of eta wanted.
-
-    Returns
-    -------
-    str
-        One line.
-    """
+    """Say in one line what an error costs."""
     good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
     if not good:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
@@ -201,37 +128,13 @@ def give_advice(rows: list[CheapestRow], tolerance: float) -> str:
 
 
 def describe(setting: Setting) -> str:
-    """
-    Describe a setting in a few words.
-
-    Parameters
-    ----------
-    setting : Setting
-        The setting.
-
-    Returns
-    -------
-    str
-        For people.
-    """
+    """Describe a setting in a few words."""
     name = "dt" if setting.series.scheme == "verlet" else "H"
     return f"{setting.series.label}, {name} {setting.timestep:.3g}"
 
 
 def format_seconds(seconds: float) -> str:
-    """
-    Format a time with two digits and a unit.
-
-    Parameters
-    ----------
-    seconds : float
-        A time.
-
-    Returns
-    -------
-    str
-        Such as ``60 ms``.
-    """
+    """Format a time with two digits and a unit, such as ``60 ms``."""
     if seconds >= 1.0:
         return f"{seconds:.2g} s"
     digits = max(0, 1 - math.floor(math.log10(max(1e3 * seconds, 1e-9))))
@@ -239,17 +142,5 @@ def format_seconds(seconds: float) -> str:
 
 
 def find_series(measurements: Iterable[Measurement]) -> list[Series]:
-    """
-    Return the series of a study in the order they were measured.
-
-    Parameters
-    ----------
-    measurements : iterable of Measurement
-        The study.
-
-    Returns
-    -------
-    list of Series
-        Each once.
-    """
+    """Return the series of a study, each once, in the order they were measured."""
     return list(dict.fromkeys(m.setting.series for m in measurements))

@@ -91,14 +91,7 @@ class Measurement:
         """
         Run the setting once more.
 
-        Parameters
-        ----------
-        scene : Scene
-            The collision.
-        truth : Truth
-            What errors are counted from.
-        phase : float
-            From 0 to 1, see :meth:`Setting.numerics`.
+        `phase` is from 0 to 1, see :meth:`Setting.numerics`.
         """
         numerics = self.setting.numerics(scene, truth.scouting.table_range(scene), phase)
         started, worked = time.perf_counter(), time.thread_time()
@@ -118,21 +111,7 @@ class Measurement:
 
 
 def phases_of(setting: Setting, quick: bool) -> int:
-    """
-    Return how many phases a setting is run with.
-
-    Parameters
-    ----------
-    setting : Setting
-        The setting.
-    quick : bool
-        Whether the study is short.
-
-    Returns
-    -------
-    int
-        More for the stock wall, whose error is irregular.
-    """
+    """Return how many phases to run: more for the stock wall, whose error is irregular."""
     stock = setting.series.wall == "reflect"
     return STOCK_PHASES if stock else 2 if quick else 4
 
@@ -150,27 +129,10 @@ def measure_ladders(
     """
     Climb down each ladder once, then repeat all settings in turns.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    truth : Truth
-        What errors are counted from.
-    ladders : list of list of Setting
-        From coarse to fine.
-    quick : bool
-        Fewer phases.
-    seconds : float
-        Time to spend. What does not fit is left out, the most expensive first.
-    floor : float
-        Error of eta below which finer steps say nothing: the truth's own bar, and rounding.
-    advance : callable
-        Told the fraction of the time that is gone.
-
-    Returns
-    -------
-    list of Measurement
-        All settings that were run, coarse to fine within each series.
+    Returns all settings that were run, coarse to fine within each series. What does not fit into
+    `seconds` is left out, the most expensive first. `floor` is the error of eta below which finer
+    steps say nothing: the truth's own bar, and rounding. `advance` is told the fraction of the time
+    that is gone.
     """
     started = time.perf_counter()
 
@@ -208,23 +170,7 @@ def measure_ladders(
 
 
 def expected_seconds(scene: Scene, truth: Truth, setting: Setting) -> float:
-    """
-    Return what one run of a setting should take.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    truth : Truth
-        Says how long it lasts.
-    setting : Setting
-        The setting.
-
-    Returns
-    -------
-    float
-        Seconds; good enough for planning.
-    """
+    """Return the seconds that one run of a setting should take, well enough for planning."""
     numerics = setting.numerics(scene)
     seconds = cost_model().integration(scene, numerics, truth.scouting.last_contact_time)
     if setting.series.engine == "reference":

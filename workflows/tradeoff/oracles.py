@@ -22,17 +22,9 @@ State = tuple[NDArray, NDArray, NDArray]
 
 def lepton_formula(scene: Scene) -> str | None:
     """
-    Return the bond energy as ``bond_style lepton`` reads it.
+    Return the bond energy as ``bond_style lepton`` reads it, a formula in the strain, called r.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    str or None
-        A formula in the strain, which lepton calls r; None for a bond without a formula.
+    None for a bond without a formula.
     """
     formula = scene.bond.lammps_energy("strain")
     # Lepton's r is the length less the natural one; its natural logarithm is called log.
@@ -49,24 +41,8 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
 
     It compiles the formula anew at every force call, 100 us and more: an oracle, not an engine.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision, of a bond with a formula.
-    numerics : Numerics
-        Event wall, scheme and step; the table is left out.
-    like : Outcome
-        LAMMPS's run with the table. The run here ends with as many contacts.
-
-    Returns
-    -------
-    float
-        eta after the same steps, with forces exact to rounding.
-
-    Raises
-    ------
-    RunError
-        If the bond has no formula, or LAMMPS fails.
+    Forces are exact to rounding; the run ends with as many contacts as `like`, that with the table.
+    Raises RunError if the bond has no formula, or LAMMPS fails.
     """
     formula = lepton_formula(scene)
     if formula is None:
@@ -80,14 +56,7 @@ def restitution_with_exact_bonds(scene: Scene, numerics: Numerics, like: Outcome
 
 
 def wider_floats() -> bool:
-    """
-    Return whether this machine computes with more digits than a double has.
-
-    Returns
-    -------
-    bool
-        False where long double is a plain double.
-    """
+    """Return whether this machine computes with more digits than a double has."""
     return bool(np.finfo(np.longdouble).eps < 0.01 * np.finfo(np.float64).eps)
 
 
@@ -97,19 +66,7 @@ def restitution_without_rounding(scene: Scene, numerics: Numerics, like: Outcome
 
     Bonds are exact as well. What is left is the error of the integrator.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Event wall, scheme and step.
-    like : Outcome
-        LAMMPS's run. The run here ends with as many contacts.
-
-    Returns
-    -------
-    float
-        eta after the same steps.
+    The run ends with as many contacts as `like`, that of LAMMPS.
     """
     return _collide(scene, numerics, WideChain(scene, numerics), like)
 
@@ -163,14 +120,7 @@ class WideChain:
         self.f = np.zeros(scene.particles, dtype=np.longdouble)
 
     def run(self, steps: int) -> None:
-        """
-        Take full Verlet steps.
-
-        Parameters
-        ----------
-        steps : int
-            How many.
-        """
+        """Take full Verlet steps."""
         for _ in range(steps):
             self.verlet(self.timestep)
 
@@ -180,19 +130,7 @@ class WideChain:
         return 0.0
 
     def run_guarded(self, steps: int) -> bool:
-        """
-        Take full Verlet steps as long as they end in front of the wall.
-
-        Parameters
-        ----------
-        steps : int
-            How many.
-
-        Returns
-        -------
-        bool
-            False where a step ended behind it.
-        """
+        """Take full Verlet steps; False as soon as one has ended behind the wall."""
         for _ in range(steps):
             self.verlet(self.timestep)
             if self.x[0] < 0.0:
@@ -200,14 +138,7 @@ class WideChain:
         return True
 
     def verlet(self, duration: float) -> None:
-        """
-        Take one Verlet step: kick, drift, kick.
-
-        Parameters
-        ----------
-        duration : float
-            The step, of either sign.
-        """
+        """Take one Verlet step, of either sign: kick, drift, kick."""
         h = np.longdouble(duration)
         self.v += 0.5 * h * self.f
         self.x += h * self.v
@@ -220,36 +151,15 @@ class WideChain:
         self.stages_done += 1
 
     def step(self, duration: float | None = None) -> None:
-        """
-        Take one composed step.
-
-        Parameters
-        ----------
-        duration : float or None
-            Its length; None for the full step H.
-        """
+        """Take one composed step, of the full length H by default."""
         length = self.timestep if duration is None else duration
         for weight in self.weights:
             self.verlet(weight * length)
 
     def snapshot(self) -> State:
-        """
-        Copy the state.
-
-        Returns
-        -------
-        tuple of ndarray
-            x, v and f.
-        """
+        """Copy x, v and f."""
         return self.x.copy(), self.v.copy(), self.f.copy()
 
     def restore(self, state: State) -> None:
-        """
-        Put a copied state back.
-
-        Parameters
-        ----------
-        state : tuple of ndarray
-            From :meth:`snapshot`.
-        """
+        """Put a copied state back."""
         self.x[:], self.v[:], self.f[:] = state

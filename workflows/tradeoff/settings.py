@@ -72,19 +72,8 @@ class Setting:
         """
         Return the settings of one run.
 
-        Parameters
-        ----------
-        scene : Scene
-            The collision: its speed is the scale of all forces.
-        bond_range : tuple of float or None
-            Lengths the table must hold; None lets the engine find them.
-        phase : float
-            From 0 to 1: shortens the step by up to 2 %.
-
-        Returns
-        -------
-        Numerics
-            All settings.
+        `bond_range` is what the table must hold; None lets the engine find it. `phase`, from 0 to
+        1, shortens the step by up to 2 %.
         """
         series = self.series
         return Numerics(
@@ -100,23 +89,7 @@ class Setting:
 
 
 def run_setting(scene: Scene, series: Series, numerics: Numerics) -> Outcome:
-    """
-    Run a scene with a series' engine.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    series : Series
-        Names the engine.
-    numerics : Numerics
-        All settings.
-
-    Returns
-    -------
-    Outcome
-        Raw outcome.
-    """
+    """Run a scene with a series' engine."""
     return (lammps if series.engine == "lammps" else stepping).run(scene, numerics)
 
 
@@ -124,17 +97,8 @@ def time_unit(scene: Scene, wall: Wall) -> float:
     """
     Return the time that steps are measured in, so that they mean the same in other scenes.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    wall : str
-        The stock recipe's step knows nothing of how far bonds are compressed.
-
-    Returns
-    -------
-    float
-        1/frequency of a bond: the most compressed one's, or at natural length for the stock wall.
+    It is 1/frequency of the most compressed bond; for the stock wall, whose recipe knows nothing of
+    compression, of one at natural length.
     """
     unit = scene.bond.stiffness**-0.5
     return unit if wall == "reflect" else unit / sharpness(scene)
@@ -161,21 +125,7 @@ _NOT_WHEN_QUICK = {"lammps": ("order4",), "reference": ("verlet", "order4")}
 
 
 def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
-    """
-    Return the ladders of a study, each from coarse to fine.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    quick : bool
-        Fewer series and steps.
-
-    Returns
-    -------
-    list of list of Setting
-        One ladder per series.
-    """
+    """Return the ladders of a study, one a series, each from coarse to fine."""
     tabulated = not scene.bond.is_harmonic
     spline: TableStyle | None = "spline" if tabulated else None
     ratio = 2.0 if quick else 2.0**0.5

@@ -97,24 +97,8 @@ def measure_tradeoff(
     """
     Measure error against time for a scene, on this machine.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision; its own numerics, engine and files are ignored.
-    quick : bool
-        Fewer settings and phases, in seconds instead of a minute or two.
-    progress : callable
-        Told what goes on.
-
-    Returns
-    -------
-    Tradeoff
-        Everything that was found.
-
-    Raises
-    ------
-    RunError
-        If the collision cannot be converged, or no setting ran at all.
+    The scene's own numerics, engine and files are ignored; `quick` takes seconds instead of a
+    minute or two. Raises RunError if the collision cannot be converged, or no setting ran at all.
     """
     started = time.perf_counter()
     plan = QUICK if quick else FULL
@@ -155,19 +139,7 @@ def measure_tradeoff(
 
 
 def bare_scene(scene: Scene) -> Scene:
-    """
-    Return the physics of a scene, without numerics and files.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Scene
-        For LAMMPS, with everything else left open.
-    """
+    """Return the physics of a scene for LAMMPS, without numerics and files."""
     own = ("tolerance", "wall", "scheme", "timestep", "table", "table_points")
     open_fields = dict.fromkeys((*own, "dump", "save", "arrays"))
     return scene.replace(**open_fields, engine="lammps")

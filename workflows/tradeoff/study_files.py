@@ -2,12 +2,12 @@
 
 import csv
 import json
-import math
 import platform
 from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.result import finite
 from chaincor.workflows.tradeoff.budget import ErrorBudget
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
@@ -23,33 +23,10 @@ from chaincor.workflows.versions import versions
 _STOCK_REFLECTING = "stock wall"
 
 
-def _plain(value: float | None) -> float | None:
-    """JSON has no infinities."""
-    return value if value is not None and math.isfinite(value) else None
-
-
 def measurement_row(
     study: Tradeoff, measurement: Measurement, on_front: bool, promised: float | None
 ) -> dict[str, Any]:
-    """
-    Return one setting's results.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-    measurement : Measurement
-        One of its settings.
-    on_front : bool
-        Whether no other beats it in both error and time.
-    promised : float or None
-        The error it can be trusted to keep.
-
-    Returns
-    -------
-    dict
-        Flat, for CSV and JSON.
-    """
+    """Return one setting's results, flat; `promised` is the error it can be trusted to keep."""
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
     series = setting.series
     row: dict[str, Any] = {
@@ -66,7 +43,7 @@ def measurement_row(
     }
     names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
     for name in names:
-        row[name] = _plain(getattr(measurement, name)) if done else None
+        row[name] = finite(getattr(measurement, name)) if done else None
     row["promised_error"] = promised
     row["seconds"] = measurement.time if done else None
     row["setup_seconds"] = (
@@ -87,26 +64,14 @@ def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
         "timestep": row.setting.timestep,
         "scaled_timestep": row.scaled_timestep,
         "measured_error": row.measured_error,
-        "contact_time_error": _plain(row.contact_time_error),
+        "contact_time_error": finite(row.contact_time_error),
         "mode_energy_error": row.mode_energy_error,
         "seconds": row.seconds,
     }
 
 
 def to_dict(study: Tradeoff) -> dict[str, Any]:
-    """
-    Return a study as plain values.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-
-    Returns
-    -------
-    dict
-        For JSON.
-    """
+    """Return a study as plain values."""
     truth, scene = study.truth, study.scene
     front = {id(m) for m in pareto_front(study.measurements)}
     promises = promised_errors(study.measurements)
@@ -118,7 +83,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
             "restitution": truth.restitution,
             "restitution_error": truth.restitution_error,
             "last_contact_time": truth.last_contact_time,
-            "last_contact_time_error": _plain(truth.last_contact_time_error),
+            "last_contact_time_error": finite(truth.last_contact_time_error),
             "mode_energies_error": truth.mode_energies_error,
             "contacts": truth.contacts,
             "source": truth.source,
@@ -151,21 +116,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
 
 
 def write_study(study: Tradeoff, folder: Path) -> None:
-    """
-    Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG.
-
-    Parameters
-    ----------
-    study : Tradeoff
-        The study.
-    folder : pathlib.Path
-        Made if it is not there.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    """
+    """Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG."""
     plain = to_dict(study)
     with folder_aside(folder) as aside:
         (aside / "tradeoff.json").write_text(json.dumps(plain, indent=2, allow_nan=False) + "\n")

@@ -8,14 +8,7 @@ from chaincor.workflows.tradeoff.study import Progress
 
 @contextlib.contextmanager
 def study_progress() -> Iterator[Progress]:
-    """
-    Show how far a study is.
-
-    Yields
-    ------
-    callable
-        To be called with a part's name and the fraction that is done.
-    """
+    """Show how far a study is; yields what to tell a part's name and the fraction done."""
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as ProgressBar

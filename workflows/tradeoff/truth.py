@@ -83,20 +83,8 @@ def find_truth(scene: Scene) -> Truth:
     """
     Converge a collision as far as the in-house engine goes.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    Truth
-        For harmonic chains from the exact propagator, else from order 8 at two steps.
-
-    Raises
-    ------
-    RunError
-        If no step resolves the collision.
+    For harmonic chains by the exact propagator, else from order 8 at two steps. Raises RunError if
+    no step resolves the collision.
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene)
@@ -149,23 +137,7 @@ def _modes(scene: Scene, outcome: Outcome) -> NDArray[np.float64]:
 
 
 def deviation_from(truth: Truth, scene: Scene, outcome: Outcome) -> Deviation:
-    """
-    Compare a run with the truth.
-
-    Parameters
-    ----------
-    truth : Truth
-        Converged values.
-    scene : Scene
-        The collision.
-    outcome : Outcome
-        A run of it.
-
-    Returns
-    -------
-    Deviation
-        Its errors.
-    """
+    """Compare a run with the truth."""
     energy = 0.5 * scene.particles * scene.impact_velocity**2
     late = abs(float(outcome.contact_times[-1]) - truth.last_contact_time)
     same = len(outcome.contact_times) == truth.contacts

@@ -18,8 +18,8 @@ from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_
 _EXTREME_SHARE, _ROUNDING = 0.08, 1e-12
 
 # The in-house result should not be what limits the comparison.
-_SHARPER = 0.1
-_SHARPEST = 1e-11
+SHARPER = 0.1
+SHARPEST = 1e-11
 
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
@@ -51,14 +51,7 @@ class Comparison:
         return self.allowed is None or self.difference <= self.allowed
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the fields and the verdict.
-
-        Returns
-        -------
-        dict
-            Names and values; a difference that is not finite becomes None.
-        """
+        """Return the fields and the verdict; a difference that is not finite becomes None."""
         plain = asdict(self) | {"agrees": self.agrees}
         if not np.isfinite(self.difference):
             plain["difference"] = None
@@ -95,14 +88,7 @@ class Validation:
         return all(comparison.agrees for comparison in self.comparisons)
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the validation, ready for JSON.
-
-        Returns
-        -------
-        dict
-            Names and values.
-        """
+        """Return the validation, ready for JSON."""
         return {
             "potential": self.scene.label,
             "particles": self.scene.particles,
@@ -118,17 +104,9 @@ class Validation:
 
 def grid_around(scene: Scene) -> list[Scene]:
     """
-    Return a grid of potentials, sizes and speeds with the numerics of a scene.
+    Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its engine, tolerance or explicit numerics are kept.
-
-    Returns
-    -------
-    list of Scene
-        Harmonic chains at one velocity, the named anharmonic ones at several speeds.
+    Engine, tolerance and explicit numerics are those of the scene.
     """
     fields = {
         name: getattr(scene, name)
@@ -145,22 +123,8 @@ def grid_around(scene: Scene) -> list[Scene]:
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
-    """
-    Run the in-house integrator, sharper than what it judges.
-
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    tolerance : float
-        Error asked of the subject's eta.
-
-    Returns
-    -------
-    Collision
-        The judge's result.
-    """
-    sharper = max(_SHARPER * tolerance, _SHARPEST)
+    """Run the in-house integrator, sharper than what it judges."""
+    sharper = max(SHARPER * tolerance, SHARPEST)
     fields = dict.fromkeys(NUMERICS_KEYS)
     outputs = dict.fromkeys(("dump", "save", "arrays"))
     return collide(scene.replace(engine="reference", tolerance=sharper, **fields, **outputs))
@@ -229,22 +193,10 @@ def validate_user(
     """
     Compare a user's own integrator with the in-house one.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    against : str
-        ``module:function`` or a file; see :mod:`chaincor.workflows.validation.user_integrator`.
-    tolerance : float, optional
-        Difference of eta that is still agreement: the user's integrator has no error bar of its
-        own. By default the scene's, or 1e-6.
-    timeout : float
-        Seconds the user's function may take.
-
-    Returns
-    -------
-    Validation
-        The comparison.
+    `against` is ``module:function`` or a file, see
+    :mod:`chaincor.workflows.validation.user_integrator`; the function may take `timeout` seconds.
+    `tolerance`, by default the scene's or 1e-6, is the difference of eta that is still agreement:
+    the user's integrator has no error bar of its own.
     """
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     user = run_user_integrator(against, scene, timeout)

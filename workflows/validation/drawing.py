@@ -12,16 +12,7 @@ from chaincor.workflows.validation.comparison import Validation
 
 
 def save_validation_plot(results: Sequence[Validation], path: Path) -> None:
-    """
-    Draw differences in units of their error bars.
-
-    Parameters
-    ----------
-    results : sequence of Validation
-        One row each.
-    path : pathlib.Path
-        An image file; its suffix tells the format.
-    """
+    """Draw differences in units of their error bars; the file's suffix tells the format."""
     judged: dict[str, list[float]] = {}
     for k, result in enumerate(results):
         for comparison in result.comparisons:

@@ -56,26 +56,10 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     (n,)), or a mapping with the key ``velocities`` and, if it likes, ``displacements``,
     ``contact_times`` and ``contact_speeds``.
 
-    Parameters
-    ----------
-    against : str
-        ``module:function``, or a path that ends in .csv or .npz.
-    scene : Scene
-        The collision.
-    timeout : float
-        Seconds after which the function is stopped.
+    A path that ends in .csv or .npz is read. The result is checked for shape and finiteness.
 
-    Returns
-    -------
-    UserOutcome
-        Checked for shape and finiteness.
-
-    Raises
-    ------
-    InputError
-        If there is no such function or file.
-    UserIntegratorError
-        If it raises, hangs, dies, or returns something else.
+    Raises InputError if there is no such function or file, and UserIntegratorError if it raises,
+    takes longer than `timeout` seconds, dies, or returns something else.
     """
     if against.lower().endswith((".csv", ".npz")):
         return _checked(against, _read_file(Path(against)), scene)

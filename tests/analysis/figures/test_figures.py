@@ -9,8 +9,8 @@ from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
 from chaincor.analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
 from chaincor.analysis.figures.energy_partition import plot_energy_partition
 from chaincor.analysis.figures.mode_heat_map import plot_mode_heat_map
-from chaincor.analysis.figures.restitution_curves import plot_dissipation, plot_restitution
 from chaincor.analysis.figures.spectrum import plot_spectrum
+from chaincor.analysis.figures.store_plots import plot_curves
 from chaincor.analysis.figures.style import CYCLE, new_figure
 from chaincor.analysis.figures.trajectories import plot_trajectories
 from chaincor.analysis.modes import mode_energies
@@ -42,10 +42,9 @@ def draw(name, motion, collision, ax=None):
         "bonds": lambda: plot_bond_lengths(
             times, 1 + np.diff(u).min(axis=1), 1 + np.diff(u).max(axis=1), ax=ax
         ),
-        "restitution": lambda: plot_restitution(
-            {"lj": ([0.1, 1.0], [0.9, 0.7])}, errors={"lj": [0.01, 0.01]}, ax=ax
+        "restitution": lambda: plot_curves(
+            {"lj": ([0.1, 1.0], [0.9, 0.7])}, "speed", "restitution", ax=ax
         ),
-        "dissipation": lambda: plot_dissipation([10, 100], [0.9, 0.97], ax=ax),
     }[name]()
 
 
@@ -58,7 +57,6 @@ NAMES = [
     "spectrum",
     "bonds",
     "restitution",
-    "dissipation",
 ]
 
 
@@ -99,8 +97,9 @@ def test_magnification_keeps_the_order_of_the_lines(motion):
 
 
 def test_colours_are_those_that_everyone_can_tell_apart(motion, harmonic20):
-    ax = plot_restitution({str(k): ([1.0, 2.0], [0.5, 0.6]) for k in range(7)})
-    assert [c.lines[0].get_color() for c in ax.containers] == list(CYCLE)
+    curves = {str(k): ([1.0, 2.0], [0.5, 0.6]) for k in range(7)}
+    ax = plot_curves(curves, "speed", "restitution")
+    assert [line.get_color() for line in ax.get_lines()] == list(CYCLE)
 
 
 def test_animation_is_a_gif_that_moves(motion, tmp_path):

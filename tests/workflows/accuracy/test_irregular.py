@@ -34,6 +34,7 @@ def slack(**options):
 SLACK = slack(kinks=(0.0,))
 
 
+@pytest.mark.slow
 def test_the_judge_agrees_with_itself():
     # Its two largest steps differ by rounding, and so does the value that the tests rest on.
     eta, error = judge(bent_force, Bend(0.0, 0.0), 0.0, 10, 0.1)
@@ -95,6 +96,7 @@ def test_a_tolerance_out_of_reach_is_said_to_be(monkeypatch):
     assert abs(result.restitution - SLACK_AT_0_1[5]) <= result.restitution_error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "force",
     [lambda s: np.where(s < 0.0, -s, -s), lambda s: -s - 0.0 * math.exp(-s)],
@@ -110,6 +112,7 @@ def test_any_function_runs(engine, force):
     assert abs(result.restitution - truth) <= result.restitution_error <= 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 def test_particles_that_would_pass_through_each_other_are_named(engine):
     bond = UserBond(lambda s: 0.5 * s**2, lambda s: -s)

@@ -63,6 +63,7 @@ def test_a_looser_tolerance_costs_less(engine):
     assert middle < 1.2 * tight
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 @pytest.mark.parametrize(
     "fields",

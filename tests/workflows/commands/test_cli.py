@@ -114,6 +114,7 @@ def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
     assert "Traceback" not in done.stderr + done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
 def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
     script = "from chaincor import Scene, collide; collide(Scene(particles=5))"

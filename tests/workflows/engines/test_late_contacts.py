@@ -11,6 +11,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.commands.run import describe
 from chaincor.workflows.engines import ending
 from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 
 # By three integrators that share no code with the engines; all digits shown are theirs.
 LATE = {
@@ -53,6 +54,7 @@ def test_late_contacts_of_a_long_chain_are_found():
 CHAOTIC = {(157, 1.4869): 10, (48, 1.3505): 4, (77, 1.4979): 3}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("particles", "speed"), CHAOTIC)
 def test_what_the_last_digits_decide_is_in_the_bar(particles, speed):
     scene = Scene(potential="lj", particles=particles, speed=speed, engine="reference")
@@ -61,6 +63,14 @@ def test_what_the_last_digits_decide_is_in_the_bar(particles, speed):
     assert result.ending == "open"
     assert result.error_parts.ending > 1e-3
     assert result.tolerance_met is False
+
+
+def test_a_contact_that_only_the_run_itself_misses_is_in_the_bar(monkeypatch):
+    monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: 0.1)
+    scene = Scene(potential="lj", particles=48, speed=1.3505)
+    found = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    assert found.ending.kind == "open"
+    assert found.ending.missed_momentum >= 0.1
 
 
 def test_contacts_of_only_one_of_two_runs_are_in_doubt():

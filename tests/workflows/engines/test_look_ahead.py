@@ -37,6 +37,7 @@ def run_without_look_ahead(monkeypatch, scene, numerics, frame_interval=None):
         return stepping.run(scene, numerics, frame_interval)
 
 
+@pytest.mark.slow
 def test_results_are_equal_to_the_last_bit(monkeypatch):
     # 60 scenes take 2 s; 1200 were compared when this was written, with no difference.
     random = np.random.default_rng(12)

@@ -136,6 +136,13 @@ def test_the_least_energy_of_an_escape(particles, speed):
     assert escape_risk(LJ, least, particles, 0.0, 1.0) == 1.0
 
 
+def test_a_bond_over_its_barrier_brings_particle_1_back_at_any_speed():
+    # Two particles have one bond, which holds all the energy again and again.
+    bond = Power(3, -1.0)
+    assert escape_risk(bond, 1.01 * bond.barrier, 2, 100.0, 1.0) == 1.0
+    assert escape_risk(bond, 0.99 * bond.barrier, 2, 0.01, 1e9) == 0.0
+
+
 def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
     # Energies of m - 1 vibrations that share I freely are uniform on a simplex.
     particles, speed, energy = 6, 0.1, 0.05

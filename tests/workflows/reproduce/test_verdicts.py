@@ -6,11 +6,11 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.workflows.reproduce.judging import judge_all
-from chaincor.workflows.reproduce.measurements import measure
+from chaincor.workflows.reproduce.measurements import Answer, measure
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.rules import Verdict
-from chaincor.workflows.reproduce.runners import run_here
 from chaincor.workflows.reproduce.trust import examine_points
+from chaincor.workflows.store.attempt import carry_out
 
 SMALL = replace(
     QUICK,
@@ -37,6 +37,17 @@ SLOW = replace(
 )
 # What even the small plan reproduces, each resting on other points.
 SOUND = {"independence of v0", "contact time", "alpha", "power r = 4", "power r = 5"}
+
+
+def run_here(scenes):
+    """Carry scenes out one by one: bonds may be Python objects, which a store cannot keep."""
+    answers = []
+    for attempt in map(carry_out, scenes):
+        if attempt.collision is not None:
+            answers.append(Answer(attempt.collision.to_dict(), attempt.collision.arrays()))
+        else:
+            answers.append(Answer(None, {}, f"{attempt.failure.name}: {attempt.failure.message}"))
+    return answers
 
 
 def verdicts(plan):

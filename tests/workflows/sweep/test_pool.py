@@ -1,11 +1,14 @@
 """Processes of which any may die: each death costs the one task it had."""
 
+import gc
 import os
 import pickle
 import signal
+import struct
 import subprocess
 import sys
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -73,6 +76,17 @@ def test_an_abort_is_told_by_its_signal_or_status(pool):
         pool.submit(os.abort).result()
     with pytest.raises(WorkerDiedError, match="exit status 7"):
         pool.submit(os._exit, 7).result()
+
+
+def die_in_an_answer():
+    pipe = next(found for found in gc.get_objects() if isinstance(found, Connection))
+    os.write(pipe.fileno(), struct.pack("!i", 1000) + b"the first of 1000 bytes")
+    signal.raise_signal(signal.SIGKILL)
+
+
+def test_a_worker_killed_while_it_answers_is_a_death_too(pool):
+    with pytest.raises(WorkerDiedError, match="SIGKILL"):
+        pool.submit(die_in_an_answer).result()
 
 
 def test_shutdown_without_waiting_kills_what_runs():

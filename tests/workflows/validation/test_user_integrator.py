@@ -57,6 +57,7 @@ def test_final_velocities_are_enough():
     assert found.contact_times is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "says"),
     [
@@ -76,6 +77,7 @@ def test_what_a_function_does_wrong_is_one_line(function, says):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_function_that_hangs_is_stopped():
     with pytest.raises(UserIntegratorError, match=r"has not returned after 3 s.*--timeout"):
         run_user_integrator("mine:hangs", SCENE, timeout=3.0)

@@ -148,10 +148,18 @@ class LookAhead:
         self.not_before = 0.0
         self.doubt = 0.0
         self._first = chain.copy()
+        # Contacts so far, and the momentum of the next that all other motions came to.
+        self._awaited = (0, 0.0)
 
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
         ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf, math.inf).fly(0.0)
+
+    def doubt_about(self, ending: Ending) -> Ending:
+        """Return the end of the run as what other motions did leaves it."""
+        contacts, momentum = self._awaited
+        missed = contacts == self._chain.ledger.contacts
+        return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
     def settle(self) -> tuple[ChainCoast, Ending] | None:
         """
@@ -200,6 +208,7 @@ class LookAhead:
             # Where they do not agree, the run itself is one motion among many.
             self.doubt = max(self.doubt, *met)
         if met:
+            self._awaited = int(self._chain.ledger.contacts), max(met)
             self.not_before = math.inf
             return None
         if differ:

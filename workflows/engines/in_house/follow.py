@@ -85,11 +85,11 @@ def follow(
             time, last_contact, float(chain.ledger.wall_distance), chain.strain, chain.velocity
         )
         if ending is not None:
-            return Flight(time, ending.doubted(look_ahead.doubt))
+            return Flight(time, look_ahead.doubt_about(ending))
         settled = look_ahead.settle()
         if settled is not None:
             coast, ending = settled
-            return Flight(coast.time, ending.doubted(look_ahead.doubt))
+            return Flight(coast.time, look_ahead.doubt_about(ending))
         if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.

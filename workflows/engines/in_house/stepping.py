@@ -150,7 +150,7 @@ class _Collision:
                     now, last, float(ledger.wall_distance), chain.strain, chain.velocity
                 )
                 if ending is not None:
-                    return ending.doubted(self.look_ahead.doubt), now, int(ledger.evaluations)
+                    return self.look_ahead.doubt_about(ending), now, int(ledger.evaluations)
                 if not follow and now - last > quiet_time(particles, stiffness):
                     return Ending("argued"), now, int(ledger.evaluations)
                 settled = self.look_ahead.settle()
@@ -158,7 +158,7 @@ class _Collision:
                     coast, ending = settled
                     self.frames.record_until(coast.time)
                     evaluations = int(coast.chain.ledger.evaluations)
-                    return ending.doubted(self.look_ahead.doubt), coast.time, evaluations
+                    return self.look_ahead.doubt_about(ending), coast.time, evaluations
                 ledger.argue_after = watch.next_look(now, last) - last
             if status == motion.DONE:
                 if late and watch.followed_until(last) < now:

@@ -73,13 +73,8 @@ class BlindBound:
         """
         Take in the state of the first three particles.
 
-        Parameters
-        ----------
-        x, v, f : ndarray of shape (n,)
-            Coordinates, velocities and forces; n is at least 2.
-        timestep : float
-            Verlet step h. Its own error, h^2 t/12 times higher derivatives, is part of the bound
-            three times over.
+        The Verlet step's own error, h^2 t/12 times higher derivatives, is part of the bound three
+        times over.
         """
         x1, x2, *further = x[:3].tolist()
         v1, v2, *v3 = v[:3].tolist()
@@ -117,16 +112,8 @@ class BlindBound:
         A particle that leaves the wall may not yet be in front of it. The first step is known
         exactly: if it ends there, P is followed from its end.
 
-        Parameters
-        ----------
-        wall : float
-            Where the wall is.
-
-        Returns
-        -------
-        float
-            At most the time of P's first zero; 0 where particle 1 is not in front of the wall, and
-            not after one step that leaves it either.
+        The result is at most the time of P's first zero; 0 where particle 1 is not in front of the
+        wall, and not after one step that leaves it either.
         """
         c0, c3, c4, c5 = self._position - wall, self._jerk, self._snap, -self._remainder
         c1, c2 = self._velocity - self._linear, self._half_force - self._square

@@ -47,14 +47,7 @@ class TableCertificate:
     lengths_asked: int
 
     def to_dict(self) -> dict[str, Any]:
-        """
-        Return the fields.
-
-        Returns
-        -------
-        dict
-            Names and values.
-        """
+        """Return the fields."""
         return asdict(self)
 
 
@@ -62,19 +55,7 @@ def certify_table(chain: LammpsChain, table: BondTable, bond: Potential) -> Tabl
     """
     Ask LAMMPS for energies and forces between the rows and compare them with the potential.
 
-    Parameters
-    ----------
-    chain : LammpsChain
-        A chain that has read the table.
-    table : BondTable
-        The table.
-    bond : Potential
-        What it stands for.
-
-    Returns
-    -------
-    TableCertificate
-        The largest errors; those of an energy carry no constant.
+    The errors of an energy carry no constant.
     """
     near = _largest_errors(chain, 1, table, bond)
     parts = [near] if table.far is None else [near, _largest_errors(chain, 2, table.far, bond)]

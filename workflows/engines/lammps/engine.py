@@ -63,28 +63,12 @@ def run(
     """
     Run one collision in LAMMPS.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        Wall, scheme, step and table.
-    frame_interval : float or None
-        Least time between frames; frames are taken at the ends of steps. None for no frames.
-    ask_every_step : bool
-        With Verlet, ask for the wall before every step instead of running blind while no hit can
-        come. The outcome is the same to the last bit.
+    Frames are taken at the ends of steps, at least `frame_interval` apart; None for none.
+    `ask_every_step` asks for the wall before every Verlet step instead of running blind while no
+    hit can come: the outcome is the same to the last bit.
 
-    Returns
-    -------
-    Outcome
-        The raw outcome.
-
-    Raises
-    ------
-    RunError
-        A named failure: a bond out of its table, particles that would cross, a bond over its
-        barrier, a collision that does not end, or LAMMPS's own.
+    Raises RunError, a named failure: a bond out of its table, particles that would cross, a bond
+    over its barrier, a collision that does not end, or LAMMPS's own.
     """
     (outcome,) = _run_with_table(
         scene, numerics, (numerics.timestep,), frame_interval, ask_every_step
@@ -101,24 +85,8 @@ def run_at_steps(
     The chain, its bond table and the certificate are set up once: for fast chains that is most of
     the time.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision; its dump, if any, is that of the first run.
-    numerics : Numerics
-        Wall, scheme and table.
-    timesteps : sequence of float
-        The composed steps, one run each.
-
-    Returns
-    -------
-    tuple of Outcome
-        In the order of the steps, each the same to the last bit as a run of its own.
-
-    Raises
-    ------
-    RunError
-        As :func:`run`.
+    A dump is that of the first run. Each outcome is the same to the last bit as that of a run of
+    its own, and errors are those of :func:`run`.
     """
     return _run_with_table(scene, numerics, timesteps, None, False)
 
@@ -233,21 +201,7 @@ def _run_in_folder(
 
 
 def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, float]:
-    """
-    Guess the bond lengths of a collision without running it.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    impact_velocity : float
-        v0.
-
-    Returns
-    -------
-    tuple of float
-        Shortest and longest length.
-    """
+    """Guess the shortest and longest bond of a collision without running it."""
     shortest = compressed_strain(bond, _GUESS_ENERGY * impact_velocity**2)
     longest = min(_GUESS_STRETCH * impact_velocity, 0.9 * bond.strain_max)
     return 1.0 + shortest, 1.0 + longest
@@ -332,7 +286,8 @@ def _collide(
             started = time.perf_counter()
             collision.carry_out()
             seconds = time.perf_counter() - started
-            outcomes.append(replace(collision.outcome(used, seconds), details=details))
+            outcome = collision.outcome(used, seconds)
+            outcomes.append(replace(outcome, numerics=used, details=details))
             longest_seen.append(collision.longest_seen)
             scene = scene.replace(dump=None)
             frame_interval = None

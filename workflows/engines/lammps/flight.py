@@ -49,17 +49,9 @@ class Flight(ABC):
     @abstractmethod
     def advance(self, limit: float) -> Contact | None:
         """
-        Go on to the next contact, or to the first step at or past a time limit.
+        Go on to the next contact and carry it out.
 
-        Parameters
-        ----------
-        limit : float
-            Time at which to come back without a contact.
-
-        Returns
-        -------
-        Contact or None
-            The contact, carried out; None if the limit came first.
+        None where a step ends at or past the time limit first.
         """
 
 

@@ -21,16 +21,8 @@ def largest_tension(scene: Scene) -> float:
     """
     Return how strongly bond 1 can pull particle 1 off the wall.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        Twice the largest U'(s) of a stretched bond with no more than twice the energy of the
-        collision: the acceleration of particle 1 at most, whatever the chain does.
+    It is twice the largest U'(s) of a stretched bond with no more than twice the energy of the
+    collision: the acceleration of particle 1 at most, whatever the chain does.
     """
     energy = _MOST_ENERGY * 0.5 * scene.particles * scene.impact_velocity**2
     strains = np.sqrt(2.0 * energy) * _STRAINS
@@ -93,24 +85,10 @@ class WallGuard:
         return f"fix guard guarded wall/harmonic xlo {number(self.position)} 0.0 1.0 1e-300"
 
     def stand(self, timestep: float) -> None:
-        """
-        Take the stand that steps of some length need; LAMMPS is set up anew for it.
-
-        Parameters
-        ----------
-        timestep : float
-            Verlet step h.
-        """
+        """Take the stand that Verlet steps of some length need; LAMMPS is set up anew for it."""
         self.position = self._reach * timestep * timestep
         self._chain.commands(f"unfix guard\n{self._fix()}\nrun 0 post no")
 
     def watch(self, on: bool) -> None:
-        """
-        Begin or cease to watch particle 1.
-
-        Parameters
-        ----------
-        on : bool
-            Whether it is watched.
-        """
+        """Begin or cease to watch particle 1."""
         self._mask[0] = self._on if on else self._off

@@ -130,19 +130,7 @@ class LammpsChain:
         return self._lammps
 
     def commands(self, text: str) -> None:
-        """
-        Carry out several commands.
-
-        Parameters
-        ----------
-        text : str
-            Commands, one a line.
-
-        Raises
-        ------
-        RunError
-            Named after what LAMMPS says.
-        """
+        """Carry out several commands, one a line; RunError, named after what LAMMPS says."""
         self._lammps.lib.lammps_commands_string(self._handle, text.encode())
         self._raise_failure()
 
@@ -158,19 +146,7 @@ class LammpsChain:
             self._current = timestep
 
     def run(self, steps: int) -> None:
-        """
-        Take full Verlet steps without looking.
-
-        Parameters
-        ----------
-        steps : int
-            How many.
-
-        Raises
-        ------
-        RunError
-            Named after what LAMMPS says.
-        """
+        """Take full Verlet steps without looking; RunError, named after what LAMMPS says."""
         self._set_timestep(self.timestep)
         while steps > 0:
             part = steps if self._far is None else min(steps, self._steps_within_tables())
@@ -193,15 +169,7 @@ class LammpsChain:
         """
         Take full Verlet steps as long as they end clear of the wall.
 
-        Parameters
-        ----------
-        steps : int
-            How many.
-
-        Returns
-        -------
-        bool
-            False where a step ended at the wall or behind it, or failed: the state is then useless.
+        False where one ended at the wall or behind it, or failed: the state is then useless.
         """
         self._guard.watch(True)
         try:
@@ -224,14 +192,7 @@ class LammpsChain:
         return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
 
     def verlet(self, duration: float) -> None:
-        """
-        Take one Verlet step of any length, also a negative one.
-
-        Parameters
-        ----------
-        duration : float
-            The step.
-        """
+        """Take one Verlet step of any length, also a negative one."""
         self._set_timestep(duration)
         self._send(self._handle, _RUN_ONE)
         self.stages_done += 1
@@ -243,19 +204,7 @@ class LammpsChain:
         return [(b"timestep " + number(h).encode(), h) for h in steps]
 
     def step(self, duration: float | None = None) -> None:
-        """
-        Take one composed or extrapolated step.
-
-        Parameters
-        ----------
-        duration : float or None
-            Its length; None for the full step H.
-
-        Raises
-        ------
-        RunError
-            Named after what LAMMPS says.
-        """
+        """Take one composed or extrapolated step, by default the full step H."""
         if self._counts:
             self._extrapolate(self.timestep if duration is None else duration)
         else:
@@ -311,14 +260,7 @@ class LammpsChain:
         self._far = far
 
     def restart(self, timestep: float) -> None:
-        """
-        Put the chain back to its first contact, for a run with another step.
-
-        Parameters
-        ----------
-        timestep : float
-            The composed step H.
-        """
+        """Put the chain back to its first contact, for a run with another composed step H."""
         if timestep != self.timestep and len(self.weights) == 1:
             self._guard.stand(timestep)
         self.restore(self._initial)
@@ -327,25 +269,11 @@ class LammpsChain:
         self.stages_done = 0
 
     def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """
-        Copy the state.
-
-        Returns
-        -------
-        x, v, f : ndarray of shape (n,)
-            Copies that :meth:`restore` takes.
-        """
+        """Copy x, v and f, for :meth:`restore`."""
         return self.x.copy(), self.v.copy(), self.f.copy()
 
     def restore(self, state: Sequence[NDArray[np.float64]] | NDArray[np.float64]) -> None:
-        """
-        Put a copied state back.
-
-        Parameters
-        ----------
-        state : tuple of ndarray
-            From :meth:`snapshot`.
-        """
+        """Put a copied state back."""
         if self._far is not None:
             # A bond that broke since then is whole again.
             self.x[:] = state[0]
@@ -353,14 +281,7 @@ class LammpsChain:
         self.x[:], self.v[:], self.f[:] = state
 
     def write_frame(self, time: float) -> None:
-        """
-        Append a frame to the dump in the job's folder, written by LAMMPS.
-
-        Parameters
-        ----------
-        time : float
-            Time since the first contact.
-        """
+        """Append a frame to the dump in the job's folder, written by LAMMPS."""
         if not self._dump_started:
             self.commands(
                 "variable clock internal 0.0\n"

@@ -1,6 +1,5 @@
 """The input script of a collision that the engine runs command by command, to be kept beside it."""
 
-import math
 from dataclasses import replace
 from typing import Literal
 
@@ -30,28 +29,13 @@ def job_script(
     numerics: Numerics,
     table: BondTable | None,
     scouted: ScoutedEnd | None,
-    dump_steps: int | Literal["contacts"] | None = None,
+    frame_time: float | Literal["contacts"] | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        With Verlet steps.
-    table : BondTable or None
-        The bond table; None for LAMMPS's own harmonic bond.
-    scouted : ScoutedEnd or None
-        How the collision ended elsewhere.
-    dump_steps : int or "contacts" or None
-        See :func:`~chaincor.lammps_inputs.script.render_job`.
-
-    Returns
-    -------
-    str
-        The script's text.
+    `scouted` is how the collision ended elsewhere; for `frame_time` see
+    :func:`~chaincor.lammps_inputs.script.render_job`.
     """
     stiffness = scene.bond.stiffness
     look = look_interval(scene.particles, stiffness)
@@ -63,9 +47,9 @@ def job_script(
         table,
         quiet=quiet,
         cap=longest_collision(scene.particles, stiffness, max(quiet, last)),
-        look_steps=math.ceil(look / numerics.timestep),
+        look=look,
         scouted=scouted,
-        dump_steps=dump_steps,
+        frame_time=frame_time,
     )
 
 
@@ -73,15 +57,7 @@ def flown_on(scene: Scene) -> float:
     """
     Return for how long a script follows a chain after its last contact.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        Time for which its bond table must hold the bonds.
+    For that time its bond table must hold the bonds.
     """
     stiffness = scene.bond.stiffness
     return quiet_time(scene.particles, stiffness) + 2.0 * look_interval(scene.particles, stiffness)
@@ -96,22 +72,8 @@ def kept_files(
     A script takes Verlet steps only. Where the engine composed its steps of several, those of the
     script are as long as theirs on the average.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    numerics : Numerics
-        How the engine runs it.
-    table : BondTable or None
-        Its bond table.
-    outcome : Outcome or None
-        Of the engine; None while it is not known.
-
-    Returns
-    -------
-    dict
-        Names and contents of the files; with a bond table and a data file where those of the
-        engine do not suit a script, which has one table and follows the chain longer.
+    A bond table and a data file are among the files where those of the engine do not suit a script,
+    which has one table and follows the chain longer. `outcome` is None while it is not known.
     """
     files = {}
     scouted = None

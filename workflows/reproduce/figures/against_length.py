@@ -22,30 +22,12 @@ def _dissipation(point: Point) -> float:
     return 1.0 - point.restitution
 
 
-def _length(point: Point) -> float:
-    return point.particles
-
-
 def _scaled(point: Point) -> float:
     return _dissipation(point) * point.particles ** (2.0 / 3.0)
 
 
 def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
-    """
-    Return 1 - eta against n for harmonic chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    law : HarmonicLaw
-        Fits to them.
-
-    Returns
-    -------
-    Figure
-        The law, and what is left when it is divided out.
-    """
+    """Return 1 - eta against n for harmonic chains, and what is left without the law."""
     points = measured.select("harmonic_sizes", "harmonic")
     fit = law.by_lammps
     return Figure(
@@ -70,11 +52,12 @@ def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
     n = np.geomspace(3, max(p.particles for p in points), 60)
     for panel, y in ((ax, _dissipation), (below, _scaled)):
         for source, size in (("in-house", 2.8), ("lammps", 4.5)):
+            chosen = [p for p in points if p.source == source]
             draw_points(
                 panel,
-                [p for p in points if p.source == source],
-                _length,
-                y,
+                chosen,
+                [p.particles for p in chosen],
+                [y(p) for p in chosen],
                 colour=BLUE,
                 marker="o",
                 label={"lammps": "LAMMPS", "in-house": "in-house, exact propagator"}[source],
@@ -104,19 +87,7 @@ def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
 
 
 def lj_lengths(measured: Measurements) -> Figure:
-    """
-    Return 1 - eta against n for lj chains at the paper's five speeds.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Five curves, with the harmonic chain's beside them.
-    """
+    """Return 1 - eta against n for lj chains at the paper's speeds, and the harmonic chain's."""
     points = {speed: measured.select("sizes", "lj", speed=speed) for speed in PAPER_SIZE_SPEEDS}
     harmonic = measured.select("harmonic_sizes", "harmonic")
     longest = max((p.particles for ps in points.values() for p in ps), default=0)
@@ -153,8 +124,8 @@ def _draw_lj(points: dict[float, list[Point]], harmonic: list[Point]) -> "Canvas
         draw_points(
             ax,
             group,
-            _length,
-            _dissipation,
+            [p.particles for p in group],
+            [_dissipation(p) for p in group],
             colour=colour,
             marker=marker,
             label=rf"$v_0 = {speed:.3f}\,v^*$",

@@ -23,33 +23,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 
-def _speed(point: Point) -> float:
-    return point.speed
-
-
-def _eta(point: Point) -> float:
-    return point.restitution
-
-
 def _speed_axis(ax: "Axes") -> None:
     ax.set_xscale("log")
     ax.set_xlabel(r"impact speed $v_0/v^*$")
 
 
 def restitution_curves(measured: Measurements) -> Figure:
-    """
-    Return eta against v0/v* for lj, toda and log chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Three curves.
-    """
+    """Return eta against v0/v* for lj, toda and log chains."""
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
     fastest = max((p.speed for p in curves["log"] if p.source == "lammps"), default=0.0)
     refusal = (
@@ -75,10 +55,13 @@ def restitution_curves(measured: Measurements) -> Figure:
 def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":
     figure, ax = new_figure(figsize=(6.4, 4.2))
     if harmonic:
-        ax.axhline(_eta(harmonic[0]), color=GREY, linestyle="--", linewidth=1.0, label="harmonic")
+        ax.axhline(
+            harmonic[0].restitution, color=GREY, linestyle="--", linewidth=1.0, label="harmonic"
+        )
     labels = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
     for (name, points), colour, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
-        draw_points(ax, points, _speed, _eta, colour=colour, marker=marker, label=labels[name])
+        u, eta = [p.speed for p in points], [p.restitution for p in points]
+        draw_points(ax, points, u, eta, colour=colour, marker=marker, label=labels[name])
     _speed_axis(ax)
     ax.set_ylabel(r"restitution $\eta = K_r/K_i$")
     ax.legend(loc="lower left")
@@ -86,19 +69,7 @@ def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canv
 
 
 def contacts_and_restitution(measured: Measurements) -> Figure:
-    """
-    Return f(n)/n and eta of the lj chain against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Both on the paper's one axis.
-    """
+    """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
     points = measured.select("curves", "lj")
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
     return Figure(
@@ -116,8 +87,8 @@ def contacts_and_restitution(measured: Measurements) -> Figure:
 
 def _draw_contacts(points: list[Point]) -> "Canvas":
     figure, ax = new_figure(figsize=(6.4, 3.9))
-    draw_points(ax, points, _speed, _eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
-    speeds = [p.speed for p in points]
+    speeds, eta = [p.speed for p in points], [p.restitution for p in points]
+    draw_points(ax, points, speeds, eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
     ax.plot(
         speeds,
         [p.contacts / p.particles for p in points],
@@ -135,19 +106,7 @@ def _draw_contacts(points: list[Point]) -> "Canvas":
 
 
 def breaking_and_two_restitutions(measured: Measurements) -> Figure:
-    """
-    Return fragments, and e beside eta, of the lj chain against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Two panels.
-    """
+    """Return fragments, and e beside eta, of the lj chain against speed."""
     points = measured.select("curves", "lj")
     broken = [p.speed for p in points if _fragments(p) > 1]
     text = (

@@ -24,21 +24,7 @@ from chaincor.workflows.reproduce.measurements import Measurements
 
 
 def all_figures(measured: Measurements, law: HarmonicLaw) -> tuple[Figure, ...]:
-    """
-    Return all figures.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    law : HarmonicLaw
-        Fits to harmonic chains.
-
-    Returns
-    -------
-    tuple of Figure
-        In the order of the report.
-    """
+    """Return all figures, in the order of the report."""
     return (
         schematic(),
         trajectories(run_trajectories()),

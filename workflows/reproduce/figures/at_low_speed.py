@@ -1,14 +1,16 @@
 """Low speed: the increase of dissipation (NH figure 6), the slope C, and alpha of the pair."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, VERMILION, new_figure
 from chaincor.analysis.pair_theory import pair_interval, pair_interval_slope
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, PAIR_INTERVAL
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.figures.measured_points import draw_points
 from chaincor.workflows.reproduce.findings.long_limit import (
     SlopeLimit,
     describe_limits,
@@ -51,39 +53,13 @@ def _table(found: dict[int, Increase], name: str) -> Table:
     )
 
 
-def _draw_increase(ax: "Axes", increase: Increase, values, errors, colour, marker, label) -> None:
-    for source, face in (("lammps", colour), ("in-house", "white")):
-        chosen = np.array([p.source == source for p in increase.points])
-        if np.any(chosen):
-            ax.errorbar(
-                increase.speeds[chosen],
-                values[chosen],
-                yerr=errors[chosen],
-                color=colour,
-                marker=marker,
-                markersize=4.5,
-                markerfacecolor=face,
-                linestyle="none",
-                capsize=1.5,
-                label=label,
-            )
-            label = None
+def _draw_increase(ax: "Axes", increase: Increase, scale: ArrayLike, **looks: Any) -> None:
+    values, errors = increase.values / np.asarray(scale), increase.errors / np.asarray(scale)
+    draw_points(ax, increase.points, increase.speeds, values, errors=errors, line=False, **looks)
 
 
 def increase_figure(measured: Measurements) -> Figure:
-    """
-    Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        The increase, and its local power below.
-    """
+    """Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes."""
     found = increases(measured)
     worst = max(
         (float(np.max(np.abs(i.errors / i.values))) for i in found.values()), default=float("nan")
@@ -109,8 +85,7 @@ def _draw_orders(found: dict[int, Increase]) -> "Canvas":
         2, 1, figsize=(6.4, 6.0), sharex=True, height_ratios=(1.6, 1.0)
     )
     for (order, increase), colour, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
-        label = rf"$r={order}$"
-        _draw_increase(ax, increase, increase.values, increase.errors, colour, marker, label)
+        _draw_increase(ax, increase, 1.0, colour=colour, marker=marker, label=rf"$r={order}$")
         middle = int(np.argmin(np.abs(np.log(increase.speeds / 0.02))))
         u = increase.speeds[increase.speeds >= 0.0099]
         slope = PAPER_SLOPES[order]
@@ -134,15 +109,7 @@ def slope_figure(measured: Measurements) -> Figure:
     """
     Return the increase divided by the speed for lj chains, and the scaling of long chains.
 
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Above, constant where 1 - eta grows as C v; below, all lengths on one curve.
+    Above, constant where 1 - eta grows as C v; below, all lengths on one curve.
     """
     found = lj_increases(measured)
     return Figure(
@@ -169,9 +136,7 @@ def _draw_slopes(
     for (n, increase), colour, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
         u = increase.speeds
         ax.plot(u, increase.values / u, color=colour, linewidth=0.8, alpha=0.6)
-        _draw_increase(
-            ax, increase, increase.values / u, increase.errors / u, colour, marker, f"$n={n}$"
-        )
+        _draw_increase(ax, increase, u, colour=colour, marker=marker, label=f"$n={n}$")
     ax.axhline(0.66, color=BLACK, linewidth=1.0, linestyle="--", label="paper, simulation: 0.66")
     ax.set_xscale("log")
     ax.set_ylim(0.0, 1.1)
@@ -219,19 +184,7 @@ def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> 
 
 
 def pair_figure(measured: Measurements) -> Figure:
-    """
-    Return the shortening of the interval of the chain of two.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        LAMMPS against the exact quadrature.
-    """
+    """Return the shortening of the interval of the chain of two, beside the exact quadrature."""
     points = measured.select("pair", "lj")
     values = pair_alphas(points)
     bond = LennardJones()

@@ -19,15 +19,7 @@ def agreement(measured: Measurements) -> Figure:
     """
     Return the difference of the two engines against the sum of their bars.
 
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        Points above the diagonal disagree.
+    Points above the diagonal disagree.
     """
     points = [p for p in measured.all_points() if p.agrees is not None]
     outside = [p for p in points if p.agrees is False]

@@ -41,14 +41,7 @@ class Figure:
     draw: "Callable[[], Canvas]"
 
     def render(self) -> dict[str, bytes]:
-        """
-        Draw the figure.
-
-        Returns
-        -------
-        dict of str to bytes
-            Contents of the ``png`` and the ``svg`` file.
-        """
+        """Draw the figure: the contents of its ``png`` and its ``svg`` file, by these names."""
         import matplotlib as mpl
 
         with mpl.rc_context(SETTINGS | {"svg.hashsalt": _SALT}):

@@ -25,18 +25,7 @@ _FRAME_INTERVAL = 0.1
 
 @dataclass(frozen=True)
 class Trajectory:
-    """
-    The motion of one harmonic chain, by LAMMPS.
-
-    Attributes
-    ----------
-    particles : int
-        n.
-    outcome : Outcome
-        With frames.
-    restitution : float
-        eta of this run.
-    """
+    """The motion of one harmonic chain by LAMMPS, with frames."""
 
     particles: int
     outcome: Outcome
@@ -44,14 +33,7 @@ class Trajectory:
 
 
 def run_trajectories() -> tuple[Trajectory, ...]:
-    """
-    Run both chains in LAMMPS, order 8 at H = 0.1, with frames.
-
-    Returns
-    -------
-    tuple of Trajectory
-        For n = 19 and 20.
-    """
+    """Run the chains of 19 and 20 in LAMMPS, order 8 at H = 0.1, with frames."""
     found = []
     for n in SIZES:
         scene = Scene(potential="harmonic", particles=n, velocity=_VELOCITY)
@@ -61,19 +43,7 @@ def run_trajectories() -> tuple[Trajectory, ...]:
 
 
 def trajectories(found: tuple[Trajectory, ...]) -> Figure:
-    """
-    Return the figure.
-
-    Parameters
-    ----------
-    found : tuple of Trajectory
-        From :func:`run_trajectories`.
-
-    Returns
-    -------
-    Figure
-        Two panels.
-    """
+    """Return the figure."""
     etas = "; ".join(f"n = {t.particles}: η = {t.restitution:.6f}" for t in found)
     return Figure(
         key="trajectories",

@@ -1,9 +1,10 @@
 """Points with error bars: filled where LAMMPS gave the number, open where in-house did."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaincor.workflows.reproduce.measurements import Point
 
@@ -14,50 +15,29 @@ if TYPE_CHECKING:
 def draw_points(
     ax: "Axes",
     points: Sequence[Point],
-    x: Callable[[Point], float],
-    y: Callable[[Point], float],
+    x: ArrayLike,
+    y: ArrayLike,
     *,
     colour: str,
     marker: str,
     label: str | None,
+    errors: ArrayLike | None = None,
     line: bool = True,
     size: float = 4.5,
 ) -> None:
-    """
-    Draw points with the error bars of eta.
-
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where.
-    points : sequence of Point
-        With results.
-    x, y : callable
-        Coordinates of a point; y differs from eta by a constant or a sign, so that the error bar
-        of eta is its own.
-    colour, marker : str
-        How they look.
-    label : str or None
-        For the legend.
-    line : bool
-        Whether to join them.
-    size : float
-        Of the markers.
-    """
-    if not points:
-        return
-    places = np.array([x(point) for point in points])
-    values = np.array([y(point) for point in points])
+    """Draw a quantity y of points against x, with error bars: those of eta by default."""
+    x, y = np.asarray(x), np.asarray(y)
+    bars = np.nan_to_num([p.error for p in points] if errors is None else errors)
     if line:
-        ax.plot(places, values, color=colour, linewidth=0.9, alpha=0.6)
+        ax.plot(x, y, color=colour, linewidth=0.9, alpha=0.6)
     for source, face in (("lammps", colour), ("in-house", "white")):
-        chosen = np.array([point.source == source for point in points])
+        chosen = np.array([point.source == source for point in points], dtype=bool)
         if not np.any(chosen):
             continue
         ax.errorbar(
-            places[chosen],
-            values[chosen],
-            yerr=np.nan_to_num([point.error for point in points if point.source == source]),
+            x[chosen],
+            y[chosen],
+            yerr=bars[chosen],
             color=colour,
             marker=marker,
             markersize=size,

@@ -14,14 +14,7 @@ _PARTICLES = 6
 
 
 def schematic() -> Figure:
-    """
-    Return the figure.
-
-    Returns
-    -------
-    Figure
-        A drawing without data.
-    """
+    """Return the figure, a drawing without data."""
     return Figure(
         key="schematic",
         title="A one-dimensional chain and a rigid wall",

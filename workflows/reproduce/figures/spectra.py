@@ -18,19 +18,7 @@ _SHOWN = (0.01, 0.1, 0.4, 0.78, 2.0, 5.0)
 
 
 def mode_spectra(measured: Measurements) -> Figure:
-    """
-    Return the energy of each mode after the collision, against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    Figure
-        A heat map and some of its rows.
-    """
+    """Return the energy of each mode after the collision, against speed."""
     points = [p for p in measured.select("curves", "lj") if len(_energies(p))]
     rows = [
         {"speed": p.speed, "mode": j, "share": float(share)}
@@ -62,19 +50,7 @@ def _shares(point: Point) -> np.ndarray:
 
 
 def half_of_vibration(point: Point) -> int:
-    """
-    Return the mode up to which half of the vibrational energy lies.
-
-    Parameters
-    ----------
-    point : Point
-        With mode energies.
-
-    Returns
-    -------
-    int
-        j >= 1.
-    """
+    """Return the mode j >= 1 up to which half of the vibrational energy lies."""
     vibration = np.cumsum(_shares(point)[1:])
     return int(np.searchsorted(vibration, 0.5 * vibration[-1])) + 1
 

@@ -42,19 +42,7 @@ class HarmonicLaw:
 
 
 def harmonic_law(measured: Measurements) -> HarmonicLaw:
-    """
-    Fit the law.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    HarmonicLaw
-        The fits.
-    """
+    """Fit the law."""
     points = measured.select("harmonic_sizes", "harmonic")
     ours = [p for p in points if p.source == "lammps" and p.particles >= _SHORTEST]
     long = [p for p in points if p.particles >= 200] or [
@@ -86,21 +74,7 @@ def _medians(points: list[Point]) -> str:
 
 
 def harmonic_findings(measured: Measurements, law: HarmonicLaw) -> dict[str, Finding]:
-    """
-    Return what is found on harmonic chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-    law : HarmonicLaw
-        Fits to them.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found on harmonic chains, by the key of the rule that judges it."""
     points = measured.select("harmonic_sizes", "harmonic")
     fitted = [p for p in points if p.particles >= _SHORTEST]
     fit, ours, mean = law.both, law.by_lammps, law.mean_prefactor

@@ -16,19 +16,7 @@ Laws = dict[float, tuple[PowerLaw, list[Point]]]
 
 
 def last_exponents(measured: Measurements) -> Laws:
-    """
-    Return the power law of 1 - eta over the last part of each curve, by speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of float to (PowerLaw, list of Point)
-        The fit and the points it is made to.
-    """
+    """Fit 1 - eta over the last part of each curve: the law and its points, by speed."""
     found = {}
     for speed in PAPER_SIZE_SPEEDS:
         points = measured.select("sizes", "lj", speed=speed)
@@ -40,19 +28,7 @@ def last_exponents(measured: Measurements) -> Laws:
 
 
 def length_findings(measured: Measurements) -> dict[str, Finding]:
-    """
-    Return what is found on long chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found on long chains, by the key of the rule that judges it."""
     laws = last_exponents(measured)
     return {
         "long chains, fast": _exponent(laws, PAPER_SIZE_SPEEDS[0], "a constant has 0"),

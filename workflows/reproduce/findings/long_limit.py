@@ -19,34 +19,12 @@ def scaled_speed(point: Point) -> float:
 
     Nonlinearity steepens a front by a share v0/v* of the way it goes, 2n; dispersion widens it as
     n^(1/3). Their ratio is (v0/v*) n^(2/3).
-
-    Parameters
-    ----------
-    point : Point
-        A chain with a v*.
-
-    Returns
-    -------
-    float
-        (v0/v*) n^(2/3).
     """
     return point.speed * point.particles ** (2.0 / 3.0)
 
 
 def slow_long_chains(measured: Measurements) -> list[Point]:
-    """
-    Return the lj points near the limit of low speed and long chains.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    list of Point
-        Each once, in the order of the scaled speed.
-    """
+    """Return the lj points near the limit of low speed and long chains, by scaled speed."""
     points = {
         (p.particles, p.speed): p
         for study in ("slopes", "sizes")
@@ -78,19 +56,7 @@ class SlopeLimit:
 
 
 def slope_limits(measured: Measurements) -> list[SlopeLimit]:
-    """
-    Fit the limit over two ranges.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    list of SlopeLimit
-        Those with at least four points.
-    """
+    """Fit the limit over each of two ranges that holds at least four points."""
     points = slow_long_chains(measured)
     limits = []
     for least in BEYOND_HARMONIC:
@@ -107,19 +73,7 @@ def slope_limits(measured: Measurements) -> list[SlopeLimit]:
 
 
 def describe_limits(limits: list[SlopeLimit]) -> str:
-    """
-    Write the limits with their errors and ranges.
-
-    Parameters
-    ----------
-    limits : list of SlopeLimit
-        From :func:`slope_limits`.
-
-    Returns
-    -------
-    str
-        Such as ``0.98 ± 0.01 (13 points, (v/v*) n^(2/3) > 3.5)``.
-    """
+    """Write the limits as ``0.98 ± 0.01 (13 points, (v/v*) n^(2/3) > 3.5)``."""
     return "; ".join(
         f"{limit.value:.3f} ± {limit.error:.3f} ({limit.points} points with (v₀/v*) n^(2/3) > "
         f"{limit.least_scaled_speed:g})"

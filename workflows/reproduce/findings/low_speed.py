@@ -12,7 +12,6 @@ from chaincor.workflows.reproduce.findings.long_limit import describe_limits, sl
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
-_NAN = float("nan")
 # Fits of the increase begin at 0.01 v*, as the paper's figure does, and end at one of these.
 RANGE_ENDS = (0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.13, 0.16, 0.2)
 # Up to here the powers are those of the limit v0 -> 0.
@@ -47,47 +46,22 @@ class Increase:
         """
         Fit a power law from 0.01 v* to each of `RANGE_ENDS`.
 
-        Returns
-        -------
-        list of PowerLaw
-            Each set of points once, and only where an error can be given.
+        Each set of points once, and only where an error can be given.
         """
         fits = {(fit.points, fit.last): fit for fit in (self.fit(0.01, end) for end in RANGE_ENDS)}
         return [fit for fit in fits.values() if np.isfinite(fit.exponent_error)]
 
     def fit(self, first: float, last: float) -> PowerLaw:
-        """
-        Fit a power law over a range of speeds.
-
-        Parameters
-        ----------
-        first, last : float
-            The range.
-
-        Returns
-        -------
-        PowerLaw
-            The fit.
-        """
+        """Fit a power law over a range of speeds."""
         within = (self.speeds >= 0.999 * first) & (self.speeds <= 1.001 * last)
         return fit_power_law(self.speeds[within], self.values[within])
 
 
 def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
     """
-    Subtract the harmonic baseline.
+    Subtract the harmonic baseline; None where there is nothing to subtract.
 
-    Parameters
-    ----------
-    points : list of Point
-        Anharmonic chains of one length.
-    baseline : list of Point
-        The harmonic chain of that length; the in-house propagator, exact, is preferred.
-
-    Returns
-    -------
-    Increase or None
-        None where there is nothing to subtract.
+    Of the baseline's points the in-house propagator's, which are exact, are preferred.
     """
     if not points or not baseline:
         return None
@@ -106,19 +80,7 @@ def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
 
 
 def increases(measured: Measurements) -> dict[int, Increase]:
-    """
-    Return the increase for each order r.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of int to Increase
-        By order; orders without points are left out.
-    """
+    """Return the increase for each order r that has points."""
     baseline = measured.select("increase", "harmonic")
     found = {}
     for order in PAPER_SLOPES:
@@ -129,19 +91,7 @@ def increases(measured: Measurements) -> dict[int, Increase]:
 
 
 def lj_increases(measured: Measurements) -> dict[int, Increase]:
-    """
-    Return the increase of lj chains for each length.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of int to Increase
-        By chain length.
-    """
+    """Return the increase of lj chains for each length."""
     lengths = sorted({p.particles for p in measured.points["slopes"]})
     found = {}
     for n in lengths:
@@ -153,19 +103,7 @@ def lj_increases(measured: Measurements) -> dict[int, Increase]:
 
 
 def low_speed_findings(measured: Measurements) -> dict[str, Finding]:
-    """
-    Return what is found at low speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found at low speed, by the key of the rule that judges it."""
     return {
         "alpha": _alpha(measured),
         "theoretical slope": _theoretical_slope(),
@@ -178,21 +116,13 @@ def pair_alphas(points: list[Point]) -> np.ndarray:
     """
     Return (1 - sqrt(2) dt/pi)/(v0/v*) of chains of two: it tends to alpha at low speed.
 
-    Parameters
-    ----------
-    points : list of Point
-        Chains of two.
-
-    Returns
-    -------
-    ndarray of shape (points,)
-        nan where there are not two contacts.
+    It is nan where there are not two contacts.
     """
     values = []
     for point in points:
         arrays = {} if point.answer is None else point.answer.arrays
         times = arrays.get("contact_times", np.empty(0))
-        interval = times[1] - times[0] if len(times) == 2 else _NAN
+        interval = times[1] - times[0] if len(times) == 2 else np.nan
         values.append((1.0 - interval / PAIR_INTERVAL) / point.speed)
     return np.array(values)
 
@@ -201,7 +131,7 @@ def _alpha(measured: Measurements) -> Finding:
     points = measured.select("pair", "lj")
     slow = [p for p in points if p.speed <= 0.1]
     if len(slow) < 4:
-        return Finding(_NAN, _NAN, "fewer than four speeds")
+        return Finding(np.nan, np.nan, "fewer than four speeds")
     speeds, values = np.array([p.speed for p in slow]), pair_alphas(slow)
     (_, _, limit), (_, _, shorter) = (
         np.polyfit(speeds[:count], values[:count], 2) for count in (len(slow), len(slow) - 1)
@@ -233,23 +163,11 @@ def _theoretical_slope() -> Finding:
 
 
 def slope_through_origin(increase: Increase) -> tuple[float, float]:
-    """
-    Return C of a least-squares line through the origin, and its standard error.
-
-    Parameters
-    ----------
-    increase : Increase
-        Increase of an lj chain.
-
-    Returns
-    -------
-    slope, error : float
-        Over `SLOPE_RANGE`.
-    """
+    """Return C of a least-squares line through the origin over `SLOPE_RANGE`, and its error."""
     within = (increase.speeds >= SLOPE_RANGE[0]) & (increase.speeds <= SLOPE_RANGE[1])
     u, y = increase.speeds[within], increase.values[within]
     if u.size < 2:
-        return _NAN, _NAN
+        return np.nan, np.nan
     slope = float(u @ y / (u @ u))
     return slope, float(np.sqrt(np.sum((y - slope * u) ** 2) / (u.size - 1) / (u @ u)))
 
@@ -257,7 +175,7 @@ def slope_through_origin(increase: Increase) -> tuple[float, float]:
 def _simulated_slopes(measured: Measurements) -> dict[str, Finding]:
     found = lj_increases(measured)
     if not found:
-        missing = Finding(_NAN, _NAN, "no points")
+        missing = Finding(np.nan, np.nan, "no points")
         return {"simulated slope": missing}
     shortest = found[min(found)]
     slope, error = slope_through_origin(shortest)
@@ -281,7 +199,7 @@ def _powers(measured: Measurements) -> dict[str, Finding]:
     results: dict[str, Finding] = {}
     for order, printed in PAPER_SLOPES.items():
         if order not in found:
-            missing = Finding(_NAN, _NAN, "no points")
+            missing = Finding(np.nan, np.nan, "no points")
             results |= {f"power r = {order}": missing, f"printed power r = {order}": missing}
             continue
         increase = found[order]

@@ -7,7 +7,6 @@ from chaincor.workflows.reproduce.fits import Minimum, find_minimum
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
 
-_NAN = float("nan")
 # Where the paper's figure shows the three potentials on one curve, and where log leaves it.
 _COLLAPSE_LIMIT = 2.0
 _LOG_LIMIT = 0.9
@@ -16,19 +15,7 @@ _SAME_CURVE = 0.02
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
-    """
-    Return the minimum of eta(v) of each potential.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Minimum
-        By potential.
-    """
+    """Return the minimum of eta(v) of each potential."""
     found = {}
     for name in CURVE_POTENTIALS:
         points = measured.select("curves", name)
@@ -37,19 +24,7 @@ def minima(measured: Measurements) -> dict[str, Minimum]:
 
 
 def speed_findings(measured: Measurements) -> dict[str, Finding]:
-    """
-    Return what is found on eta against speed.
-
-    Parameters
-    ----------
-    measured : Measurements
-        All points.
-
-    Returns
-    -------
-    dict of str to Finding
-        By the key of the rule that judges it.
-    """
+    """Return what is found on eta against speed, by the key of the rule that judges it."""
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
     everything = [p for points in curves.values() for p in points]
     lows = minima(measured)
@@ -77,7 +52,7 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
 def _low_speed_limit(measured: Measurements, curves: dict[str, list[Point]]) -> Finding:
     harmonic = measured.select("harmonic_velocities", "harmonic")
     if not harmonic or not all(curves.values()):
-        return Finding(_NAN, _NAN, "no points")
+        return Finding(np.nan, np.nan, "no points")
     slowest = [points[0] for points in curves.values()]
     gaps = [harmonic[0].restitution - p.restitution for p in slowest]
     return Finding(
@@ -90,7 +65,7 @@ def _low_speed_limit(measured: Measurements, curves: dict[str, list[Point]]) -> 
 
 def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
     if not all(curves.values()):
-        return Finding(_NAN, _NAN, "no points")
+        return Finding(np.nan, np.nan, "no points")
     fastest = [points[-1] for points in curves.values()]
     values = [
         p.restitution if quantity == "restitution" else p.contacts / p.particles for p in fastest
@@ -107,14 +82,14 @@ def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
 def _rise_of_contacts(points: list[Point]) -> Finding:
     """Find where f/n is half-way between its lowest value and its value at the highest speed."""
     if len(points) < 3:
-        return Finding(_NAN, _NAN, "no points")
+        return Finding(np.nan, np.nan, "no points")
     speeds = np.array([p.speed for p in points])
     share = np.array([p.contacts / p.particles for p in points])
     lowest = int(np.argmin(share))
     half = 0.5 * (share[lowest] + share[-1])
     above = np.flatnonzero((share >= half) & (np.arange(share.size) > lowest))
     if not above.size:
-        return Finding(_NAN, _NAN, "f/n does not rise")
+        return Finding(np.nan, np.nan, "f/n does not rise")
     k = int(above[0])
     full = np.flatnonzero(share >= 1.0)
     one = f"f/n is exactly 1 from {speeds[full[0]]:.3g} v* on" if full.size else "f/n stays below 1"
@@ -137,7 +112,7 @@ def _difference(
     pairs = [(p, by_speed[p.speed]) for p in curves[first] if p.speed in by_speed]
     pairs = [(p, q) for p, q in pairs if low <= p.speed <= high]
     if not pairs:
-        return Finding(_NAN, _NAN, "no common speeds")
+        return Finding(np.nan, np.nan, "no common speeds")
     gaps = [abs(p.restitution - q.restitution) for p, q in pairs]
     widest = pairs[int(np.argmax(gaps))]
     return Finding(

@@ -6,31 +6,12 @@ from chaincor.workflows.reproduce.slips.slip import Slip
 
 
 def all_slips() -> tuple[Slip, ...]:
-    """
-    Re-derive the paper's equations numerically.
-
-    Returns
-    -------
-    tuple of Slip
-        In the order of the paper.
-    """
+    """Re-derive the paper's equations numerically, in the order of the paper."""
     return harmonic_slips() + nonlinear_slips()
 
 
 def slips_page(slips: tuple[Slip, ...]) -> str:
-    """
-    Write the slips as a page of the documentation.
-
-    Parameters
-    ----------
-    slips : tuple of Slip
-        From :func:`all_slips`.
-
-    Returns
-    -------
-    str
-        Markdown, which ``docs/paper_slips.md`` holds.
-    """
+    """Write the slips as Markdown, the page ``docs/paper_slips.md``."""
     parts = [
         "# Slips of the paper\n\n"
         "S. Nagahiro and Y. Hayakawa, *Collision of one-dimensional nonlinear chains*, "

@@ -23,14 +23,7 @@ _CHAIN = 50
 
 
 def harmonic_slips() -> tuple[Slip, ...]:
-    """
-    Return the slips of this part.
-
-    Returns
-    -------
-    tuple of Slip
-        In the order of the paper.
-    """
+    """Return the slips of this part."""
     checks: tuple[Callable[[], Slip], ...] = (
         _viscoelastic_exponent,
         _particle_order,

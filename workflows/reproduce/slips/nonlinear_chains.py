@@ -15,14 +15,7 @@ from chaincor.workflows.reproduce.slips.slip import Slip
 
 
 def nonlinear_slips() -> tuple[Slip, ...]:
-    """
-    Return the slips of this part.
-
-    Returns
-    -------
-    tuple of Slip
-        In the order of the paper.
-    """
+    """Return the slips of this part."""
     checks: tuple[Callable[[], Slip], ...] = (
         _zero_of_energy,
         _scale_equation,

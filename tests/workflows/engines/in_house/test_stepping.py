@@ -232,6 +232,7 @@ def lj_force_that_does_not(s):
     return np.vectorize(lj_force_that_compiles)(s)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("force", "compiled"), [(lj_force_that_compiles, True), (lj_force_that_does_not, False)]
 )

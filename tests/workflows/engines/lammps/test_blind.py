@@ -42,6 +42,7 @@ def bitwise_equal(one, two):
     return all(np.array_equal(getattr(one, name), getattr(two, name)) for name in arrays)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("seed", range(24))
 def test_blind_is_bit_equal_to_asking_every_step(seed, wall):
@@ -53,6 +54,7 @@ def test_blind_is_bit_equal_to_asking_every_step(seed, wall):
     assert (blind.ending, blind.duration) == (asking.ending, asking.duration)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize(("potential", "speed"), [("lj", 6.0), ("toda", 6.0), ("log", 1.2)])
 def test_also_at_high_speed(potential, speed, wall):
@@ -73,6 +75,7 @@ def test_blind_runs_do_run_blind(monkeypatch):
     assert len(calls) < 0.25 * sum(calls)
 
 
+@pytest.mark.slow
 def test_coarse_steps_of_the_benchmark_too():
     # The first few of what `python -m benchmarks.blind_steps` goes through.
     for k in range(12):

@@ -112,6 +112,7 @@ def test_the_final_state_is_that_after_the_last_contact():
     assert late.mean(axis=1) == pytest.approx(outcome.velocities.mean(), abs=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wall", "scheme"), [("event", "verlet"), ("event", "order6"), ("reflect", "verlet")]
 )

@@ -35,6 +35,7 @@ def test_two_tables_overlap_where_bonds_change_over():
     assert tabulate_near_and_far(LennardJones(), (0.8, 3.0)).far is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["verlet", "order8"])
 @pytest.mark.parametrize("speed", [0.85, 2.0])
 def test_two_tables_give_the_result_of_one(scheme, speed):
@@ -91,6 +92,7 @@ def test_a_chain_that_breaks_and_hits_again_is_followed():
     assert abs(result.restitution - 0.78340539) < result.restitution_error < 1e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [0.1, 2.0])
 @pytest.mark.parametrize("scheme", ["verlet", "order6"])
 def test_runs_in_one_instance_are_those_of_their_own(scheme, speed):

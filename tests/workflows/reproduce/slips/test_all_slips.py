@@ -76,7 +76,6 @@ def test_every_verdict_is_computed(module):
         (theory.basile_dumont_energies, ["mode energies", "mode energies at low speed"]),
         (theory.harmonic_dissipation_law, ["harmonic law"]),
         (theory.low_speed_dissipation_slope, ["low-speed law"]),
-        (theory.dissipation_exponent, ["power law"]),
         (pair_theory.pair_interval_slope, ["interval of two"]),
     ],
     ids=lambda value: getattr(value, "__name__", None),

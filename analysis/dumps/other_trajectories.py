@@ -1,0 +1,269 @@
+"""
+Trajectories that are no LAMMPS dump of style custom, read through ASE and MDAnalysis.
+
+These know formats that the readers here do not: extended XYZ (LAMMPS's ``dump extxyz``) and ASE's
+own keep float64 and are read by ASE; TRR and AMBER NetCDF come through MDAnalysis, which keeps
+float32. Dumps of style custom are read here: in MDAnalysis they lose half their digits.
+"""
+
+import itertools
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
+from chaincor.lammps_inputs.errors import InputError
+
+if TYPE_CHECKING:
+    from ase import Atoms
+
+# Endings, and what ASE or MDAnalysis call the format.
+_ASE_FORMATS = {".extxyz": "extxyz", ".xyz": "extxyz", ".traj": "traj"}
+_MDANALYSIS_FORMATS = {
+    ".trr": "TRR",
+    ".nc": "NCDF",
+    ".ncdf": "NCDF",
+    ".dcd": "DCD",
+    ".xtc": "XTC",
+}
+# How such files begin; at others their readers stumble.
+_BEGINNINGS = {
+    "TRR": (b"\x00\x00\x07\xc9",),
+    "NCDF": (b"CDF",),
+    "DCD": (b"T\x00\x00\x00CORD",),
+    "XTC": (b"\x00\x00\x07\xcb",),
+}
+# As ASE, LAMMPS and this package write them; momenta are turned into velocities.
+_VELOCITY_ARRAYS = ("velo", "vel", "velocities")
+_TIME_KEYS = ("time", "Time")
+_STEP_KEYS = ("step", "Step", "Timestep", "timestep")
+# Numbers with no more decimals than this were printed so; more are float64.
+_MOST_DECIMALS = 12
+# A chain that starts with round numbers shows its decimals only later.
+_FRAMES_FOR_DECIMALS = 20
+
+
+def is_other_trajectory(path: Path) -> bool:
+    """
+    Tell by the name of a file whether ASE or MDAnalysis read it.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        A file.
+
+    Returns
+    -------
+    bool
+        Whether it ends as a format that they know.
+    """
+    return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
+
+
+def open_trajectory(path: Path | str) -> "Dump | OtherTrajectory":
+    """
+    Open a dump of LAMMPS, or a trajectory of another format.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        The file; other formats are known by their endings.
+
+    Returns
+    -------
+    Dump or OtherTrajectory
+        Both yield frames.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    path = Path(path)
+    return OtherTrajectory(path) if is_other_trajectory(path) else Dump(path)
+
+
+class OtherTrajectory:
+    """
+    A trajectory read by ASE or MDAnalysis, frame by frame, with the numbers that these show.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file.
+    truncated : bool
+        False: their readers do not tell.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.truncated = False
+        if not path.is_file():
+            raise InputError(f"cannot read the trajectory {path}: no such file")
+
+    def __iter__(self) -> Iterator[DumpFrame]:
+        return self.frames()
+
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
+        """
+        Yield the frames in the order of the file.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called at the end with the size of the file.
+
+        Yields
+        ------
+        DumpFrame
+            One frame with columns ``x`` and ``vx``, and ``mass`` where the file has them, or else
+            ``type`` where elements differ.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read or holds no velocities.
+        """
+        through_ase = self.path.suffix in _ASE_FORMATS
+        found = self._through_ase() if through_ase else self._through_mdanalysis()
+        count = 0
+        while True:
+            with self._named_errors():
+                frame = next(found, None)
+            if frame is None:
+                break
+            count += 1
+            yield frame
+        if count == 0:
+            raise InputError(f"{self.path} holds no frames")
+        if progress is not None:
+            progress(self.path.stat().st_size)
+
+    def first(self) -> DumpFrame:
+        """Return the first frame."""
+        return next(self.frames())
+
+    @contextmanager
+    def _named_errors(self) -> Iterator[None]:
+        try:
+            with warnings.catch_warnings():
+                # Of units and boxes that mean nothing here.
+                warnings.simplefilter("ignore")
+                yield
+        except InputError:
+            raise
+        # Whatever their readers raise at a damaged file or a missing library.
+        except Exception as error:
+            reason = " ".join(str(error).split()) or type(error).__name__
+            raise InputError(f"cannot read the trajectory {self.path}: {reason}") from None
+
+    def _no_velocities(self) -> InputError:
+        return InputError(
+            f"{self.path} holds no velocities, which decide restitution; expected a trajectory "
+            "with them: dump style custom with 'id x vx', or extxyz, TRR, NetCDF with velocities"
+        )
+
+    def _through_ase(self) -> Iterator[DumpFrame]:
+        beginning = itertools.islice(self._ase_columns(), _FRAMES_FOR_DECIMALS)
+        decimals = max((_decimals([*columns.values()]) for _, columns in beginning), default=0)
+        for index, (atoms, columns) in enumerate(self._ase_columns()):
+            if atoms.has("masses"):
+                columns[MASS_COLUMN] = atoms.get_masses()
+            elif len(set(atoms.numbers)) > 1:
+                columns[TYPE_COLUMN] = atoms.numbers.astype(float)
+            cell = atoms.cell.lengths()
+            yield _frame(
+                columns,
+                step=int(_first_of(atoms.info, _STEP_KEYS, index)),
+                time=_first_of(atoms.info, _TIME_KEYS, None),
+                box=cell if atoms.pbc[0] and cell[0] > 0.0 else None,
+                resolution=0.0 if decimals > _MOST_DECIMALS else 0.5 * 10.0**-decimals,
+            )
+
+    def _ase_columns(self) -> "Iterator[tuple[Atoms, dict[str, NDArray[np.float64]]]]":
+        from ase.io import iread
+
+        for atoms in iread(self.path, index=":", format=_ASE_FORMATS[self.path.suffix]):
+            name = next((name for name in _VELOCITY_ARRAYS if atoms.has(name)), None)
+            if name is None and not atoms.has("momenta"):
+                raise self._no_velocities()
+            v = atoms.get_velocities() if name is None else atoms.get_array(name)
+            yield atoms, {"x": atoms.positions[:, 0].copy(), "vx": np.array(v[:, 0], dtype=float)}
+
+    def _through_mdanalysis(self) -> Iterator[DumpFrame]:
+        from MDAnalysis.coordinates.core import reader
+
+        name = _MDANALYSIS_FORMATS[self.path.suffix]
+        with self.path.open("rb") as file:
+            if not file.read(8).startswith(_BEGINNINGS[name]):
+                raise InputError(f"cannot read the trajectory {self.path}: it is no {name} file")
+        with reader(str(self.path), format=name) as source:
+            for ts in source:
+                if not ts.has_velocities:
+                    raise self._no_velocities()
+                columns = {
+                    axis: np.array(values[:, 0], dtype=np.float32)
+                    for axis, values in (("x", ts.positions), ("vx", ts.velocities))
+                }
+                yield _frame(
+                    columns,
+                    step=int(ts.data.get("step", ts.frame)),
+                    time=float(ts.time),
+                    box=None if ts.dimensions is None else ts.dimensions[:3],
+                )
+
+
+def _frame(
+    columns: dict[str, NDArray[Any]],
+    *,
+    step: int,
+    time: float | None,
+    box: NDArray[Any] | None,
+    resolution: float = 0.0,
+) -> DumpFrame:
+    values = [*columns.values()]
+    bounds = np.full((3, 2), np.nan)
+    if box is not None:
+        bounds = np.column_stack((np.zeros(3), np.asarray(box, dtype=float)))
+    return DumpFrame(
+        step,
+        None if time is None else float(time),
+        tuple(columns),
+        bounds,
+        None,
+        lambda index: values[index].astype(float),
+        lambda index: _text(values[index]),
+        periodic_x=box is not None,
+        absolute_resolution=resolution,
+    )
+
+
+def _text(column: NDArray[Any]) -> list[bytes]:
+    """Return a column with the digits that its numbers were printed with, or hold."""
+    if column.dtype == np.float32:  # 24 bits are a little more than seven digits
+        return [b"%.7g" % value for value in column.tolist()]
+    return [repr(value).encode() for value in column.tolist()]
+
+
+def _first_of(info: dict[str, Any], keys: tuple[str, ...], default: Any) -> Any:
+    return next((info[key] for key in keys if key in info), default)
+
+
+def _decimals(columns: list[NDArray[np.float64]]) -> int:
+    """Return with how many decimals numbers were printed; more than the most: with all."""
+    for decimals in range(1, _MOST_DECIMALS + 1):
+        if all(np.array_equal(np.round(values, decimals), values) for values in columns):
+            return decimals
+    return _MOST_DECIMALS + 1

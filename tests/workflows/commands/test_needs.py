@@ -1,0 +1,155 @@
+"""What doctor says a command needs is what the command loads."""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from chaincor.workflows import machine
+from chaincor.workflows.cli import COMMANDS
+from tests.workflows.commands.test_run import chaincor
+
+ROOT = Path(__file__).parents[3]
+LIBRARIES = sorted({n for facts in COMMANDS.values() for n in (*facts.needs, *facts.also)})
+SWEEP = """
+[scene]
+potential = "lj"
+engine = "reference"
+tolerance = 1e-4
+[axes]
+particles = [3, 4]
+speed = [0.1, 0.2]
+"""
+PROGRAM = """
+import sys
+from chaincor.workflows.cli import main
+names = sys.argv[1].split(",")
+try:
+    main(sys.argv[2:])
+except SystemExit as leave:
+    print("\\nLOADED", leave.code, *(n for n in names if n in sys.modules))
+"""
+# Each use in turn, and what it loads besides what the command always does.
+USES = {
+    "run": {
+        "--particles 3 --tolerance 1e-4 --engine reference": (),
+        "--particles 3 --tolerance 1e-4": ("lammps", "jinja2"),
+        "--particles 3 --tolerance 1e-4 --engine reference --animate a.gif": ("matplotlib",),
+    },
+    "inputs": {"--particles 3 --frames -o job": ()},
+    "analyze": {"job": (), "job -o report": ("matplotlib",), "ase": ("ase",)},
+    "validate": {"--particles 3": (), "--particles 3 --plot v.png": ("matplotlib",)},
+    "tradeoff": {"--particles 3 --quick -o t": ("matplotlib",)},
+    "sweep": {"s.toml --store s.sqlite --workers 1": ()},
+    "show": {"s.sqlite": ()},
+    "plot": {"s.sqlite -o curves.png": ()},
+    "store": {"export s.sqlite s.csv": (), "export s.sqlite s.parquet": ("pandas", "pyarrow")},
+    "explore": {"--particles 3 -o page.html": ()},
+    "doctor": {"--help": ()},
+}
+
+
+def loaded(folder, *arguments):
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, ",".join(LIBRARIES), *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    assert "\nLOADED 0" in done.stdout, done.stdout + done.stderr
+    return set(done.stdout.rsplit("LOADED 0", 1)[1].split())
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A job that was run, a store, and a trajectory of ASE's, for the commands that read them."""
+    from chaincor.lammps_inputs.scene import Scene
+    from chaincor.workflows.collision import collide
+
+    path = tmp_path_factory.mktemp("needs")
+    (path / "s.toml").write_text(SWEEP)
+    for name in ("ase", "job"):
+        (path / name).mkdir()
+    scene = Scene(particles=3, tolerance=1e-4)
+    collide(scene.replace(dump=path / "job" / "dump.lammpstrj"))
+    from ase.io import write
+
+    write(path / "ase" / "m.traj", collide(scene).to_ase(100))
+    loaded(path, "sweep", "s.toml", "--store", "s.sqlite", "--workers", "1")
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", USES)
+def test_needs_are_what_is_loaded(folder, command):
+    facts = COMMANDS[command]
+    for arguments, more in USES[command].items():
+        words = [word.replace("job", "new") if command == "inputs" else word
+                 for word in arguments.split()]  # fmt: skip
+        assert set(more) <= set(facts.also)
+        assert loaded(folder, command, *words) == {*facts.needs, *more}, arguments
+
+
+def imports_of(module):
+    path = ROOT / module.replace(".", "/")
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                full = f"{node.module}.{alias.name}"
+                inside = (ROOT / full.replace(".", "/")).with_suffix(".py").exists()
+                found.add(full if inside else node.module)
+    return found
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_nothing_is_named_that_the_code_does_not_import(command):
+    """Also for what takes minutes or a cluster to try."""
+    seen, todo, libraries = set(), [f"chaincor.workflows.commands.{command}"], set()
+    while todo:
+        module = todo.pop()
+        if module in seen:
+            continue
+        seen.add(module)
+        for name in imports_of(module):
+            if name.startswith("chaincor."):
+                todo.append(name)
+            else:
+                libraries.add(name.split(".")[0])
+    # LAMMPS is loaded by its name; pandas loads pyarrow.
+    source = (ROOT / "chaincor" / "workflows/engines/lammps/library.py").read_text()
+    assert '"lammps"' in source or "import lammps" in source
+    by_name = {"lammps", "pyarrow"}
+    facts = COMMANDS[command]
+    assert {*facts.needs, *facts.also} - by_name <= libraries
+
+
+def test_what_is_missing_stops_the_commands_that_need_it(capsys, monkeypatch):
+    def fail():
+        raise ImportError("libmpi.so.12 is not there")
+
+    monkeypatch.setattr(machine, "_lammps_library", fail)
+    status, out, _ = chaincor(capsys, "doctor")
+    assert status == 1
+    lines = out.splitlines()
+    (run,) = (line for line in lines if line.startswith("yes  run:"))
+    assert "lammps for engine lammps" in run
+    assert run.endswith("- lacks lammps")
+    assert any(line.startswith("NO   reproduce:") for line in lines)
+    (show,) = (line for line in lines if " show:" in line)
+    assert show == "yes  show: nothing more"
+    _, out, _ = chaincor(capsys, "doctor", "--json")
+    commands = {entry["command"]: entry for entry in json.loads(out)["commands"]}
+    assert list(commands) == list(COMMANDS)
+    assert commands["validate"]["works"] is False
+    assert commands["validate"]["missing"] == ["lammps"]
+    assert commands["plot"]["works"] is True

@@ -1,0 +1,74 @@
+"""A run that can be carried out again, with the numerics it had, to see its motion."""
+
+from dataclasses import dataclass
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.errors import RunError
+
+
+@dataclass(frozen=True)
+class Replay:
+    """
+    What it takes to carry out a run again.
+
+    Attributes
+    ----------
+    scene : Scene
+        The collision, with its engine; its outputs are not written again.
+    scheme : str
+        That of the run, as an :class:`Outcome` has it.
+    numerics : Numerics or None
+        Those of a run with fixed steps.
+    accuracy : float or None
+        What a run with adaptive steps aimed at.
+    """
+
+    scene: Scene
+    scheme: str
+    numerics: Numerics | None
+    accuracy: float | None
+
+    def record(self, interval: float) -> Frames:
+        """
+        Carry the collision out again, and keep frames.
+
+        Parameters
+        ----------
+        interval : float
+            Time between frames; LAMMPS takes them at the ends of steps.
+
+        Returns
+        -------
+        Frames
+            From the first contact to the end of the run.
+
+        Raises
+        ------
+        RunError
+            If the run was the limit of hard spheres, which has no motion of bonds; otherwise as
+            the engine.
+        """
+        given = self.scene.model_fields_set & {"dump", "save", "arrays"}
+        frames = self._run(self.scene.replace(**dict.fromkeys(given)), interval).frames
+        assert frames is not None
+        return frames
+
+    def _run(self, scene: Scene, interval: float) -> Outcome:
+        from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
+
+        if self.scheme == hard_sphere.SCHEME:
+            raise RunError(
+                "the result is the limit of hard spheres, in which bonds have no motion to show; "
+                "expected a run with steps: lower the speed, or give another tolerance"
+            )
+        if self.numerics is not None and scene.engine == "lammps":
+            from chaincor.workflows.engines.lammps import engine as lammps
+
+            return lammps.run(scene, self.numerics, interval)
+        if self.numerics is not None:
+            return stepping.run(scene, self.numerics, interval)
+        if self.accuracy is not None:
+            return adaptive.run(scene, self.accuracy, interval)
+        return modal.run(scene, interval)
