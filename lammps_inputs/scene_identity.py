@@ -32,7 +32,7 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     fields.pop("speed", None)
     fields["velocity"] = scene.impact_velocity
     if scene.potential == "toda":
-        fields["toda_b"] = scene.bond.parameters[0]
+        (fields["toda_b"],) = scene.bond.parameters
     if scene.bond_file is not None:
         fields["bond_file"] = hashlib.sha256(scene.bond_file.read_bytes()).hexdigest()
     if not scene.explicit and scene.tolerance is None:

@@ -39,6 +39,12 @@ FLOORS = {
         {"compositions", "ending", "interrupts"},
         {"pieces"},
     ],
+    "lammps_inputs/bonds": [
+        {"potentials", "table_file"},
+        {"user_bond"},
+        {"potential"},
+        {"check", "series"},
+    ],
     "workflows/reproduce": [
         {"reproduction"},
         {"report"},

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import tabulate
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
@@ -42,7 +41,7 @@ def write_job(
     numerics = Numerics.from_scene(scene)
     scouting = scout_job(scene)
     table = None
-    if not isinstance(scene.bond, Harmonic):
+    if not scene.bond.is_harmonic:
         bond_range = (
             guess_bond_range(scene.bond, scene.impact_velocity)
             if scouting is None

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import (
@@ -52,7 +51,7 @@ def draw_scene(random: Random, most: int = 150, potentials: tuple[str, ...] = ()
 
 def find_truth(scene: Scene) -> Converged:
     """Converge a scene as far as rounding lets it."""
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return exact_modes(scene)
     return converge(scene, 3.0 * rounding_error("reference", scene))
 

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.judge.kinks import judge
-from chaincor.lammps_inputs.bonds.potentials import lj_force, toda_force
+from chaincor.lammps_inputs.bonds.potential import NoParameters
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, Toda
 from chaincor.lammps_inputs.bonds.table_file import read_bond_table
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.scene import Scene
@@ -16,27 +18,42 @@ from chaincor.lammps_inputs.scene import Scene
 _TABLE_PARTICLES = 12
 
 
-def bent_force(strain, p, q):
-    """Return -s, with stiffness p beyond the strain q above 0, or below it where q < 0."""
-    if q >= 0.0:
-        return -strain + (1.0 - p) * max(strain - q, 0.0)
-    return -strain + (1.0 - p) * min(strain - q, 0.0)
+class Bend(NamedTuple):
+    """Stiffness beyond the strain of a kink above 0, or below it where it is negative."""
+
+    stiffness: float
+    kink: float
 
 
-def bent_energy(strain, p, q):
+def bent_force(strain, bend):
+    """Return -s, with another stiffness beyond a kink."""
+    if bend.kink >= 0.0:
+        return -strain + (1.0 - bend.stiffness) * max(strain - bend.kink, 0.0)
+    return -strain + (1.0 - bend.stiffness) * min(strain - bend.kink, 0.0)
+
+
+def bent_energy(strain, bend):
     """Return the energy of :func:`bent_force`."""
-    beyond = np.maximum(strain - q, 0.0) if q >= 0.0 else np.minimum(strain - q, 0.0)
-    return 0.5 * np.square(strain) - 0.5 * (1.0 - p) * np.square(beyond)
+    away = strain - bend.kink
+    beyond = np.maximum(away, 0.0) if bend.kink >= 0.0 else np.minimum(away, 0.0)
+    return 0.5 * np.square(strain) - 0.5 * (1.0 - bend.stiffness) * np.square(beyond)
 
 
-def smooth_force(strain, p, q):
+class Terms(NamedTuple):
+    """Coefficients of a force's quadratic and cubic terms."""
+
+    quadratic: float
+    cubic: float
+
+
+def smooth_force(strain, terms):
     """Return -s - p s^2 - q s^3."""
-    return -strain * (1.0 + strain * (p + q * strain))
+    return -strain * (1.0 + strain * (terms.quadratic + terms.cubic * strain))
 
 
-def smooth_energy(strain, p, q):
+def smooth_energy(strain, terms):
     """Return the energy of :func:`smooth_force`."""
-    return strain**2 * (0.5 + strain * (p / 3.0 + 0.25 * q * strain))
+    return strain**2 * (0.5 + strain * (terms.quadratic / 3.0 + 0.25 * terms.cubic * strain))
 
 
 class StudyBond(UserBond):
@@ -45,8 +62,8 @@ class StudyBond(UserBond):
     def __init__(self, kernel, energy, parameters, **options):
         self._kernel, self._parameters = kernel, parameters
         super().__init__(
-            lambda s: energy(s, *parameters),
-            np.vectorize(lambda s: kernel(s, *parameters), otypes=[float]),
+            lambda s: energy(s, parameters),
+            np.vectorize(lambda s: kernel(s, parameters), otypes=[float]),
             **options,
         )
 
@@ -57,7 +74,7 @@ class StudyBond(UserBond):
 
     @property
     def parameters(self):
-        """(p, q)."""
+        """What it is told."""
         return self._parameters
 
 
@@ -85,16 +102,18 @@ class UserCase:
         if self.kind == "table":
             return Scene(potential="table", bond_file=self._table(folder), **fields)
         if self.kind == "smooth":
-            bond = StudyBond(smooth_force, smooth_energy, (self.p, self.q), name="smooth")
+            bond = StudyBond(smooth_force, smooth_energy, Terms(self.p, self.q), name="smooth")
         else:
             kinks = (self.q,) if self.declared else ()
-            bond = StudyBond(bent_force, bent_energy, (self.p, self.q), name=self.kind, kinks=kinks)
+            bond = StudyBond(
+                bent_force, bent_energy, Bend(self.p, self.q), name=self.kind, kinks=kinks
+            )
         return Scene(potential=bond, **fields)
 
     def _table(self, folder: Path) -> Path:
         strains = np.linspace(-4.0 * self.velocity, 6.0 * self.velocity, 301) + 1e-4 * self.velocity
-        force = lj_force if self.p == 0.0 else toda_force
-        rows = zip(1.0 + strains, force(strains, self.p, 0.0), strict=True)
+        bond = LennardJones() if self.p == 0.0 else Toda(self.p)
+        rows = zip(1.0 + strains, bond.force(strains), strict=True)
         digits = int(self.q)
         lines = [f"{i} {r:.12f} 0.0 {f:.{digits}f}" for i, (r, f) in enumerate(rows, 1)]
         path = folder / "few-digits.table"
@@ -107,14 +126,17 @@ class UserCase:
             spline = read_bond_table(self._table(folder)).users_force
             knots, terms = spline.x.copy(), spline.c.copy()
 
-            def force(strain, _p, _q):
+            def force(strain, _parameters):
                 k = min(max(np.searchsorted(knots, strain) - 1, 0), terms.shape[1] - 1)
                 d = strain - knots[k]
                 return ((terms[0, k] * d + terms[1, k]) * d + terms[2, k]) * d + terms[3, k]
 
-            return judge(force, (0.0, 0.0), np.inf, self.particles, self.velocity)
-        force, kink = (smooth_force, np.inf) if self.kind == "smooth" else (bent_force, self.q)
-        return judge(force, (self.p, self.q), kink, self.particles, self.velocity)
+            return judge(force, NoParameters(), np.inf, self.particles, self.velocity)
+        if self.kind == "smooth":
+            terms = Terms(self.p, self.q)
+            return judge(smooth_force, terms, np.inf, self.particles, self.velocity)
+        bend = Bend(self.p, self.q)
+        return judge(bent_force, bend, bend.kink, self.particles, self.velocity)
 
 
 def random_case(random: np.random.Generator, engine: str | None = None) -> UserCase:

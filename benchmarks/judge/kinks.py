@@ -19,11 +19,11 @@ _MOST_STEPS = 3_000_000
 
 @cache
 def _loop(force):
-    """Compile the judge around ``force(strain, p, q)``."""
+    """Compile the judge around ``force(strain, parameters)``."""
     bond = njit(force)
 
     @njit
-    def take(y, step, p, q, slopes, out):
+    def take(y, step, parameters, slopes, out):
         particles = y.shape[0] // 2
         for stage in range(_B.shape[0]):
             out[:] = y
@@ -33,7 +33,7 @@ def _loop(force):
             rate, behind = slopes[stage], 0.0
             rate[0] = out[particles]
             for i in range(particles - 1):
-                ahead = bond(out[1 + i], p, q)
+                ahead = bond(out[1 + i], parameters)
                 rate[1 + i] = out[particles + i + 1] - out[particles + i]
                 rate[particles + i] = behind - ahead
                 behind = ahead
@@ -69,7 +69,7 @@ def _loop(force):
         return False
 
     @njit
-    def run(particles, speed, p, q, kink, longest):
+    def run(particles, speed, parameters, kink, longest):
         y = np.zeros(2 * particles)
         y[particles:] = -speed
         y[particles] = speed
@@ -84,25 +84,25 @@ def _loop(force):
                 else:  # at the kink; a bond at rest there passes nothing
                     side[i] = np.sign(opening) if abs(opening) > 1e-9 * speed else 0.0
             step = longest
-            take(y, step, p, q, slopes, z)
+            take(y, step, parameters, slopes, z)
             while step > 1e-5 * longest and not passed(z, side, kink):
                 if not may_touch(y, z, side, kink, step):
                     break
                 step *= 0.5
-                take(y, step, p, q, slopes, z)
+                take(y, step, parameters, slopes, z)
             if passed(z, side, kink):
                 early, late = 0.0, step
                 while late - early > 1e-16 + 4e-16 * late:
                     middle = 0.5 * (early + late)
                     if middle in (early, late):
                         break
-                    take(y, middle, p, q, slopes, z)
+                    take(y, middle, parameters, slopes, z)
                     if passed(z, side, kink):
                         late = middle
                     else:
                         early = middle
                 step = late
-                take(y, step, p, q, slopes, z)
+                take(y, step, parameters, slopes, z)
             y[:] = z
             time += step
             if y[0] <= 0.0 and y[particles] < 0.0:
@@ -122,9 +122,9 @@ def judge(force, parameters, kink, particles, speed):
     Parameters
     ----------
     force : callable
-        -dU/dr, ``force(strain, p, q)``, of a stiffness of order 1.
-    parameters : tuple of float
-        (p, q).
+        -dU/dr, ``force(strain, parameters)``, of a stiffness of order 1.
+    parameters : NamedTuple
+        What the force is told.
     kink : float
         The strain at which its stiffness jumps; inf for none.
     particles : int
@@ -138,5 +138,5 @@ def judge(force, parameters, kink, particles, speed):
         eta, and its difference between two largest steps.
     """
     run = _loop(force)
-    etas = [run(particles, speed, *parameters, kink, step)[0] for step in _STEPS]
+    etas = [run(particles, speed, parameters, kink, step)[0] for step in _STEPS]
     return etas[1], abs(etas[1] - etas[0])

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.peers.integrators import timed
+from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import lj_force
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce
-from chaincor.workflows.engines.in_house.stages import looped_stage
+from chaincor.workflows.engines.in_house.stages import looped_stages
 
 C_LOOPS = r"""
 static inline double force(double s) {
@@ -46,18 +47,18 @@ def compile_c(folder: Path) -> ctypes.CDLL:
 
 def compile_ours() -> tuple[Callable, Callable]:
     """Return our loops, repeated inside compiled code so that calls cost nothing."""
-    compiler = LoopCompiler.for_force(ScalarForce(lj_force, (0.0, 0.0), keep=False))
-    kernel = compiler.register(lj_force)
-    stage = compiler.register(looped_stage(kernel))
+    compiler = LoopCompiler.for_force(ScalarForce(lj_force, NoParameters(), keep=False))
+    kernel, parameters = compiler.register(lj_force), NoParameters()
+    stage = looped_stages(kernel, compiler.register).stage
 
     def forces(repeats, strain, force):
         for _ in range(repeats):
             for i in range(strain.shape[0]):
-                force[i] = kernel(strain[i], 0.0, 0.0)
+                force[i] = kernel(strain[i], parameters)
 
     def stages(repeats, strain, velocity, drift, kick):
         for _ in range(repeats):
-            stage(strain, velocity, strain.shape[0], drift, kick, 0.0, 0.0)
+            stage(strain, velocity, strain.shape[0], drift, kick, parameters)
 
     return compiler.compile(forces), compiler.compile(stages)
 

@@ -36,10 +36,8 @@ from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, lj_
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.chain import Chain
-from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 ERROR = 1e-11
 REPEATS = 15
@@ -66,11 +64,10 @@ def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
 
 def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
     """Return the time the stepping engine takes up to a time, without arguing the end."""
-    made_of = STEP_SCHEMES[scheme]
-    kernels = kernels_for(scene.bond, made_of)
-    chain = Chain.at_first_contact(scene, made_of)
+    stepper = Stepper.of(scene.bond, scheme, step)
+    chain = Chain.at_first_contact(scene, stepper.scheme)
     chain.ledger.patience = chain.ledger.argue_after = np.inf
-    return timed(lambda: chain.advance(kernels, math.ceil(last / step), step, made_of))
+    return timed(lambda: chain.advance(stepper, math.ceil(last / step)))
 
 
 def our_tasks(scene: Scene, scheme: str, step: float, last: float) -> dict[str, Callable]:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potentials import lj_force
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, lj_force
 from chaincor.lammps_inputs.scene import Scene
 
 
@@ -48,7 +48,7 @@ def lj_powers(strain):
 
 def lj_products(strain):
     """Return the lj force as products of 1/r, as ours and the loops in C have it."""
-    return lj_force(strain, 0.0, 0.0)
+    return lj_force(strain, LennardJones().parameters)
 
 
 class HeyokaChain:
@@ -99,7 +99,7 @@ class Dop853Chain:
         rates = np.empty(2 * n)
 
         def motion(_time, y):
-            force = lj_force(np.diff(y[:n]), 0.0, 0.0)
+            force = lj_force(np.diff(y[:n]), LennardJones().parameters)
             rates[:n] = y[n:]
             rates[n:] = 0.0
             rates[n:-1] -= force

@@ -3,12 +3,34 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
+
+
+class NoParameters(NamedTuple):
+    """What the kernel of a potential without parameters is told."""
+
+
+@dataclass(frozen=True)
+class LogLength:
+    """
+    A bond that shrinks without bound, as a function of y = ln r.
+
+    Attributes
+    ----------
+    kernel : callable
+        ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
+    energy : callable
+        U of an array of y.
+    """
+
+    kernel: Callable
+    energy: Callable
 
 
 class Potential(ABC):
@@ -29,6 +51,8 @@ class Potential(ABC):
         U at infinite length; inf for a bond that cannot break.
     smooth : bool
         Whether the force is known to have derivatives of every order.
+    is_harmonic : bool
+        Whether U = s^2/2, so that a chain is a sum of modes.
     energy_offset : float
         Constant taken off the energies, whose rounding it leaves in them.
     """
@@ -38,6 +62,7 @@ class Potential(ABC):
     strain_max: float = math.inf
     dissociation: float = math.inf
     smooth: ClassVar[bool] = False
+    is_harmonic: ClassVar[bool] = False
     energy_offset: float = 0.0
 
     @abstractmethod
@@ -72,7 +97,7 @@ class Potential(ABC):
         """
         kernel = self.force_kernel
         assert kernel is not None, "a potential without a kernel overrides force"
-        return kernel(np.asarray(strain, dtype=float), *self.parameters)
+        return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     @abstractmethod
     def curvature(self, strain):
@@ -108,13 +133,23 @@ class Potential(ABC):
 
     @property
     def force_kernel(self) -> Callable | None:
-        """``f(strain, p, q)`` for compiled loops; None where only :meth:`force` exists."""
+        """``f(strain, parameters)`` for compiled loops; None where only :meth:`force` exists."""
         return None
 
     @property
-    def parameters(self) -> tuple[float, float]:
-        """The (p, q) of the kernel."""
-        return (0.0, 0.0)
+    def users_force(self) -> Callable | None:
+        """A user's own ``f(strain)``, which a compiler may try where there is no kernel."""
+        return None
+
+    @property
+    def log_length(self) -> LogLength | None:
+        """The bond as a function of ln r, if it gets too short for strains; None for others."""
+        return None
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """What the kernel must be told, by name: a NamedTuple."""
+        return NoParameters()
 
     @property
     def anharmonic_order(self) -> int | None:
@@ -137,9 +172,15 @@ class Potential(ABC):
         return math.inf
 
     @property
-    def barrier(self) -> float:
-        """Energy of the barrier beyond which U falls without bound; inf where there is none."""
+    def barrier_strain(self) -> float:
+        """Strain beyond which U falls without bound; inf where there is no such barrier."""
         return math.inf
+
+    @property
+    def barrier(self) -> float:
+        """U at the barrier strain; inf where there is none."""
+        strain = self.barrier_strain
+        return math.inf if math.isinf(strain) else float(self.energy(strain))
 
     @cached_property
     def compressed_root(self) -> float | None:

@@ -4,24 +4,25 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import LogLength, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
 
-# Force kernels: -dU/dr as a function of the strain and two parameters. They use only arithmetic
-# and NumPy functions that a compiler for scalars also knows, so that the same text serves arrays
-# here and compiled loops in the integrators.
+# Force kernels: -dU/dr as a function of the strain and the potential's parameters. They use only
+# arithmetic and NumPy functions that a compiler for scalars also knows, so that the same text
+# serves arrays here and compiled loops in the integrators.
 
 
-def harmonic_force(strain, _p, _q):
+def harmonic_force(strain, _parameters):
     """Return -s."""
     return -strain
 
 
-def lj_force(strain, _p, _q):
+def lj_force(strain, _parameters):
     """
     Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
 
@@ -45,7 +46,13 @@ _A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
 )
 
 
-def toda_force(strain, b, _q):
+class TodaParameters(NamedTuple):
+    """Steepness b."""
+
+    b: float
+
+
+def toda_force(strain, parameters):
     """
     Return (exp(-b s) - 1)/b to an epsilon or so, at any strain.
 
@@ -53,6 +60,7 @@ def toda_force(strain, b, _q):
     x = k ln 2 + y and abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is
     made of its bits. Beyond exp(709) the force stays what it is there.
     """
+    b = parameters.b
     x = np.minimum(np.maximum(-b * strain, -40.0), 709.0)  # exp(-40) is no part of 1
     shifted = x * _PER_LN_2 + _TO_INTEGER
     k = shifted - _TO_INTEGER
@@ -64,9 +72,21 @@ def toda_force(strain, b, _q):
     return ((power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)) / b
 
 
-def log_force(strain, _p, _q):
+def log_force(strain, _parameters):
     """Return 1/r - 1 = -s/(1 + s)."""
     return -strain / (1.0 + strain)
+
+
+def log_force_of_log_length(log_length, _parameters):
+    """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
+    force = np.expm1(-log_length)
+    return force, 1.0 + force
+
+
+class PowerParameters(NamedTuple):
+    """Coefficient c of the anharmonic term; its order is the kernel's own."""
+
+    c: float
 
 
 @cache
@@ -84,12 +104,12 @@ def power_force(order: int) -> Callable:
     Returns
     -------
     callable
-        ``kernel(strain, c, order)``, which must be the same order.
+        ``kernel(strain, parameters)``.
     """
     exponent = order - 2
 
-    def kernel(strain, c, _order):
-        return -strain * (1.0 + order * c * strain**exponent)
+    def kernel(strain, parameters):
+        return -strain * (1.0 + order * parameters.c * strain**exponent)
 
     # Compiled loops are told apart by qualified names.
     kernel.__qualname__ = f"power{order}_force"
@@ -105,7 +125,7 @@ class Harmonic(Potential):
     """U = s^2/2."""
 
     name = "harmonic"
-    smooth = True
+    smooth = is_harmonic = True
     force_kernel = staticmethod(harmonic_force)
 
     @property
@@ -178,8 +198,8 @@ class Toda(Potential):
 
     @property
     def parameters(self):
-        """(b, unused)."""
-        return (float(self.b), 0.0)
+        """Of the kernel: b."""
+        return TodaParameters(float(self.b))
 
     def energy(self, strain):
         """Return (expm1(-b s) + b s)/b^2."""
@@ -208,6 +228,11 @@ class Logarithmic(Potential):
     smooth = True
     force_kernel = staticmethod(log_force)
     strain_min = -1.0
+
+    @property
+    def log_length(self):
+        """U = r - 1 - ln r = e^y - 1 - y at y = ln r."""
+        return LogLength(log_force_of_log_length, expm1_minus_x)
 
     def energy(self, strain):
         """Return s - log1p(s)."""
@@ -251,8 +276,8 @@ class Power(Potential):
 
     @property
     def parameters(self):
-        """(c, order); the kernel knows the order."""
-        return (float(self.c), int(self.order))
+        """Of the kernel, which knows the order: c."""
+        return PowerParameters(float(self.c))
 
     @property
     def anharmonic_order(self):
@@ -286,12 +311,6 @@ class Power(Potential):
         if self.order % 2 == 0:
             return math.inf
         return (-self.order * self.c) ** (-1.0 / (self.order - 2))
-
-    @property
-    def barrier(self):
-        """U at the barrier strain."""
-        strain = self.barrier_strain
-        return math.inf if math.isinf(strain) else float(self.energy(strain))
 
     def _find_compressed_strain(self):
         """Solve |c| |s|^(order - 2) = 1/2 in closed form."""

@@ -80,7 +80,7 @@ class UserBond(Potential):
                 "bond, with positive curvature there"
             )
         self.dissociation = self._end_of_energy()
-        refuse_mismatch(self)
+        refuse_mismatch(self, self.kinks)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -91,7 +91,7 @@ class UserBond(Potential):
 
     @property
     def users_force(self) -> Callable:
-        """The user's function itself, for compilers."""
+        """The user's function itself."""
         return self._users_force
 
     def energy(self, strain):

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
@@ -52,7 +51,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     `noise` is the jitter of eta, where that matters; `known` the collision followed to its end at
     some step, else that is done here.
     """
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return _at_once(scene, modal.run(scene), 0.0)
     if sharpness(scene) <= SHARPEST_FIXED:
         return _meet_with_fixed_steps(scene, goal, noise, known)

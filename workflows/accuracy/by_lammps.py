@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
@@ -106,7 +105,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
 def _yardstick(scene: Scene, tolerance: float) -> Converged:
     """Return the in-house eta that steps are chosen by."""
     goal = TRUTH_SHARE * tolerance
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return exact_modes(scene)
     sharp = sharpness(scene)
     if sharp > SHARPEST_LAMMPS:
@@ -135,7 +134,7 @@ def choose_numerics(
     force_error = None
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
     style: TableStyle = "linear" if truth.kinked and scene.bond.kinks else "spline"
-    if not isinstance(scene.bond, Harmonic):
+    if not scene.bond.is_harmonic:
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)

@@ -2,7 +2,6 @@
 
 import math
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
@@ -47,7 +46,7 @@ def expected_seconds(scene: Scene) -> float:
     goal = asked_tolerance(scene)
     assert goal is not None
     sharp = sharpness(scene)
-    modal = _MODAL_PAIR * scene.particles**2 if isinstance(scene.bond, Harmonic) else 0.0
+    modal = _MODAL_PAIR * scene.particles**2 if scene.bond.is_harmonic else 0.0
     if scene.engine == "reference":
         if modal:
             return _IN_HOUSE_SECONDS + modal

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, reason_missed
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
@@ -61,7 +60,7 @@ def _bar(found: Answer) -> float:
 
 def _steps_are_fixed(scene: Scene) -> bool:
     """Return whether eta comes from fixed steps, whose rounding a collision may amplify."""
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return False  # no chaos
     sharpest = SHARPEST_LAMMPS if scene.engine == "lammps" else SHARPEST_FIXED
     return sharpness(scene) <= sharpest

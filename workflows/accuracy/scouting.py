@@ -3,7 +3,6 @@
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import ScoutedEnd
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
@@ -85,7 +84,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
     """
     outcome = found.outcome
     shortest, longest = outcome.bond_min, outcome.bond_max
-    if scene.particles > 1 and not isinstance(scene.bond, Harmonic):
+    if scene.particles > 1 and not scene.bond.is_harmonic:
         if fly_on is None:
             fly_on = _ASKED_WITHIN * PATIENCE / scene.bond.stiffness**0.5
             if scene.dump is not None and scene.dump_frames != "contacts":
@@ -115,7 +114,7 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     """
     if scene.engine != "lammps":
         return None
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return scouting_from(exact_modes(scene), scene)
     if sharpness(scene) > _SHARPEST:
         return None

@@ -49,7 +49,7 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
 
     `stiffness` is U''(1).
     """
-    if STEP_SCHEMES[scheme].extrapolated:
+    if scheme not in COMPOSITIONS:
         return _LARGEST_EXTRAPOLATED / stiffness**0.5
     heaviest = max(abs(w) for w in COMPOSITIONS[scheme].weights)
     return _STABILITY_SHARE / (heaviest * stiffness**0.5)

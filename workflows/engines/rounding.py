@@ -2,8 +2,6 @@
 
 import sys
 
-import numpy as np
-
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -75,13 +73,8 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
     if outcome.engine != "lammps" or outcome.timestep is None:
         return rounding_error(outcome.engine, scene)
     scheme = STEP_SCHEMES[outcome.scheme]
-    if not scheme.extrapolated:
-        shortest = outcome.timestep * float(np.min(np.abs(scheme.inner)))
-        return rounding_error(outcome.engine, scene, shortest)
-    # The mixture of runs with weights c_m adds their roundings up.
-    shortest = outcome.timestep / float(np.max(scheme.inner))
-    amplified = float(np.sum(np.abs(scheme.outer)))
-    return amplified * rounding_error(outcome.engine, scene, shortest)
+    shortest = scheme.shortest_stage(outcome.timestep)
+    return scheme.amplification * rounding_error(outcome.engine, scene, shortest)
 
 
 def jitter_error(engine: str, jitter: float, scene: Scene) -> float:

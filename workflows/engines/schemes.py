@@ -16,6 +16,7 @@ Equations I, II.9 and II.14.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,142 +26,255 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 # Orders at which extrapolation is offered; rounding is amplified by the sum of |c_m|, 16 to 60.
 _EXTRAPOLATED_ORDERS = (12, 14, 16)
 
+Array = NDArray[np.float64]
 
-@dataclass(frozen=True)
-class StepScheme:
+
+class Rule(NamedTuple):
     """
-    How a step is made of Verlet steps.
+    What a step is made of, in numbers.
 
     Attributes
     ----------
-    name : str
-        As in `Numerics`, or ``extrapolated12`` and the like.
-    order : int
-        Order of the error of a run against H.
-    extrapolated : bool
-        Whether `outer` and `inner` mean weights and counts, or drifts and kicks.
-    outer, inner : ndarray
-        Composed: drifts w_1/2, (w_1 + w_2)/2, ..., w_s/2 and kicks w_k, in units of the step.
-        Extrapolated: weights c_m and counts m.
-    evaluations : int
-        Force evaluations of one step.
-    reach : int
-        How many bonds away from particle 1 can act on it within one step.
+    fractions : Splitting or Mixture
+        Of the scheme, as its `leap` knows them.
+    parameters : NamedTuple
+        Of the potential, as its force kernel knows them.
     """
+
+    fractions: Any
+    parameters: Any
+
+
+class StepScheme(Protocol):
+    """How a step is made of Verlet steps."""
+
+    @property
+    def name(self) -> str:
+        """As in `Numerics`, or ``extrapolated12`` and the like."""
+
+    @property
+    def order(self) -> int:
+        """Order of the error of a run against H."""
+
+    @property
+    def fractions(self) -> Any:
+        """Numbers that the step needs, a NamedTuple of arrays."""
+
+    @property
+    def evaluations(self) -> int:
+        """Force evaluations of one step."""
+
+    @property
+    def reach(self) -> int:
+        """How many bonds away from particle 1 can act on it within one step."""
+
+    @property
+    def amplification(self) -> float:
+        """By how much a step amplifies the rounding of its parts."""
+
+    def shortest_stage(self, step: float) -> float:
+        """Return the shortest Verlet step in a step H."""
+
+    @staticmethod
+    def build_leap(stages: Any) -> Callable:
+        """
+        Return the map over one step.
+
+        Parameters
+        ----------
+        stages : Stages
+            Of a potential, see ``in_house.stages``.
+
+        Returns
+        -------
+        callable
+            ``leap(wall_distance, old, new, trial, bonds, wanted, step, rule)``: writes the `State`
+            after a step from `old` into `new` and returns the new distance of particle 1 from the
+            wall; `trial` is scratch. Of the `bonds` in motion the first `wanted` are needed: each
+            stage before the last moves one more.
+        """
+
+
+class Splitting(NamedTuple):
+    """
+    Fractions of a composed step.
+
+    Attributes
+    ----------
+    drifts : ndarray of shape (stages + 1,)
+        w_1/2, (w_1 + w_2)/2, ..., w_s/2.
+    kicks : ndarray of shape (stages,)
+        w_k.
+    """
+
+    drifts: Array
+    kicks: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Composed:
+    """Verlet steps of w_k H one after the other."""
 
     name: str
     order: int
-    extrapolated: bool
-    outer: NDArray[np.float64]
-    inner: NDArray[np.float64]
-    evaluations: int
-    reach: int
+    fractions: Splitting
 
+    amplification = 1.0
 
-def _composed(name: str) -> StepScheme:
-    composition = COMPOSITIONS[name]
-    kicks = np.array(composition.weights)
-    padded = np.concatenate(([0.0], kicks, [0.0]))
-    drifts = 0.5 * (padded[:-1] + padded[1:])
-    stages = composition.stages
-    return StepScheme(name, composition.order, False, drifts, kicks, stages, stages + 1)
+    @classmethod
+    def of(cls, name: str) -> "Composed":
+        """
+        Return a scheme of ``compositions``.
 
+        Parameters
+        ----------
+        name : str
+            Its name.
 
-def _extrapolated(order: int) -> StepScheme:
-    counts = range(1, order // 2 + 1)
-    weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
-    return StepScheme(
-        f"extrapolated{order}",
-        order,
-        True,
-        np.array(weights),
-        np.array(counts, dtype=float),
-        sum(counts),
-        counts[-1] + 1,
-    )
+        Returns
+        -------
+        Composed
+            With its drifts merged.
+        """
+        kicks = np.array(COMPOSITIONS[name].weights)
+        padded = np.concatenate(([0.0], kicks, [0.0]))
+        return cls(
+            name, COMPOSITIONS[name].order, Splitting(0.5 * (padded[:-1] + padded[1:]), kicks)
+        )
 
+    @property
+    def evaluations(self) -> int:
+        """One a stage."""
+        return len(self.fractions.kicks)
 
-STEP_SCHEMES: dict[str, StepScheme] = {name: _composed(name) for name in COMPOSITIONS} | {
-    f"extrapolated{order}": _extrapolated(order) for order in _EXTRAPOLATED_ORDERS
-}
+    @property
+    def reach(self) -> int:
+        """One bond a stage, and one."""
+        return self.evaluations + 1
 
+    def shortest_stage(self, step: float) -> float:
+        """Return the shortest Verlet step in a step H."""
+        return step * float(np.min(np.abs(self.fractions.kicks)))
 
-def composed_leap(start: Callable, stage: Callable, drift: Callable) -> Callable:
-    """
-    Return the composed map.
+    @staticmethod
+    def build_leap(stages: Any) -> Callable:
+        """Return the composed map, see `StepScheme`."""
+        first, further, drift = stages.start, stages.stage, stages.drift
 
-    Parameters
-    ----------
-    start, stage, drift : callable
-        As in ``stages``.
-
-    Returns
-    -------
-    callable
-        ``leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters)``: writes
-        the state after a step into `new` and returns the new distance of particle 1 from the wall.
-
-        `old`, `new` and `trial` are (strain, velocity) pairs, the last one scratch; `bonds` are in
-        motion, of which the first `wanted` are needed: each stage before the last moves one more.
-        `scheme` is (outer, inner).
-    """
-
-    def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
-        drifts, kicks = scheme
-        p, q = parameters
-        stages = kicks.shape[0]
-        strain, velocity = new
-        wall_distance += drifts[0] * step * old[1][0]
-        reach = min(bonds, wanted + stages)
-        start(old[0], old[1], strain, velocity, reach, drifts[0] * step, kicks[0] * step, p, q)
-        for k in range(1, stages):
-            wall_distance += drifts[k] * step * velocity[0]
-            reach = min(bonds, wanted + stages - k)
-            stage(strain, velocity, reach, drifts[k] * step, kicks[k] * step, p, q)
-        wall_distance += drifts[-1] * step * velocity[0]
-        drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
-        return wall_distance
-
-    return leap
-
-
-def extrapolated_leap(start: Callable, stage: Callable, copy: Callable, mix: Callable) -> Callable:
-    """
-    Return the extrapolated map.
-
-    Parameters
-    ----------
-    start, stage, copy, mix : callable
-        As in ``stages``.
-
-    Returns
-    -------
-    callable
-        As :func:`composed_leap` returns it.
-    """
-
-    def leap(wall_distance, old, new, trial, bonds, wanted, step, scheme, parameters):
-        weights, counts = scheme
-        p, q = parameters
-        strain, velocity = trial
-        wanted = min(bonds, wanted)
-        copy(old[0], old[1], new[0], new[1], wanted)
-        moved = 0.0
-        for row in range(weights.shape[0]):
-            weight = weights[row]
-            count = int(counts[row])
-            short = step / count
-            half = 0.5 * short
-            distance = half * old[1][0]
+        def leap(wall_distance, old, new, trial, bonds, wanted, step, rule):
+            drifts, kicks = rule.fractions
+            parameters = rule.parameters
+            strain, velocity = new
+            count = kicks.shape[0]
+            wall_distance += drifts[0] * step * old.velocity[0]
             reach = min(bonds, wanted + count)
-            start(old[0], old[1], strain, velocity, reach, half, short, p, q)
-            for further in range(count - 1, 0, -1):
-                distance += short * velocity[0]
-                stage(strain, velocity, min(bonds, wanted + further), short, short, p, q)
-            distance += half * velocity[0]
-            # Weights sum to 1: mixing differences keeps the rounding of what does not change out.
-            mix(strain, velocity, old[0], old[1], wanted, half, weight, new[0], new[1])
-            moved += weight * distance
-        return wall_distance + moved
+            first(old, strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters)
+            for k in range(1, count):
+                wall_distance += drifts[k] * step * velocity[0]
+                reach = min(bonds, wanted + count - k)
+                further(strain, velocity, reach, drifts[k] * step, kicks[k] * step, parameters)
+            wall_distance += drifts[-1] * step * velocity[0]
+            drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
+            return wall_distance
 
-    return leap
+        return leap
+
+
+class Mixture(NamedTuple):
+    """
+    Fractions of an extrapolated step.
+
+    Attributes
+    ----------
+    weights : ndarray of shape (k,)
+        c_m.
+    counts : ndarray of shape (k,)
+        m.
+    """
+
+    weights: Array
+    counts: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Extrapolated:
+    """The step taken as 1, 2, ... k Verlet steps, and what comes of it mixed."""
+
+    name: str
+    order: int
+    fractions: Mixture
+
+    @classmethod
+    def of(cls, order: int) -> "Extrapolated":
+        """
+        Return the scheme of an order.
+
+        Parameters
+        ----------
+        order : int
+            2k.
+
+        Returns
+        -------
+        Extrapolated
+            With its weights.
+        """
+        counts = range(1, order // 2 + 1)
+        weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
+        mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
+        return cls(f"extrapolated{order}", order, mixture)
+
+    @property
+    def evaluations(self) -> int:
+        """k(k + 1)/2."""
+        return int(np.sum(self.fractions.counts))
+
+    @property
+    def reach(self) -> int:
+        """One bond a Verlet step of the longest row, and one."""
+        return int(self.fractions.counts[-1]) + 1
+
+    @property
+    def amplification(self) -> float:
+        """The mixture of runs with weights c_m adds their roundings up."""
+        return float(np.sum(np.abs(self.fractions.weights)))
+
+    def shortest_stage(self, step: float) -> float:
+        """Return the shortest Verlet step in a step H."""
+        return step / float(np.max(self.fractions.counts))
+
+    @staticmethod
+    def build_leap(stages: Any) -> Callable:
+        """Return the extrapolated map, see `StepScheme`."""
+        first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
+
+        def leap(wall_distance, old, new, trial, bonds, wanted, step, rule):
+            weights, counts = rule.fractions
+            parameters = rule.parameters
+            wanted = min(bonds, wanted)
+            strain, velocity = trial
+            copy(old.strain, old.velocity, new, wanted)
+            moved = 0.0
+            for row in range(weights.shape[0]):
+                weight = weights[row]
+                count = int(counts[row])
+                short = step / count
+                half = 0.5 * short
+                distance = half * old.velocity[0]
+                first(old, strain, velocity, min(bonds, wanted + count), half, short, parameters)
+                for left in range(count - 1, 0, -1):
+                    distance += short * velocity[0]
+                    further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
+                distance += half * velocity[0]
+                # Weights sum to 1: mixing differences keeps the rounding of what does not change
+                # out.
+                mix(trial, old, new, wanted, half, weight)
+                moved += weight * distance
+            return wall_distance + moved
+
+        return leap
+
+
+_SCHEMES: list[StepScheme] = [Composed.of(name) for name in COMPOSITIONS]
+_SCHEMES += [Extrapolated.of(order) for order in _EXTRAPOLATED_ORDERS]
+STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

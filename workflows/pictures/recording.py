@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import adaptive, modal
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -18,7 +17,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     Frames are `interval` apart, from the first contact to the end of the run; the scene's engine
     and numerics are not used.
     """
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         return modal.run(scene, interval)
     return adaptive.run(scene, _ACCURACY, interval)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chaincor.analysis.restitution import restitution
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import eta_of
@@ -118,7 +117,7 @@ def measure_budget(
             advance()
         wall = float(np.sqrt(np.mean(np.square(wall_errors))))
         total = float(np.sqrt(np.mean(np.square(differences))))
-    tabulated = not isinstance(scene.bond, Harmonic)
+    tabulated = not scene.bond.is_harmonic
     exact = eta_of(scene, located)
     table: float | None = 0.0
     if tabulated:

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Engine, Scene, Scheme, TableStyle, Wall
 from chaincor.workflows.accuracy.step_guess import sharpness
@@ -127,7 +126,7 @@ _NOT_WHEN_QUICK = {"lammps": ("order4",), "reference": ("verlet", "order4")}
 
 def study_settings(scene: Scene, quick: bool) -> list[list[Setting]]:
     """Return the ladders of a study, one a series, each from coarse to fine."""
-    tabulated = not isinstance(scene.bond, Harmonic)
+    tabulated = not scene.bond.is_harmonic
     spline: TableStyle | None = "spline" if tabulated else None
     ratio = 2.0 if quick else 2.0**0.5
     unit = time_unit(scene, "reflect")

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Engine, Scene
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
@@ -176,7 +175,7 @@ def _find_causes(
         )
     ]
     if plan.stock_budget:
-        spline = None if isinstance(scene.bond, Harmonic) else "spline"
+        spline = None if scene.bond.is_harmonic else "spline"
         stock = Setting(
             Series("lammps", "reflect", "verlet", spline),  # type: ignore[arg-type]
             STOCK_TIMESTEP * time_unit(scene, "reflect"),
@@ -194,7 +193,7 @@ def _find_causes(
         )
     tables: list[TablePoint] = []
     exact = budgets[0].exact_restitution
-    if exact is not None and not isinstance(scene.bond, Harmonic):
+    if exact is not None and not scene.bond.is_harmonic:
         tables = measure_tables(
             scene,
             truth,

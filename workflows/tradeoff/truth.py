@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import (
     MODAL_ERROR,
@@ -87,7 +86,7 @@ def find_truth(scene: Scene) -> Truth:
     For harmonic chains by the exact propagator, else from order 8 at two steps. Raises RunError if
     no step resolves the collision.
     """
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         exact = modal.run(scene)
         found = Converged(exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
         return _truth_from(scene, found, exact, "exact modes")

@@ -9,13 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     NAMED_POTENTIALS,
     Harmonic,
     LennardJones,
     Logarithmic,
     Power,
+    PowerParameters,
     Toda,
+    TodaParameters,
     power_force,
     toda_force,
 )
@@ -34,21 +37,21 @@ BONDS = [
     Power(5, -1.0),
     Power(6, 0.5),
 ]
-BOND_IDS = [f"{bond.name}{bond.parameters}" for bond in BONDS]
+BOND_IDS = [f"{bond.name}{bond.anharmonic_order}{tuple(bond.parameters)}" for bond in BONDS]
 each_bond = pytest.mark.parametrize("bond", BONDS, ids=BOND_IDS)
 
 # U(s) and -dU/dr(s) in exact arithmetic, written as in the paper and not as in the code.
 EXACT = {
-    "harmonic": (lambda s, _p, _q: s * s / 2, lambda s, _p, _q: -s),
+    "harmonic": (lambda s: s * s / 2, lambda s: -s),
     "lj": (
-        lambda s, _p, _q: ((1 + s) ** -12 - 2 * (1 + s) ** -6 + 1) / 72,
-        lambda s, _p, _q: ((1 + s) ** -13 - (1 + s) ** -7) / 6,
+        lambda s: ((1 + s) ** -12 - 2 * (1 + s) ** -6 + 1) / 72,
+        lambda s: ((1 + s) ** -13 - (1 + s) ** -7) / 6,
     ),
     "toda": (
-        lambda s, b, _q: ((-b * s).exp() - 1) / b**2 + s / b,
-        lambda s, b, _q: ((-b * s).exp() - 1) / b,
+        lambda s, b: ((-b * s).exp() - 1) / b**2 + s / b,
+        lambda s, b: ((-b * s).exp() - 1) / b,
     ),
-    "log": (lambda s, _p, _q: s - (1 + s).ln(), lambda s, _p, _q: 1 / (1 + s) - 1),
+    "log": (lambda s: s - (1 + s).ln(), lambda s: 1 / (1 + s) - 1),
     "power": (
         lambda s, c, order: s**2 / 2 + c * s**order,
         lambda s, c, order: -s - order * c * s ** (order - 1),
@@ -59,10 +62,11 @@ STRAINS = np.concatenate([MAGNITUDES, -MAGNITUDES])
 
 
 def in_exact_arithmetic(function, strains, bond):
-    p, q = (Decimal(value) for value in bond.parameters)
+    values = [Decimal(value) for value in bond.parameters]
+    values += [Decimal(bond.order)] if bond.name == "power" else []
     with localcontext() as context:
         context.prec = 80
-        return np.array([float(function(Decimal(float(s)), p, q)) for s in strains])
+        return np.array([float(function(Decimal(float(s)), *values)) for s in strains])
 
 
 @each_bond
@@ -103,7 +107,7 @@ def test_force_and_curvature_are_derivatives(bond):
 @each_bond
 def test_kernel_is_the_method(bond):
     kernel = bond.force_kernel
-    one_by_one = [float(kernel(float(s), *bond.parameters)) for s in STRAINS]
+    one_by_one = [float(kernel(float(s), bond.parameters)) for s in STRAINS]
     # Python's and NumPy's powers and exponentials may round differently.
     assert bond.force(STRAINS) == pytest.approx(one_by_one, rel=8.0 * EPSILON, abs=0.0)
 
@@ -114,11 +118,12 @@ def test_exponential_of_toda_to_two_epsilon():
     # exp(709) is the largest that is not cut off, exp(-38) the smallest that changes -1.
     strains = np.concatenate((-sizes, sizes, [-709.0, 1e-12, -1e-12], np.linspace(-3, 3, 100_001)))
     exact = np.expm1(-strains.astype(np.longdouble))
-    error = np.abs(toda_force(strains, 1.0, 0.0) - exact)
+    steep = TodaParameters(1.0)
+    error = np.abs(toda_force(strains, steep) - exact)
     assert np.all(error <= 2.0 * EPSILON * np.abs(exact))
-    assert np.array_equal(toda_force(np.array([50.0, 1e9, np.inf]), 1.0, 0.0), [-1.0, -1.0, -1.0])
-    assert toda_force(-1e9, 1.0, 0.0) > 1e307
-    assert np.isnan(toda_force(np.nan, 1.0, 0.0))
+    assert np.array_equal(toda_force(np.array([50.0, 1e9, np.inf]), steep), [-1.0, -1.0, -1.0])
+    assert toda_force(-1e9, steep) > 1e307
+    assert np.isnan(toda_force(np.nan, steep))
 
 
 @pytest.mark.parametrize("order", [3, 4, 7, 12])
@@ -127,7 +132,9 @@ def test_power_kernels_are_told_apart(order):
     kernel = power_force(order)
     assert kernel is power_force(order)
     assert kernel.__qualname__ == f"power{order}_force"
-    assert kernel(-0.5, 0.25, order) == pytest.approx(0.5 - order * 0.25 * (-0.5) ** (order - 1))
+    assert kernel(-0.5, PowerParameters(0.25)) == pytest.approx(
+        0.5 - order * 0.25 * (-0.5) ** (order - 1)
+    )
 
 
 @pytest.mark.parametrize(
@@ -208,6 +215,37 @@ def test_toda_refuses_b(b):
 def test_power_refuses(order, c):
     with pytest.raises(PotentialError, match=r"power_(order|c) is"):
         Power(order, c)
+
+
+def test_the_log_bond_as_a_function_of_the_logarithm_of_its_length():
+    bond = Logarithmic()
+    for y in (-30.0, -1.0, -1e-9, 1e-9, 0.5):
+        force, inverse_length = bond.log_length.kernel(y, bond.parameters)
+        if y > -20.0:  # shorter bonds have no digits left in their strain
+            assert force == pytest.approx(float(bond.force(np.expm1(y))), rel=1e-9)
+            energy = float(bond.energy(np.expm1(y)))
+            assert float(bond.log_length.energy(y)) == pytest.approx(energy, rel=1e-7)
+        assert inverse_length == pytest.approx(np.exp(-y), rel=1e-14)
+
+
+def test_what_engines_ask_of_a_bond_that_says_no_more_than_it_must():
+    class Spring(Potential):
+        name = "spring"
+
+        def energy(self, strain):
+            return np.square(strain)
+
+        def force(self, strain):
+            return -2.0 * strain
+
+        def curvature(self, strain):
+            return 2.0 * np.ones_like(strain)
+
+    bond = Spring()
+    assert (bond.barrier_strain, bond.barrier, bond.convex_strain) == (math.inf,) * 3
+    assert (bond.force_kernel, bond.users_force, bond.log_length) == (None,) * 3
+    assert (bond.is_harmonic, bond.kinks, bond.energy_offset) == (False, (), 0.0)
+    assert [one.name for one in BONDS if one.is_harmonic] == ["harmonic"]
 
 
 class TestUserBond:

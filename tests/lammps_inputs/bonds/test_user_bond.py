@@ -51,7 +51,7 @@ class TestKinks:
     @pytest.mark.parametrize(
         "bond",
         [Harmonic(), LennardJones(), Toda(), Toda(100.0), Logarithmic(), Power(3, -1.0)],
-        ids=lambda bond: f"{bond.name}{bond.parameters}",
+        ids=lambda bond: f"{bond.name}{tuple(bond.parameters)}",
     )
     def test_smooth_bonds_have_none(self, bond):
         assert UserBond(bond.energy, bond.force, strain_max=5.0).kinks == ()

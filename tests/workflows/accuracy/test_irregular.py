@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.bars.user_scenes import bent_energy, bent_force
+from benchmarks.bars.user_scenes import Bend, bent_energy, bent_force
 from benchmarks.judge.kinks import judge
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
@@ -37,7 +37,7 @@ SLACK = slack(kinks=(0.0,))
 @pytest.mark.slow
 def test_the_judge_agrees_with_itself():
     # Its two largest steps differ by rounding, and so does the value that the tests rest on.
-    eta, error = judge(bent_force, (0.0, 0.0), 0.0, 10, 0.1)
+    eta, error = judge(bent_force, Bend(0.0, 0.0), 0.0, 10, 0.1)
     assert error < 1e-11
     assert eta == pytest.approx(SLACK_AT_0_1[10], abs=1e-11)
 
@@ -70,14 +70,14 @@ def test_a_late_contact_without_tension_is_found():
 @pytest.mark.parametrize(("stiffness", "strain"), [(4.0, 0.0), (0.5, -0.03)])
 def test_bars_hold_with_kinks_nobody_named(engine, stiffness, strain):
     bond = UserBond(
-        lambda s: bent_energy(s, stiffness, strain),
+        lambda s: bent_energy(s, Bend(stiffness, strain)),
         lambda s: (
             -s
             + (1.0 - stiffness)
             * (np.maximum(s - strain, 0.0) if strain >= 0.0 else np.minimum(s - strain, 0.0))
         ),
     )
-    truth, _ = judge(bent_force, (stiffness, strain), strain, 8, 0.1)
+    truth, _ = judge(bent_force, Bend(stiffness, strain), strain, 8, 0.1)
     scene = Scene(potential=bond, particles=8, velocity=0.1, engine=engine)
     result = collide(scene, tolerance=1e-5)
     assert result.tolerance_met

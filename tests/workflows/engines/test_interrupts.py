@@ -13,7 +13,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import interrupts
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
@@ -63,7 +63,7 @@ def test_no_call_does_more_work_than_it_may():
     kernels = Counted(kernels_for(scene.bond, scheme))
     chain = Chain.at_first_contact(scene, scheme)
     goal = 4 * interrupts.WORK_AT_ONCE // (scheme.evaluations * 200_000)
-    chain.advance(kernels, goal, 1e-3, scheme)
+    chain.advance(Stepper(kernels, scheme, 1e-3), goal)
     assert sum(kernels.steps) == goal
     assert max(kernels.steps) * scheme.evaluations * 200_000 <= interrupts.WORK_AT_ONCE
     assert len(kernels.steps) == 4

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import Logarithmic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
 from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
     LastContact,
@@ -80,15 +78,15 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     seconds = time.perf_counter() - started
     ledger, contacts = flight.ledger, int(flight.ledger.contacts)
     lowest, highest = (bond.length_of(y) for y in (ledger.contact_lowest, ledger.contact_highest))
-    last_bonds, last_velocities = flight.split(flight.last)
+    last_bonds, last_velocities = flight.split(flight.arrays.last)
     potential_energy = float(np.sum(bond.energy(last_bonds)))
     return finish(
         scene,
         LastContact(
             bond.strains(last_bonds),
             last_velocities,
-            flight.contacts[0, :contacts].copy(),
-            flight.contacts[1, :contacts].copy(),
+            flight.arrays.contacts[0, :contacts].copy(),
+            flight.arrays.contacts[1, :contacts].copy(),
         ),
         scheme=SCHEME,
         timestep=None,
@@ -111,8 +109,8 @@ class BondLoops:
     ----------
     advance : callable
         See ``adaptive_loops``.
-    parameters : tuple
-        (p, q) of the force.
+    parameters : NamedTuple
+        Of the force.
     strains : callable
         s of y.
     length_of : callable
@@ -124,7 +122,7 @@ class BondLoops:
     """
 
     advance: Callable
-    parameters: tuple
+    parameters: tuple[float, ...]
     strains: Callable
     length_of: Callable
     energy: Callable
@@ -132,15 +130,13 @@ class BondLoops:
 
 
 def _bond_loops(bond: Potential) -> BondLoops:
-    if isinstance(bond, Logarithmic):
-        from chaincor.lammps_inputs.bonds.series import expm1_minus_x
-
-        advance = _compile(adaptive.log_length_bond, keep=True, logarithmic=True)
-        # U = r - 1 - ln r = e^y - 1 - y
-        return BondLoops(advance, (0.0, 0.0), np.expm1, np.exp, expm1_minus_x, True)
+    log_length = bond.log_length
+    if log_length is not None:
+        advance = _compile(log_length.kernel, keep=True, logarithmic=True)
+        return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
-        advance, parameters = _build(adaptive.array_rates(bond.force)), (0.0, 0.0)
+        advance, parameters = _build(adaptive.array_rates(bond.force)), bond.parameters
     else:
         advance = _compile(force.function, keep=force.keep, logarithmic=False)
         parameters = force.parameters
@@ -148,7 +144,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
 
 
 def _build(rates: Callable) -> Callable:
-    return adaptive.build_flight(rates, build_contact_search, lambda function: function)
+    return adaptive.build_flight(rates, lambda function: function)
 
 
 @lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
@@ -158,7 +154,7 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     kernel = register(function)
     bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
     rates = register(adaptive.looped_rates(bond))
-    return compiler.compile(adaptive.build_flight(rates, build_contact_search, register))
+    return compiler.compile(adaptive.build_flight(rates, register))
 
 
 class _Flight:
@@ -172,20 +168,28 @@ class _Flight:
         particles, speed = scene.particles, scene.impact_velocity
         self._scene, self._bond, self._interval = scene, bond, frame_interval
         self._particles = particles
-        self.state = np.zeros(2 * particles)
-        self.state[particles:] = -speed
-        self.state[particles] = speed
-        self.last = self.state.copy()
-        self.contacts = np.zeros((2, 2 * particles + 64))
-        self.contacts[1, 0] = speed
-        self.frames = np.zeros((1 if frame_interval is None else 64, 2 * particles))
+        state = np.zeros(2 * particles)
+        state[particles:] = -speed
+        state[particles] = speed
+        contacts = np.zeros((2, 2 * particles + 64))
+        contacts[1, 0] = speed
         local = max(FINEST_LOCAL, LOCAL_SHARE * accuracy)
-        self._scale = np.full(2 * particles, local * min(1.0, speed))
-        self._scale[particles:] = local * speed
-        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
-        self._method = tuple(np.ascontiguousarray(part) for part in tableau)
+        scale = np.full(2 * particles, local * min(1.0, speed))
+        scale[particles:] = local * speed
         slopes = np.zeros((DOP853.n_stages + 1, 2 * particles))
-        self._work = (self.state.copy(), slopes, self.state.copy(), slopes.copy())
+        self.arrays = adaptive.Arrays(
+            state=state,
+            last=state.copy(),
+            contacts=contacts,
+            frames=np.zeros((1 if frame_interval is None else 64, 2 * particles)),
+            scale=scale,
+            kept=state.copy(),
+            slopes=slopes,
+            trial=state.copy(),
+            trial_slopes=slopes.copy(),
+        )
+        tableau = (DOP853.A, DOP853.B, DOP853.E3, DOP853.E5)
+        self._method = adaptive.Tableau(*(np.ascontiguousarray(part) for part in tableau))
         self.ledger = self._open_ledger(scene)
         self._not_before = 0.0
 
@@ -207,22 +211,14 @@ class _Flight:
         return ledger
 
     def _advance(self) -> int:
-        stages = len(self._method[1])
+        stages = len(self._method.b)
         while True:
             self.ledger.pause = self.ledger.steps + steps_at_once(stages * self._particles)
             status = self._bond.advance(
-                self.ledger,
-                self.state,
-                self.last,
-                self.contacts,
-                self.frames,
-                self._scale,
-                self._method,
-                self._work,
-                self._bond.parameters,
+                self.ledger, self.arrays, self._method, self._bond.parameters
             )
             if status != adaptive.PAUSE:
-                return status
+                return int(status)
 
     def warm_up(self) -> None:
         """Load or compile the loops, which is not integration."""
@@ -252,18 +248,20 @@ class _Flight:
                 raise self._failure(status)
 
     def _make_room(self) -> None:
-        if self.ledger.contacts == self.contacts.shape[1]:
-            self.contacts = np.concatenate((self.contacts, np.zeros_like(self.contacts)), axis=1)
+        contacts, frames = self.arrays.contacts, self.arrays.frames
+        if self.ledger.contacts == contacts.shape[1]:
+            contacts = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
         else:
-            self.frames = np.concatenate((self.frames, np.zeros_like(self.frames)))
+            frames = np.concatenate((frames, np.zeros_like(frames)))
+        self.arrays = self.arrays._replace(contacts=contacts, frames=frames)
 
     def _look(self, watch: EndWatch) -> Ending | None:
-        bonds, velocities = self.split(self.state)
+        bonds, velocities = self.split(self.arrays.state)
         if self._bond.logarithmic and bonds.min() < _LOG_LENGTH_TO_ARGUE:
             return None
         ledger, scene = self.ledger, self._scene
         now, last = float(ledger.time), float(ledger.last_contact)
-        first, strains = float(self.state[0]), self._bond.strains(bonds)
+        first, strains = float(self.arrays.state[0]), self._bond.strains(bonds)
         ending = watch.look(now, last, first, strains, velocities)
         quiet = quiet_time(scene.particles, scene.bond.stiffness)
         if ending is not None or now - last < quiet or now < self._not_before:
@@ -297,7 +295,7 @@ class _Flight:
         if self._interval is None:
             return None
         count = int(self.ledger.frames)
-        states = self.frames[:count]
+        states = self.arrays.frames[:count]
         strains = [self._bond.strains(self.split(state)[0]) for state in states]
         return Frames(
             np.array([k * self._interval for k in range(count)]),

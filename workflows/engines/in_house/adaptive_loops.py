@@ -12,8 +12,12 @@ taken with the same method, so that no interpolation limits it.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.contact_search import build_contact_search
 
 # Why `advance` came back.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
@@ -59,36 +63,18 @@ def strain_bond(kernel: Callable) -> Callable:
     Parameters
     ----------
     kernel : callable
-        -dU/dr of one strain, ``kernel(strain, p, q)``.
+        -dU/dr of one strain, ``kernel(strain, parameters)``.
 
     Returns
     -------
     callable
-        ``bond(strain, p, q)``: force and 1/(dr/dy), here 1.
+        ``bond(strain, parameters)``: force and 1/(dr/dy), here 1.
     """
 
-    def bond(strain, p, q):
-        return kernel(strain, p, q), 1.0
+    def bond(strain, parameters):
+        return kernel(strain, parameters), 1.0
 
     return bond
-
-
-def log_length_bond(log_length, _p, _q):
-    """
-    Return force and 1/(dr/dy) of the log bond at y = ln r: exp(-y) - 1 and exp(-y).
-
-    Parameters
-    ----------
-    log_length : float
-        y.
-
-    Returns
-    -------
-    tuple of float
-        Both, exact at any length.
-    """
-    force = np.expm1(-log_length)
-    return force, 1.0 + force
 
 
 def looped_rates(bond: Callable) -> Callable:
@@ -98,21 +84,21 @@ def looped_rates(bond: Callable) -> Callable:
     Parameters
     ----------
     bond : callable
-        ``bond(y, p, q)``: force and 1/(dr/dy).
+        ``bond(y, parameters)``: force and 1/(dr/dy).
 
     Returns
     -------
     callable
-        ``rates(state, out, p, q)``.
+        ``rates(state, out, parameters)``.
     """
 
-    def rates(state, out, p, q):
+    def rates(state, out, parameters):
         bonds = state.shape[0] // 2 - 1
         velocity = bonds + 1
         out[0] = state[velocity]
         behind = 0.0
         for i in range(bonds):
-            ahead, inverse_stretch = bond(state[1 + i], p, q)
+            ahead, inverse_stretch = bond(state[1 + i], parameters)
             out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
             out[velocity + i] = behind - ahead
             behind = ahead
@@ -136,7 +122,7 @@ def array_rates(force: Callable) -> Callable:
         As :func:`looped_rates` returns it.
     """
 
-    def rates(state, out, _p, _q):
+    def rates(state, out, _parameters):
         particles = state.shape[0] // 2
         velocity = state[particles:]
         forces = force(state[1:particles])
@@ -149,50 +135,104 @@ def array_rates(force: Callable) -> Callable:
     return rates
 
 
-def build_flight(rates: Callable, contact_search: Callable, register: Callable) -> Callable:
+class Tableau(NamedTuple):
+    """
+    An embedded method of Runge and Kutta.
+
+    Attributes
+    ----------
+    a : ndarray of shape (stages, stages)
+        What each stage takes of the slopes before it.
+    b : ndarray of shape (stages,)
+        What the step takes of them.
+    third, fifth : ndarray of shape (stages + 1,)
+        The same of the errors of the embedded orders 3 and 5.
+    """
+
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    third: NDArray[np.float64]
+    fifth: NDArray[np.float64]
+
+
+class Arrays(NamedTuple):
+    """
+    What the loops work on.
+
+    Attributes
+    ----------
+    state, last : ndarray of shape (2n,)
+        The chain now and right after its last contact.
+    contacts : ndarray of shape (2, capacity)
+        Times and incoming speeds.
+    frames : ndarray of shape (capacity, 2n)
+        Snapshots.
+    scale : ndarray of shape (2n,)
+        The local error allowed.
+    kept, trial : ndarray of shape (2n,)
+        Scratch: the state before a step, and what a partial step leads to.
+    slopes, trial_slopes : ndarray of shape (stages + 1, 2n)
+        Rates of change within the step, and within a partial one.
+    """
+
+    state: NDArray[np.float64]
+    last: NDArray[np.float64]
+    contacts: NDArray[np.float64]
+    frames: NDArray[np.float64]
+    scale: NDArray[np.float64]
+    kept: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+    trial: NDArray[np.float64]
+    trial_slopes: NDArray[np.float64]
+
+
+class Search(NamedTuple):
+    """What the search for a contact works on; the step begins at the state that is kept."""
+
+    arrays: Arrays
+    method: Tableau
+    parameters: tuple[float, ...]
+
+
+def build_flight(rates: Callable, register: Callable) -> Callable:
     """
     Put the loops of the adaptive engine together.
 
     Parameters
     ----------
     rates : callable
-        The equations of motion, ``rates(state, out, p, q)``.
-    contact_search : callable
-        ``reference_contact.build_contact_search``.
+        The equations of motion, ``rates(state, out, parameters)``.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
     callable
-        ``advance(ledger, state, last, contacts, frames, scale, method, work, parameters)``: moves
-        the chain until something needs the caller. `state` and `last` (right after the last
-        contact) have shape (2n,), `contacts` (2, capacity), `frames` (capacity, 2n), `scale` (2n,)
-        the local error allowed; `method` is (A, B, E3, E5); `work` is
-        scratch, (state, slopes, state, slopes) with one slope more than stages.
+        ``advance(ledger, arrays, method, parameters)``: moves the chain until something needs the
+        caller; `arrays` as in `Arrays`, `method` a `Tableau`.
     """
 
     @register
     def take(start, result, slopes, step, method, parameters):
         # One step; slopes[0] must hold the rates at the start.
-        a, b = method[0], method[1]
+        a, b = method.a, method.b
         stages = b.shape[0]
         for s in range(1, stages):
             result[:] = start
             for j in range(s):
                 if a[s, j] != 0.0:
                     result += (step * a[s, j]) * slopes[j]
-            rates(result, slopes[s], parameters[0], parameters[1])
+            rates(result, slopes[s], parameters)
         result[:] = start
         for j in range(stages):
             if b[j] != 0.0:
                 result += (step * b[j]) * slopes[j]
-        rates(result, slopes[stages], parameters[0], parameters[1])
+        rates(result, slopes[stages], parameters)
 
     @register
     def estimate(slopes, step, method, scale):
         # Hairer's combination of the embedded orders 5 and 3, largest over the components.
-        third, fifth = method[2], method[3]
+        third, fifth = method.third, method.fifth
         errors = np.zeros((2, scale.shape[0]))
         for j in range(third.shape[0]):
             errors[0] += third[j] * slopes[j]
@@ -204,22 +244,25 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
     @register
-    def probe(time, _wall_distance, kept, near, method, parameters):
-        trial, slopes = near
-        take(kept, trial, slopes, time, method, parameters)
-        particles = kept.shape[0] // 2
-        return trial[0], trial[particles], slopes[method[1].shape[0], particles]
+    def probe(time, search):
+        arrays, method = search.arrays, search.method
+        trial, slopes = arrays.trial, arrays.trial_slopes
+        take(arrays.kept, trial, slopes, time, method, search.parameters)
+        particles = trial.shape[0] // 2
+        return trial[0], trial[particles], slopes[method.b.shape[0], particles]
 
-    find_contact = contact_search(probe=probe, register=register)
+    find_contact = build_contact_search(probe=probe, register=register)
 
-    def advance(ledger, state, last, contacts, frames, scale, method, work, parameters):
-        kept, slopes, trial, trial_slopes = work
-        near = (trial, trial_slopes)
+    def advance(ledger, arrays, method, parameters):
+        state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
+        kept, slopes = arrays.kept, arrays.slopes
+        trial, trial_slopes = arrays.trial, arrays.trial_slopes
+        search = Search(arrays, method, parameters)
         particles = state.shape[0] // 2
-        final = method[1].shape[0]
+        final = method.b.shape[0]
         refusals = 0
         if ledger.paused == 0:
-            rates(state, slopes[0], parameters[0], parameters[1])
+            rates(state, slopes[0], parameters)
         ledger.paused = 0
         while ledger.time < ledger.longest:
             if refusals == 0 and ledger.steps >= ledger.pause:
@@ -234,7 +277,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
             kept[:] = state
             take(kept, state, slopes, step, method, parameters)
             ledger.evaluations += final
-            error = estimate(slopes, step, method, scale)
+            error = estimate(slopes, step, method, arrays.scale)
             if not error < 1.0:
                 state[:] = kept
                 factor = SAFETY * error ** (-1.0 / ORDER)
@@ -251,7 +294,7 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
             start = (kept[0], kept[particles], slopes[0, particles])
             end = (state[0], state[particles], slopes[final, particles])
             trial_slopes[0] = slopes[0]
-            contact = find_contact(step, start, end, kept, near, method, parameters)
+            contact = find_contact(step, start, end, search)
             taken = contact if contact >= 0.0 else step
             while ledger.next_frame < ledger.time + taken:
                 time = ledger.next_frame - ledger.time
@@ -271,8 +314,8 @@ def build_flight(rates: Callable, contact_search: Callable, register: Callable) 
                 contacts[0, ledger.contacts] = ledger.time
                 contacts[1, ledger.contacts] = speed
                 ledger.contacts += 1
-                last[:] = state
-                rates(state, slopes[0], parameters[0], parameters[1])
+                arrays.last[:] = state
+                rates(state, slopes[0], parameters)
             else:
                 slopes[0] = slopes[final]
             bonds = state[1:particles]

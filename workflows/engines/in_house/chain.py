@@ -1,17 +1,65 @@
 """A chain in motion, as the loops of the stepping engine need it."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
-from chaincor.workflows.engines.in_house.kernels import Kernels
+from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
-from chaincor.workflows.engines.schemes import StepScheme
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule, StepScheme
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """
+    Steps of one kind and size.
+
+    Attributes
+    ----------
+    kernels : Kernels
+        The loops of the bonds' potential.
+    scheme : StepScheme
+        What a step is made of.
+    step : float
+        The whole step H.
+    """
+
+    kernels: Kernels
+    scheme: StepScheme
+    step: float
+
+    @classmethod
+    def of(cls, bond: Potential, scheme: str, step: float) -> "Stepper":
+        """
+        Return the steps for a potential.
+
+        Parameters
+        ----------
+        bond : Potential
+            Its loops are compiled, or loaded, where they have not been yet.
+        scheme : str
+            Of ``schemes``.
+        step : float
+            The whole step H.
+
+        Returns
+        -------
+        Stepper
+            The steps.
+        """
+        made_of = STEP_SCHEMES[scheme]
+        return cls(kernels_for(bond, made_of), made_of, step)
+
+    def of_size(self, step: float) -> "Stepper":
+        """Return steps of the same kind."""
+        return replace(self, step=step)
 
 
 @dataclass
@@ -22,24 +70,33 @@ class Chain:
     Attributes
     ----------
     ledger : numpy.record
-        The scalars, see ``reference_motion.LEDGER``.
-    strain, velocity : ndarray of shape (n - 1,) and (n,)
-        The state, with the ledger's distance of particle 1 from the wall.
-    contacts : ndarray of shape (2, capacity)
-        Times and incoming speeds.
-    last, kept, near, trial : pair of ndarray
-        Strains and velocities after the last contact, before the step, of the particles near the
-        wall while a contact is searched, and of what a step tries.
+        The scalars, see ``motion.LEDGER``.
+    arrays : Arrays
+        The chain now and right after its last contact, the contacts, and scratch.
     """
 
     ledger: np.record
-    strain: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    last: tuple[NDArray[np.float64], NDArray[np.float64]]
-    kept: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
-    near: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
-    trial: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+    arrays: motion.Arrays
+
+    @property
+    def strain(self) -> NDArray[np.float64]:
+        """Bond lengths less one, of shape (n - 1,); to be changed in place."""
+        return self.arrays.now.strain
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocities, of shape (n,); to be changed in place."""
+        return self.arrays.now.velocity
+
+    @property
+    def contact_times(self) -> NDArray[np.float64]:
+        """When particle 1 hit the wall."""
+        return self.arrays.contacts[0, : self.ledger.contacts]
+
+    @property
+    def contact_speeds(self) -> NDArray[np.float64]:
+        """How fast it came in."""
+        return self.arrays.contacts[1, : self.ledger.contacts]
 
     @classmethod
     def at_first_contact(cls, scene: Scene, scheme: StepScheme) -> "Chain":
@@ -59,9 +116,8 @@ class Chain:
             Particle 1 at the wall and reflected, everything else approaching.
         """
         particles, speed = scene.particles, scene.impact_velocity
-        strain = np.zeros(particles - 1)
-        velocity = np.full(particles, -speed)
-        velocity[0] = speed
+        now = State(np.zeros(particles - 1), np.full(particles, -speed))
+        now.velocity[0] = speed
         contacts = np.zeros((2, 2 * particles + 2 * motion.SPARE_CONTACTS))
         contacts[1, 0] = speed
         reach = min(particles - 1, scheme.reach)
@@ -75,16 +131,9 @@ class Chain:
         ledger.step_evaluations = scheme.evaluations
         blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
         ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
-        return cls(
-            ledger,
-            strain,
-            velocity,
-            contacts,
-            last=(strain.copy(), velocity.copy()),
-            kept=(strain.copy(), velocity.copy()),
-            near=(np.empty(reach), np.empty(reach + 1)),
-            trial=(strain.copy(), velocity.copy()),
-        )
+        near = State(np.empty(reach), np.empty(reach + 1))
+        last, kept, trial = (_copied(now) for _ in range(3))
+        return cls(ledger, motion.Arrays(now, last, contacts, kept, near, trial))
 
     @classmethod
     def in_flight(
@@ -121,9 +170,14 @@ class Chain:
         ledger.argue_after = ledger.patience = math.inf
         return chain
 
-    def copy(self) -> "Chain":
+    def copy(self, room: int = 2 * motion.SPARE_CONTACTS) -> "Chain":
         """
         Return a copy that can be moved without moving this one.
+
+        Parameters
+        ----------
+        room : int
+            For how many contacts.
 
         Returns
         -------
@@ -132,51 +186,44 @@ class Chain:
         """
         ledger = self.ledger.copy()
         ledger.contacts = 1
-        return Chain(
-            ledger,
-            self.strain.copy(),
-            self.velocity.copy(),
-            np.zeros((2, 2 * motion.SPARE_CONTACTS)),
-            (self.last[0].copy(), self.last[1].copy()),
-            self.kept,
-            self.near,
-            self.trial,
+        own = self.arrays._replace(
+            now=_copied(self.arrays.now),
+            last=_copied(self.arrays.last),
+            contacts=np.zeros((2, room)),
         )
+        return Chain(ledger, own)
 
-    def advance(self, kernels: Kernels, goal: int, step: float, scheme: StepScheme) -> int:
+    def make_room(self) -> None:
+        """Double the room for contacts."""
+        contacts = self.arrays.contacts
+        more = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        self.arrays = self.arrays._replace(contacts=more)
+
+    def advance(self, stepper: Stepper, goal: int) -> int:
         """
         Take steps.
 
         Parameters
         ----------
-        kernels : Kernels
-            The loops.
+        stepper : Stepper
+            Which steps.
         goal : int
-            How many steps shall be done, from the first contact on.
-        step : float
-            The composed step.
-        scheme : StepScheme
-            What it is made of.
+            How many of them shall be done, from the first contact on.
 
         Returns
         -------
         int
             Why it came back, see ``motion``.
         """
+        kernels, scheme = stepper.kernels, stepper.scheme
         most = steps_at_once(scheme.evaluations * len(self.strain))
+        rule = Rule(scheme.fractions, kernels.parameters)
         while True:
-            status = kernels.advance(
-                self.ledger,
-                (self.strain, self.velocity),
-                self.contacts,
-                self.last,
-                self.kept,
-                self.near,
-                self.trial,
-                min(goal, int(self.ledger.steps) + most),
-                step,
-                (scheme.outer, scheme.inner),
-                kernels.parameters,
-            )
+            until = min(goal, int(self.ledger.steps) + most)
+            status = kernels.advance(self.ledger, self.arrays, until, stepper.step, rule)
             if status != motion.DONE or self.ledger.steps >= goal:
-                return status
+                return int(status)
+
+
+def _copied(state: State) -> State:
+    return State(state.strain.copy(), state.velocity.copy())

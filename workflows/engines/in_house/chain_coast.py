@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, find_pieces, quiet_time
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.in_house.motion import Glide
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, find_end, required_clearance
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 
 class ChainCoast:
@@ -76,16 +77,9 @@ class ChainCoast:
         done, most = 0, steps_at_once(len(self.chain.strain))
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
+            glide = Glide(part, self._step, self._clearance, begin == 0, begin + part == steps)
             taken = self._kernels.coast(
-                self.chain.ledger,
-                self.chain.strain,
-                self.chain.velocity,
-                part,
-                self._step,
-                self._clearance,
-                begin == 0,
-                begin + part == steps,
-                self._kernels.parameters,
+                self.chain.ledger, self.chain.arrays.now, glide, self._kernels.parameters
             )
             done += taken
             if taken < part:
@@ -130,12 +124,8 @@ class LookAhead:
         The collision.
     chain : Chain
         The chain, which is not changed but for its count of force evaluations.
-    kernels : Kernels
-        Its loops.
-    scheme : StepScheme
+    stepper : Stepper
         Its steps: where coarse ones are no cheaper, they are not taken.
-    step : float
-        Their size.
     start : float
         Time of the chain's step zero, since the first contact.
 
@@ -149,13 +139,11 @@ class LookAhead:
         self,
         scene: Scene,
         chain: Chain,
-        kernels: Kernels,
-        scheme: StepScheme,
-        step: float,
+        stepper: Stepper,
         start: float = 0.0,
     ) -> None:
-        self._scene, self._chain, self._kernels = scene, chain, kernels
-        self._scheme, self._step, self._start = scheme, step, start
+        self._scene, self._chain, self._start = scene, chain, start
+        self._stepper, self._kernels = stepper, stepper.kernels
         self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
         self.not_before = 0.0
         self.doubt = 0.0
@@ -184,7 +172,7 @@ class LookAhead:
             contact may come, or a bond may break.
         """
         ledger, scene = self._chain.ledger, self._scene
-        now = self._start + float(ledger.steps * self._step)
+        now = self._start + float(ledger.steps * self._stepper.step)
         last = self._start + float(ledger.last_contact)
         if now < self.not_before:
             return None
@@ -196,7 +184,7 @@ class LookAhead:
         coarse = coarse_step(scene.bond, float(ledger.strain_min))
         if clearance is None or np.max(self._chain.strain) >= ceiling:
             return None
-        if 1.0 / coarse >= self._scheme.evaluations / self._step:
+        if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
         coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
         ending = find_end(scene, coast, last)
@@ -244,13 +232,12 @@ class LookAhead:
         self, share: float, now: float, last: float
     ) -> tuple[ChainCoast, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
-        chain, step = self._first.copy(), share * self._step
-        chain.contacts = np.zeros_like(self._chain.contacts)
+        chain = self._first.copy(room=self._chain.arrays.contacts.shape[1])
+        stepper = self._stepper.of_size(share * self._stepper.step)
         chain.ledger.argue_after = chain.ledger.patience = math.inf
-        chain.advance(self._kernels, math.ceil((now - self._start) / step), step, self._scheme)
-        contacts = int(chain.ledger.contacts)
-        if contacts != self._chain.ledger.contacts:
-            return 2.0 * float(chain.contacts[1, contacts - 1])
+        chain.advance(stepper, math.ceil((now - self._start) / stepper.step))
+        if chain.ledger.contacts != self._chain.ledger.contacts:
+            return 2.0 * float(chain.contact_speeds[-1])
         coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger.strain_min))
         coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
         ending = find_end(self._scene, coast, last)
@@ -262,8 +249,7 @@ class LookAhead:
 def _coarse_ceiling(scene: Scene) -> float:
     """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
     bond = scene.bond
-    barrier = getattr(bond, "barrier_strain", math.inf)
-    return bond.convex_strain if math.isfinite(bond.dissociation) else barrier
+    return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 
 def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:

@@ -30,15 +30,15 @@ class ScalarForce:
     Attributes
     ----------
     function : callable
-        -dU/dr of one strain, ``function(strain, p, q)``.
-    parameters : tuple
-        The (p, q) to call it with.
+        -dU/dr of one strain, ``function(strain, parameters)``.
+    parameters : NamedTuple
+        What to call it with.
     keep : bool
         Whether its compiled form may be kept on disk.
     """
 
     function: Callable
-    parameters: tuple
+    parameters: tuple[float, ...]
     keep: bool
 
 
@@ -58,7 +58,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
-    user_force = getattr(bond, "users_force", None)
+    user_force = bond.users_force
     if not isinstance(user_force, FunctionType):
         return None
     single = njit(user_force, **OPTIONS)
@@ -72,10 +72,10 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
-    def function(strain, _p, _q):
+    def function(strain, _parameters):
         return single(strain)
 
-    return ScalarForce(function, (0.0, 0.0), keep=False)
+    return ScalarForce(function, bond.parameters, keep=False)
 
 
 @dataclass(frozen=True)

@@ -150,27 +150,27 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
     Parameters
     ----------
     probe : callable
-        ``probe(time, wall_distance, near, work, scheme, parameters)``: position, velocity and
-        acceleration of particle 1 after one step of any size.
+        ``probe(time, search)``: position, velocity and acceleration of particle 1 after one step
+        of any size; `search` is whatever it needs for that.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
     callable
-        ``find_contact(step, start, end, near, work, scheme, parameters)``: time of the first
-        contact after the start, or -1 where there is none.
+        ``find_contact(step, start, end, search)``: time of the first contact after the start, or
+        -1 where there is none. `start` and `end` are position, velocity and acceleration.
     """
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)
 
     @register
-    def refine(low, high, guess, x0, near, work, scheme, parameters):
+    def refine(low, high, guess, search):
         # The position is positive at `low`, a departure apart, and not at `high`.
         time = guess if low < guess < high else 0.5 * (low + high)
         for _ in range(MOST_ITERATIONS):
-            x, v, a = probe(time, x0, near, work, scheme, parameters)
+            x, v, a = probe(time, search)
             if x == 0.0:
                 return time
             if x > 0.0:
@@ -189,14 +189,13 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
         return time
 
     @register
-    def find_contact(step, start, end, near, work, scheme, parameters):
-        x0 = start[0]
+    def find_contact(step, start, end, search):
         low, width, before = 0.0, step, start
         while low < step:
             high = low + width
             after = end
             if high < step:
-                after = probe(high, x0, near, work, scheme, parameters)
+                after = probe(high, search)
             else:
                 high = step
             width = high - low
@@ -206,7 +205,7 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
                 continue
             if changes == 1 or (after[0] <= 0.0 and after[1] < 0.0):
                 guess = low + width * guess_root(guess_path(before, after, width), 1.0)
-                return refine(low, high, guess, x0, near, work, scheme, parameters)
+                return refine(low, high, guess, search)
             low, width, before = high, 2.0 * width, after
         return -1.0
 

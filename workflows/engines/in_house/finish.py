@@ -199,7 +199,7 @@ def allowed_strains(bond: Potential) -> tuple[float, float]:
     """
     free = bond.anharmonic_order is None and bond.strain_min == -math.inf
     floor = -math.inf if free else max(-1.0, bond.strain_min)
-    return floor, min(getattr(bond, "barrier_strain", math.inf), bond.strain_max)
+    return floor, min(bond.barrier_strain, bond.strain_max)
 
 
 def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:
@@ -225,7 +225,7 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
         if it cannot be there, or is not a number.
     """
     bond = scene.bond
-    barrier = getattr(bond, "barrier_strain", math.inf)
+    barrier = bond.barrier_strain
     if high >= barrier:
         return BarrierError(
             f"a {scene.label} bond is stretched to {1.0 + high:.6g} at time {time:.6g}, over its "

@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, EndWatch
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.finish import strain_error, unfinished_error
-from chaincor.workflows.engines.in_house.kernels import kernels_for
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
 _STEP = 0.3
@@ -73,14 +71,13 @@ def follow(
         As the stepping engine.
     """
     bond = scene.bond
-    scheme = STEP_SCHEMES["order8"]
-    kernels = kernels_for(bond, scheme)
     stiffest = max(float(bond.curvature(shortest - 1.0)), bond.stiffness)
     step = _STEP / math.sqrt(stiffest)
-    chain = Chain.in_flight(scene, scheme, displacements, velocities)
+    stepper = Stepper.of(bond, "order8", step)
+    chain = Chain.in_flight(scene, stepper.scheme, displacements, velocities)
     chain.ledger.last_contact = last_contact - now
     chain.ledger.strain_min = shortest - 1.0
-    look_ahead = LookAhead(scene, chain, kernels, scheme, step, start=now)
+    look_ahead = LookAhead(scene, chain, stepper, start=now)
     watch = EndWatch(scene.particles, bond)
     time = now
     while True:
@@ -97,9 +94,9 @@ def follow(
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now
-        status = chain.advance(kernels, math.ceil(until / step), step, scheme)
+        status = chain.advance(stepper, math.ceil(until / step))
         if chain.ledger.contacts > 1:
-            return Flight(now + float(chain.contacts[0, 1]), None, look_ahead.doubt)
+            return Flight(now + float(chain.contact_times[1]), None, look_ahead.doubt)
         if status != motion.DONE:
             low, high = float(chain.ledger.strain_min), float(chain.ledger.strain_max)
             raise strain_error(scene, low, high, time, f"take a smaller timestep than {step:g}")

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision
@@ -68,7 +67,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     UnfinishedCollisionError
         If the chain still approaches the wall after the longest time that is followed.
     """
-    if not isinstance(scene.bond, Harmonic):
+    if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects 'harmonic'")
     if scene.particles == 1:
         return run_single_particle(scene, "modal", None, frame_interval)

@@ -1,8 +1,14 @@
-"""The motion of the stepping engine: composed steps, contacts inside them, and what ends a run."""
+"""The loops that move a chain: exact steps with the contacts inside them, and coarse ones."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.stages import Stages, State
+from chaincor.workflows.engines.schemes import Rule
 
 # Why `advance` came back: all steps done, the end may be near, no room for more contacts, more
 # contacts in one step than make sense, a strain that is not allowed.
@@ -46,124 +52,204 @@ LEDGER = np.dtype(
 )
 
 
-def build_motion(
-    force: Callable,
-    leap: Callable,
-    count_outside: Callable,
-    copy: Callable,
-    contact_search: Callable,
-    register: Callable,
-) -> Callable:
+class Arrays(NamedTuple):
+    """
+    What the loops change in place.
+
+    Attributes
+    ----------
+    now : State
+        The chain, with the ledger's distance of particle 1 from the wall.
+    last : State
+        The same right after the last contact.
+    contacts : ndarray of shape (2, capacity)
+        Times and incoming speeds.
+    kept, near, trial : State
+        Scratch: before a step, of the particles near the wall while a contact is searched, and of
+        what a step tries.
+    """
+
+    now: State
+    last: State
+    contacts: NDArray[np.float64]
+    kept: State
+    near: State
+    trial: State
+
+
+class Search(NamedTuple):
+    """What the search for a contact works on; the step begins where the ledger has particle 1."""
+
+    ledger: np.record
+    kept: State
+    near: State
+    trial: State
+    rule: Rule
+
+
+def build_motion(force: Callable, leap: Callable, stages: Stages, register: Callable) -> Callable:
     """
     Put the loops of the stepping engine together.
 
     Parameters
     ----------
     force : callable
-        -dU/dr of one strain, ``force(strain, p, q)``.
+        -dU/dr of one strain, ``force(strain, parameters)``.
     leap : callable
         One step away from the wall, as in ``schemes``.
-    count_outside, copy : callable
-        As in ``stages``.
-    contact_search : callable
-        ``reference_contact.build_contact_search``.
+    stages : Stages
+        What it is made of.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
     callable
-        ``advance(ledger, now, contacts, last, kept, near, trial, goal, step, scheme,
-        parameters)``: take steps until `goal` of them are done or something needs the caller.
-
-        Arrays are changed in place. `contacts` (2, capacity) holds times and incoming speeds; the
-        others are (strain, velocity) pairs: of `now`, right after the `last` contact, `kept` from
-        before a step, `near` the wall while a contact is searched, and scratch for a `trial`.
-        `scheme` is that of `leap`.
+        ``advance(ledger, arrays, goal, step, rule)``: take steps until `goal` of them are done or
+        something needs the caller; `arrays` as in `Arrays`, `rule` that of `leap`.
     """
+    copy, count_outside = stages.copy, stages.count_outside
 
     @register
-    def probe(time, wall_distance, kept, work, scheme, parameters):
+    def probe(time, search):
         # Particle 1 after a step of any size; of the bonds only the first matters.
-        near, trial, bonds = work
-        x = leap(wall_distance, kept, near, trial, bonds, 1, time, scheme, parameters)
-        return x, near[1][0], -force(near[0][0], parameters[0], parameters[1])
+        ledger, near, rule = search.ledger, search.near, search.rule
+        x0, bonds = ledger.wall_distance, ledger.active
+        x = leap(x0, search.kept, near, search.trial, bonds, 1, time, rule)
+        return x, near.velocity[0], -force(near.strain[0], rule.parameters)
 
-    find_contact = contact_search(probe=probe, register=register)
+    find_contact = build_contact_search(probe=probe, register=register)
 
-    @register
-    def carry(ledger, now, contacts, last, kept, near, trial, begin, step, scheme, parameters):
-        # On return the step is done, contacts within it included; the grid of steps is kept,
-        # which keeps the motion reversible in time.
-        p, q = parameters
-        bonds = ledger.active
+    def advance(ledger, arrays, goal, step, rule):
+        now, last, contacts, kept, near, trial = arrays
         strain, velocity = now
-        work = (near, trial, bonds)
-        left = step
-        while left > 0.0 and ledger.contacts < contacts.shape[1]:
-            copy(strain, velocity, kept[0], kept[1], bonds)
-            x0 = ledger.wall_distance
-            start = (x0, velocity[0], -force(strain[0], p, q))
-            # Where a contact is likely, the few particles that act on particle 1 are moved first:
-            # it costs less than to move the chain and to take that back.
-            ahead = x0 + left * (start[1] + 0.5 * left * start[2])
-            likely = ahead < LIKELY * left * ledger.impact_velocity
-            if likely:
-                end = probe(left, x0, kept, work, scheme, parameters)
-            else:
-                x1 = leap(x0, kept, now, trial, bonds, bonds, left, scheme, parameters)
-                ledger.evaluations += ledger.step_evaluations
-                end = (x1, velocity[0], -force(strain[0], p, q))
-            time = find_contact(left, start, end, kept, work, scheme, parameters)
-            if likely or time >= 0.0:
-                moved = time if time >= 0.0 else left
-                x1 = leap(x0, kept, now, trial, bonds, bonds, moved, scheme, parameters)
-                ledger.evaluations += ledger.step_evaluations
-            if time < 0.0:
-                ledger.wall_distance = x1
-                return 0.0
-            speed = abs(velocity[0])
-            velocity[0] = speed
-            left -= time
-            ledger.wall_distance = 0.0
-            ledger.momentum += 2.0 * speed
-            ledger.last_contact = begin + (step - left)
-            ledger.argue_after = ledger.patience * ledger.last_contact / ledger.contacts
-            copy(strain, velocity, last[0], last[1], bonds)
-            ledger.contact_min = min(ledger.strain_min, np.min(strain[:bonds]))
-            ledger.contact_max = max(ledger.strain_max, np.max(strain[:bonds]))
-            contacts[0, ledger.contacts] = ledger.last_contact
-            contacts[1, ledger.contacts] = speed
-            ledger.contacts += 1
-        return left
-
-    def advance(ledger, now, contacts, last, kept, near, trial, goal, step, scheme, parameters):
-        strain = now[0]
-        bonds = strain.shape[0]
+        parameters = rule.parameters
+        search = Search(ledger, kept, near, trial, rule)
         threshold = FRONT_THRESHOLD * ledger.impact_velocity
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL
+            # After this the step is done, contacts within it included; the grid of steps is kept,
+            # which keeps the motion reversible in time.
             begin = ledger.steps * step
-            left = carry(
-                ledger, now, contacts, last, kept, near, trial, begin, step, scheme, parameters
-            )
-            if left > 0.0:
-                return CROWDED
+            bonds = ledger.active
+            left = step
+            while left > 0.0:
+                if ledger.contacts == contacts.shape[1]:
+                    return CROWDED
+                copy(strain, velocity, kept, bonds)
+                x0 = ledger.wall_distance
+                start = (x0, velocity[0], -force(strain[0], parameters))
+                # Where a contact is likely, the few particles that act on particle 1 are moved
+                # first: it costs less than to move the chain and to take that back.
+                ahead = x0 + left * (start[1] + 0.5 * left * start[2])
+                likely = ahead < LIKELY * left * ledger.impact_velocity
+                if likely:
+                    end = probe(left, search)
+                else:
+                    x1 = leap(x0, kept, now, trial, bonds, bonds, left, rule)
+                    ledger.evaluations += ledger.step_evaluations
+                    end = (x1, velocity[0], -force(strain[0], parameters))
+                time = find_contact(left, start, end, search)
+                if likely or time >= 0.0:
+                    moved = time if time >= 0.0 else left
+                    x1 = leap(x0, kept, now, trial, bonds, bonds, moved, rule)
+                    ledger.evaluations += ledger.step_evaluations
+                if time < 0.0:
+                    ledger.wall_distance = x1
+                    break
+                speed = abs(velocity[0])
+                velocity[0] = speed
+                left -= time
+                ledger.wall_distance = 0.0
+                ledger.momentum += 2.0 * speed
+                ledger.last_contact = begin + (step - left)
+                ledger.argue_after = ledger.patience * ledger.last_contact / ledger.contacts
+                copy(strain, velocity, last, bonds)
+                ledger.contact_min = min(ledger.strain_min, np.min(strain[:bonds]))
+                ledger.contact_max = max(ledger.strain_max, np.max(strain[:bonds]))
+                contacts[0, ledger.contacts] = ledger.last_contact
+                contacts[1, ledger.contacts] = speed
+                ledger.contacts += 1
             ledger.steps += 1
-            active = ledger.active
-            if count_outside(strain, active, ledger.strain_min, ledger.strain_max) > 0:
-                low, high = np.min(strain[:active]), np.max(strain[:active])
+            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
+                low, high = np.min(strain[:bonds]), np.max(strain[:bonds])
                 ledger.strain_min = min(ledger.strain_min, low)
                 ledger.strain_max = max(ledger.strain_max, high)
                 if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
                     return OUTSIDE
-            while active < bonds and abs(strain[active - FRONT_MARGIN]) > threshold:
-                active = min(bonds, active + FRONT_BLOCK)
-            ledger.active = active
+            while bonds < strain.shape[0] and abs(strain[bonds - FRONT_MARGIN]) > threshold:
+                bonds = min(strain.shape[0], bonds + FRONT_BLOCK)
+            ledger.active = bonds
             away = ledger.steps * step - ledger.last_contact
             if ledger.momentum > 0.0 and away >= ledger.argue_after:
                 return ARGUE
         return DONE
 
     return advance
+
+
+class Glide(NamedTuple):
+    """
+    A flight in coarse steps, or a part of one.
+
+    Attributes
+    ----------
+    steps : int
+        How many.
+    step : float
+        Their size.
+    clearance : float
+        How near to the wall particle 1 may come.
+    first, last : bool
+        Whether it is the first and the last part: the state is half a step off between parts.
+    """
+
+    steps: int
+    step: float
+    clearance: float
+    first: bool
+    last: bool
+
+
+def build_coast(stages: Stages) -> Callable:
+    """
+    Return the loop over coarse steps.
+
+    Parameters
+    ----------
+    stages : Stages
+        What they are made of.
+
+    Returns
+    -------
+    callable
+        ``coast(ledger, state, glide, parameters)``: takes the Verlet steps of a `Glide` and
+        returns how many, fewer than asked for where particle 1 comes too near to the wall or a
+        strain is not allowed; the state is half a step off then.
+    """
+    stage, drift, count_outside = stages.stage, stages.drift, stages.count_outside
+
+    def coast(ledger, state, glide, parameters):
+        strain, velocity = state
+        bonds, step = strain.shape[0], glide.step
+        ahead = 0.5 * step if glide.first else step  # the drifts of neighbouring steps merge
+        for taken in range(glide.steps):
+            ledger.wall_distance += ahead * velocity[0]
+            stage(strain, velocity, bonds, ahead, step, parameters)
+            ahead = step
+            ledger.evaluations += 1
+            if not ledger.wall_distance > glide.clearance:
+                return taken
+            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
+                low, high = np.min(strain), np.max(strain)
+                ledger.strain_min = min(ledger.strain_min, low)
+                ledger.strain_max = max(ledger.strain_max, high)
+                if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
+                    return taken
+        if glide.last:
+            ledger.wall_distance += 0.5 * step * velocity[0]
+            drift(strain, velocity, bonds, 0.5 * step)
+        return glide.steps
+
+    return coast

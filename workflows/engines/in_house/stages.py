@@ -12,160 +12,143 @@ and one kick, done in a single pass over the chain.
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 
-def looped_stage(force: Callable) -> Callable:
+class State(NamedTuple):
     """
-    Return one stage as a loop over the bonds, for a compiler.
+    Bonds and particles of a chain; where particle 1 is, is told beside it.
 
-    Parameters
-    ----------
-    force : callable
-        -dU/dr of one strain: ``force(strain, p, q)``.
-
-    Returns
-    -------
-    callable
-        ``stage(strain, velocity, bonds, drift, kick, p, q)``: changes the first `bonds` of its
-        arrays in place, and one velocity more.
-    """
-
-    def stage(strain, velocity, bonds, drift, kick, p, q):
-        # The force of the bond behind is carried along: reading ahead and writing behind is a
-        # pattern that LLVM vectorises, and one pass costs less memory traffic than two.
-        behind = 0.0
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            strain[i] = stretched
-            ahead = force(stretched, p, q)
-            velocity[i] += kick * (behind - ahead)
-            behind = ahead
-        velocity[bonds] += kick * behind
-
-    return stage
-
-
-def looped_copy(strain, velocity, new_strain, new_velocity, bonds):
-    """
-    Copy a state, as a loop.
-
-    Parameters
-    ----------
-    strain, velocity, new_strain, new_velocity : ndarray
-        The state and its copy.
-    bonds : int
-        How many of the bonds, and one velocity more.
-    """
-    for i in range(bonds):
-        new_strain[i] = strain[i]
-        new_velocity[i] = velocity[i]
-    new_velocity[bonds] = velocity[bonds]
-
-
-def looped_drift(strain, velocity, bonds, drift):
-    """
-    Move the particles freely, as a loop.
-
-    Parameters
+    Attributes
     ----------
     strain : ndarray of shape (n - 1,)
-        Changed in place.
+        Bond lengths less one.
     velocity : ndarray of shape (n,)
-        Velocities.
-    bonds : int
-        How many of the bonds.
-    drift : float
-        Time.
+        Velocities, positive away from the wall.
     """
-    for i in range(bonds):
-        strain[i] += drift * (velocity[i + 1] - velocity[i])
+
+    strain: NDArray[np.float64]
+    velocity: NDArray[np.float64]
 
 
-def looped_start(force: Callable) -> Callable:
+class Stages(NamedTuple):
     """
-    Return one stage from one state into another, as a loop over the bonds.
+    What steps are made of, for one potential; all work on the first `bonds`, and one velocity more.
+
+    What is done at every stage takes arrays: to take a `State` apart counts references to them,
+    which costs as much as ten bonds.
+
+    Attributes
+    ----------
+    start : callable
+        ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from
+        an old `State` into arrays.
+    stage : callable
+        ``stage(strain, velocity, bonds, drift, kick, parameters)``: the same in place.
+    drift : callable
+        ``drift(strain, velocity, bonds, time)``: free motion, in place.
+    copy : callable
+        ``copy(strain, velocity, new, bonds)``: into the `State` `new`.
+    mix : callable
+        ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
+        state differs from an old one after a drift.
+    count_outside : callable
+        ``count_outside(strain, bonds, low, high)``: strains outside a range; what is not a number
+        is outside.
+    """
+
+    start: Callable
+    stage: Callable
+    drift: Callable
+    copy: Callable
+    mix: Callable
+    count_outside: Callable
+
+
+def looped_stages(force: Callable, register: Callable) -> Stages:
+    """
+    Return the stages as loops, for a compiler.
 
     Parameters
     ----------
     force : callable
-        -dU/dr of one strain: ``force(strain, p, q)``.
+        -dU/dr of one strain: ``force(strain, parameters)``; known to the compiler.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
-    callable
-        ``start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q)``.
+    Stages
+        The loops.
     """
 
-    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
+    # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
+    # that LLVM vectorises, and one pass costs less memory traffic than two.
+    @register
+    def start(old, new_strain, new_velocity, bonds, drift, kick, parameters):
+        strain, velocity = old
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
             new_strain[i] = stretched
-            ahead = force(stretched, p, q)
+            ahead = force(stretched, parameters)
             new_velocity[i] = velocity[i] + kick * (behind - ahead)
             behind = ahead
         new_velocity[bonds] = velocity[bonds] + kick * behind
 
-    return start
+    @register
+    def stage(strain, velocity, bonds, drift, kick, parameters):
+        behind = 0.0
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, parameters)
+            velocity[i] += kick * (behind - ahead)
+            behind = ahead
+        velocity[bonds] += kick * behind
+
+    @register
+    def drift(strain, velocity, bonds, time):
+        for i in range(bonds):
+            strain[i] += time * (velocity[i + 1] - velocity[i])
+
+    @register
+    def copy(strain, velocity, new, bonds):
+        new_strain, new_velocity = new
+        for i in range(bonds):
+            new_strain[i] = strain[i]
+            new_velocity[i] = velocity[i]
+        new_velocity[bonds] = velocity[bonds]
+
+    @register
+    def mix(state, old, mixture, bonds, drift, weight):
+        strain, velocity = state
+        old_strain, old_velocity = old
+        mix_strain, mix_velocity = mixture
+        for i in range(bonds):
+            moved = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            mix_strain[i] += weight * (moved - old_strain[i])
+        for i in range(bonds + 1):
+            mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
+
+    @register
+    def count_outside(strain, bonds, low, high):
+        outside = 0
+        for i in range(bonds):
+            outside += not (low <= strain[i] <= high)
+        return outside
+
+    return Stages(start, stage, drift, copy, mix, count_outside)
 
 
-def looped_mix(
-    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
-):
+def array_stages(bond: Potential) -> Stages:
     """
-    Let the particles move freely and add the change since an old state, weighted, to a mixture.
-
-    Parameters
-    ----------
-    strain, velocity : ndarray of shape (n - 1,) and (n,)
-        State before the drift; not changed.
-    old_strain, old_velocity : ndarray of shape (n - 1,) and (n,)
-        The old state.
-    bonds : int
-        How many of the bonds, and one velocity more.
-    drift, weight : float
-        Time and weight.
-    mix_strain, mix_velocity : ndarray of shape (n - 1,) and (n,)
-        The mixture, changed in place.
-    """
-    for i in range(bonds):
-        moved = strain[i] + drift * (velocity[i + 1] - velocity[i])
-        mix_strain[i] += weight * (moved - old_strain[i])
-    for i in range(bonds + 1):
-        mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
-
-
-def looped_outside(strain, bonds, low, high):
-    """
-    Count the strains outside a range, as a loop; what is not a number is outside.
-
-    Parameters
-    ----------
-    strain : ndarray of shape (n - 1,)
-        Strains.
-    bonds : int
-        How many of them.
-    low, high : float
-        The range.
-
-    Returns
-    -------
-    int
-        How many are outside.
-    """
-    outside = 0
-    for i in range(bonds):
-        outside += not (low <= strain[i] <= high)
-    return outside
-
-
-def array_stage(bond: Potential) -> Callable:
-    """
-    Return one stage in NumPy, for forces that cannot be compiled.
+    Return the stages in NumPy, for forces that cannot be compiled.
 
     Parameters
     ----------
@@ -174,107 +157,35 @@ def array_stage(bond: Potential) -> Callable:
 
     Returns
     -------
-    callable
-        As :func:`looped_stage` returns it.
+    Stages
+        The same as NumPy expressions.
     """
 
-    def stage(strain, velocity, bonds, drift, kick, _p, _q):
-        array_drift(strain, velocity, bonds, drift)
+    def start(old, strain, velocity, bonds, drift, kick, parameters):
+        copy(old.strain, old.velocity, State(strain, velocity), bonds)
+        stage(strain, velocity, bonds, drift, kick, parameters)
+
+    def stage(strain, velocity, bonds, time, kick, _parameters):
+        drift(strain, velocity, bonds, time)
         impulse = kick * bond.force(strain[:bonds])
         velocity[:bonds] -= impulse
         velocity[1 : bonds + 1] += impulse
 
-    return stage
+    def drift(strain, velocity, bonds, time):
+        strain[:bonds] += time * np.diff(velocity[: bonds + 1])
 
+    def copy(strain, velocity, new, bonds):
+        new.strain[:bonds] = strain[:bonds]
+        new.velocity[: bonds + 1] = velocity[: bonds + 1]
 
-def array_start(bond: Potential) -> Callable:
-    """
-    Return one stage from one state into another, in NumPy.
+    def mix(state, old, mixture, bonds, drift, weight):
+        near, ends = slice(bonds), slice(bonds + 1)
+        moved = state.strain[near] + drift * np.diff(state.velocity[ends])
+        mixture.strain[near] += weight * (moved - old.strain[near])
+        mixture.velocity[ends] += weight * (state.velocity[ends] - old.velocity[ends])
 
-    Parameters
-    ----------
-    bond : Potential
-        Its `force` is called with arrays.
+    def count_outside(strain, bonds, low, high):
+        strain = strain[:bonds]
+        return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
 
-    Returns
-    -------
-    callable
-        As :func:`looped_start` returns it.
-    """
-    stage = array_stage(bond)
-
-    def start(strain, velocity, new_strain, new_velocity, bonds, drift, kick, p, q):
-        array_copy(strain, velocity, new_strain, new_velocity, bonds)
-        stage(new_strain, new_velocity, bonds, drift, kick, p, q)
-
-    return start
-
-
-def array_mix(
-    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
-):
-    """
-    Let the particles move freely and add the change since an old state, weighted, to a mixture.
-
-    Parameters
-    ----------
-    strain, velocity, old_strain, old_velocity, bonds, drift, weight, mix_strain, mix_velocity
-        As in :func:`looped_mix`.
-    """
-    near, ends = slice(bonds), slice(bonds + 1)
-    moved = strain[near] + drift * np.diff(velocity[ends])
-    mix_strain[near] += weight * (moved - old_strain[near])
-    mix_velocity[ends] += weight * (velocity[ends] - old_velocity[ends])
-
-
-def array_copy(strain, velocity, new_strain, new_velocity, bonds):
-    """
-    Copy a state, in NumPy.
-
-    Parameters
-    ----------
-    strain, velocity, new_strain, new_velocity, bonds
-        As in :func:`looped_copy`.
-    """
-    new_strain[:bonds] = strain[:bonds]
-    new_velocity[: bonds + 1] = velocity[: bonds + 1]
-
-
-def array_drift(strain, velocity, bonds, drift):
-    """
-    Move the particles freely, in NumPy.
-
-    Parameters
-    ----------
-    strain : ndarray of shape (n - 1,)
-        Changed in place.
-    velocity : ndarray of shape (n,)
-        Velocities.
-    bonds : int
-        How many of the bonds.
-    drift : float
-        Time.
-    """
-    strain[:bonds] += drift * np.diff(velocity[: bonds + 1])
-
-
-def array_outside(strain, bonds, low, high):
-    """
-    Count the strains outside a range, in NumPy; what is not a number is outside.
-
-    Parameters
-    ----------
-    strain : ndarray of shape (n - 1,)
-        Strains.
-    bonds : int
-        How many of them.
-    low, high : float
-        The range.
-
-    Returns
-    -------
-    int
-        How many are outside.
-    """
-    strain = strain[:bonds]
-    return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
+    return Stages(start, stage, drift, copy, mix, count_outside)

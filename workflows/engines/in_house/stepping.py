@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, EndWatch, quiet_time
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.finish import (
     LastContact,
@@ -20,9 +21,7 @@ from chaincor.workflows.engines.in_house.finish import (
     strain_error,
     unfinished_error,
 )
-from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # A run that is compared with another goes on for so long after the other's last contact, in units
 # of 1/sqrt(U''): longer than contacts follow one another, and than times differ by.
@@ -75,28 +74,26 @@ def run(
     """
     if scene.particles == 1:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
-    scheme = STEP_SCHEMES[numerics.scheme]
-    kernels = kernels_for(scene.bond, scheme)
-    chain = Chain.at_first_contact(scene, scheme)
+    stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)
+    chain = Chain.at_first_contact(scene, stepper.scheme)
     # Without a step to take, this only loads or compiles the loops, which is not integration.
-    chain.advance(kernels, 0, numerics.timestep, scheme)
-    look_ahead = LookAhead(scene, chain, kernels, scheme, numerics.timestep)
+    chain.advance(stepper, 0)
+    look_ahead = LookAhead(scene, chain, stepper)
     look_ahead.warm_up()
-    frames = _Recorder(chain, kernels, scheme, numerics.timestep, frame_interval)
+    frames = _Recorder(chain, stepper, frame_interval)
+    collision = _Collision(scene, chain, stepper, look_ahead, frames)
     started = time.perf_counter()
-    ending, duration, evaluations = _collide(
-        scene, chain, kernels, scheme, numerics.timestep, look_ahead, frames, known, follow
-    )
+    ending, duration, evaluations = collision.run(known, follow)
     seconds = time.perf_counter() - started
     ledger = chain.ledger
     frames_until = float(ledger.last_contact) + quiet_time(scene.particles, scene.bond.stiffness)
     return finish(
         scene,
         LastContact(
-            strains=chain.last[0],
-            velocities=chain.last[1],
-            contact_times=chain.contacts[0, : chain.ledger.contacts].copy(),
-            contact_speeds=chain.contacts[1, : chain.ledger.contacts].copy(),
+            strains=chain.arrays.last.strain,
+            velocities=chain.arrays.last.velocity,
+            contact_times=chain.contact_times.copy(),
+            contact_speeds=chain.contact_speeds.copy(),
         ),
         scheme=numerics.scheme,
         timestep=numerics.timestep,
@@ -109,62 +106,71 @@ def run(
     )
 
 
-def _collide(
-    scene: Scene, chain, kernels, scheme, step, look_ahead, frames, known: Outcome | None, follow
-) -> tuple[Ending, float, int]:
-    """Step until the end; return it, when that is, and the force evaluations it took."""
-    bond, ledger = scene.bond, chain.ledger
-    particles, stiffness = scene.particles, bond.stiffness
-    watch = EndWatch(particles, bond)
-    if known is not None:
-        ledger.argue_after = ledger.patience = math.inf
-        until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
-    while True:
-        longest = until if known else watch.followed_until(float(ledger.last_contact))
-        last_step = math.ceil(longest / step)
-        status = chain.advance(kernels, int(min(last_step + 1, frames.next_step())), step, scheme)
-        if status in (motion.OUTSIDE, motion.CROWDED):
-            raise strain_error(
-                scene,
-                float(ledger.strain_min),
-                float(ledger.strain_max),
-                float(ledger.steps * step),
-                f"take a smaller timestep than {step:g}",
-            )
-        if status == motion.FULL:
-            chain.contacts = np.concatenate((chain.contacts, np.zeros_like(chain.contacts)), axis=1)
-            continue
-        now, last = float(ledger.steps * step), float(ledger.last_contact)
-        late = ledger.steps > last_step
-        if late and known is not None:
-            return known.ending, now, int(ledger.evaluations)
-        if status == motion.ARGUE or late:
-            ending = watch.look(
-                now, last, float(ledger.wall_distance), chain.strain, chain.velocity
-            )
-            if ending is not None:
-                return look_ahead.doubt_about(ending), now, int(ledger.evaluations)
-            if not follow and now - last > quiet_time(particles, stiffness):
-                return Ending("argued"), now, int(ledger.evaluations)
-            settled = look_ahead.settle()
-            if settled is not None:
-                coast, ending = settled
-                frames.record_until(coast.time)
-                evaluations = int(coast.chain.ledger.evaluations)
-                return look_ahead.doubt_about(ending), coast.time, evaluations
-            ledger.argue_after = watch.next_look(now, last) - last
-        if status == motion.DONE:
-            if late and watch.followed_until(last) < now:
-                raise unfinished_error(scene, now)
-            frames.record()
+@dataclass(frozen=True)
+class _Collision:
+    """A collision in progress: the chain, its steps, and who looks at it on the way."""
+
+    scene: Scene
+    chain: Chain
+    stepper: Stepper
+    look_ahead: LookAhead
+    frames: "_Recorder"
+
+    def run(self, known: Outcome | None, follow: bool) -> tuple[Ending, float, int]:
+        """Step until the end; return it, when that is, and the force evaluations it took."""
+        scene, chain, step = self.scene, self.chain, self.stepper.step
+        bond, ledger = scene.bond, chain.ledger
+        particles, stiffness = scene.particles, bond.stiffness
+        watch = EndWatch(particles, bond)
+        if known is not None:
+            ledger.argue_after = ledger.patience = math.inf
+            until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
+        while True:
+            longest = until if known else watch.followed_until(float(ledger.last_contact))
+            last_step = math.ceil(longest / step)
+            goal = int(min(last_step + 1, self.frames.next_step()))
+            status = chain.advance(self.stepper, goal)
+            if status in (motion.OUTSIDE, motion.CROWDED):
+                raise strain_error(
+                    scene,
+                    float(ledger.strain_min),
+                    float(ledger.strain_max),
+                    float(ledger.steps * step),
+                    f"take a smaller timestep than {step:g}",
+                )
+            if status == motion.FULL:
+                chain.make_room()
+                continue
+            now, last = float(ledger.steps * step), float(ledger.last_contact)
+            late = ledger.steps > last_step
+            if late and known is not None:
+                return known.ending, now, int(ledger.evaluations)
+            if status == motion.ARGUE or late:
+                ending = watch.look(
+                    now, last, float(ledger.wall_distance), chain.strain, chain.velocity
+                )
+                if ending is not None:
+                    return self.look_ahead.doubt_about(ending), now, int(ledger.evaluations)
+                if not follow and now - last > quiet_time(particles, stiffness):
+                    return Ending("argued"), now, int(ledger.evaluations)
+                settled = self.look_ahead.settle()
+                if settled is not None:
+                    coast, ending = settled
+                    self.frames.record_until(coast.time)
+                    evaluations = int(coast.chain.ledger.evaluations)
+                    return self.look_ahead.doubt_about(ending), coast.time, evaluations
+                ledger.argue_after = watch.next_look(now, last) - last
+            if status == motion.DONE:
+                if late and watch.followed_until(last) < now:
+                    raise unfinished_error(scene, now)
+                self.frames.record()
 
 
 class _Recorder:
     """Takes snapshots at multiples of an interval, with copies of the chain."""
 
-    def __init__(self, chain, kernels, scheme, step, interval):
-        self._chain, self._kernels, self._scheme = chain, kernels, scheme
-        self._step, self._interval = step, interval
+    def __init__(self, chain: Chain, stepper: Stepper, interval: float | None) -> None:
+        self._chain, self._stepper, self._interval = chain, stepper, interval
         self._times: list[float] = []
         self._displacements: list[NDArray[np.float64]] = []
         self._velocities: list[NDArray[np.float64]] = []
@@ -174,17 +180,17 @@ class _Recorder:
 
     def next_step(self) -> float:
         """Return the grid step from which the next snapshot is taken."""
-        return math.inf if self._interval is None else self._next_time() // self._step
+        return math.inf if self._interval is None else self._next_time() // self._stepper.step
 
     def record(self) -> None:
         """Take all snapshots that lie within the step about to be done."""
-        begin = self._chain.ledger.steps * self._step
+        begin = self._chain.ledger.steps * self._stepper.step
         while self.next_step() <= self._chain.ledger.steps:
             now = self._next_time()
             copy = self._chain.copy()
             # One step of the size that is missing, contacts included.
-            goal, missing = int(copy.ledger.steps) + 1, max(now - begin, 0.0)
-            copy.advance(self._kernels, goal, missing, self._scheme)
+            missing = self._stepper.of_size(max(now - begin, 0.0))
+            copy.advance(missing, int(copy.ledger.steps) + 1)
             self._times.append(now)
             self._displacements.append(
                 displacements_from(float(copy.ledger.wall_distance), copy.strain)
@@ -195,7 +201,7 @@ class _Recorder:
         """Take all snapshots up to a time before which no contact comes; the chain is moved."""
         self._chain.ledger.argue_after = math.inf
         while self._next_time() <= end:
-            self._chain.advance(self._kernels, int(self.next_step()), self._step, self._scheme)
+            self._chain.advance(self._stepper, int(self.next_step()))
             self.record()
 
     def collected(self, until: float) -> Frames | None:

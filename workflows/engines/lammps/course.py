@@ -156,7 +156,7 @@ class ChainCollision:
             )
         self.shortest_seen = min(self.shortest_seen, shortest)
         self.longest_seen = max(self.longest_seen, longest)
-        barrier = getattr(self.bond, "barrier_strain", np.inf)
+        barrier = self.bond.barrier_strain
         if longest - 1.0 > barrier:
             bond = int(np.argmax(lengths)) + 1
             raise BarrierError(

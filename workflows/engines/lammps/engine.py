@@ -12,7 +12,6 @@ import numpy as np
 from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
 from chaincor.lammps_inputs.bonds.potential import Potential, compressed_strain
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
@@ -169,7 +168,7 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> tuple[list[Outcome], list[float]]:
         return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
 
-    if isinstance(bond, Harmonic) or scene.particles == 1:
+    if bond.is_harmonic or scene.particles == 1:
         return tuple(collide_all(None)[0])
     bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
     excused = False

@@ -21,10 +21,11 @@ from chaincor.lammps_inputs.script import (
     number,
     render_setup,
 )
+from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
 from chaincor.workflows.errors import RunError
 
 _RUN_ONE = b"run 1 pre no post no"
@@ -73,9 +74,12 @@ class LammpsChain:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
         scheme = STEP_SCHEMES[numerics.scheme]
-        # How many Verlet steps each part of an extrapolated step has.
-        self._counts = scheme.inner.astype(int).tolist() if scheme.extrapolated else []
-        self.weights = tuple((scheme.outer if scheme.extrapolated else scheme.inner).tolist())
+        self._counts: list[int] = []  # Verlet steps in each part of an extrapolated step
+        if isinstance(scheme, Extrapolated):
+            self._counts = scheme.fractions.counts.astype(int).tolist()
+            self.weights = tuple(scheme.fractions.weights.tolist())
+        else:
+            self.weights = COMPOSITIONS[numerics.scheme].weights
         self.timestep = numerics.timestep
         self.stages_done = 0
         self._dump_started = False

@@ -3,18 +3,14 @@
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import ending
 from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.adaptive_loops import (
-    array_rates,
-    log_length_bond,
-    looped_rates,
-)
+from chaincor.workflows.engines.in_house.adaptive_loops import array_rates, looped_rates
 from chaincor.workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
 
 
@@ -123,22 +119,13 @@ def test_cap_on_the_length(monkeypatch):
         stiff.run(Scene(particles=20), 1e-8)
 
 
-def test_log_length_bond_is_the_log_bond():
-    bond = Logarithmic()
-    for y in (-30.0, -1.0, -1e-9, 1e-9, 0.5):
-        force, inverse_stretch = log_length_bond(y, 0.0, 0.0)
-        if y > -20.0:  # shorter bonds have no digits left in their strain
-            assert force == pytest.approx(float(bond.force(np.expm1(y))), rel=1e-9)
-        assert inverse_stretch == pytest.approx(np.exp(-y), rel=1e-14)
-
-
 def test_equations_of_motion_in_loops_and_arrays():
     rng = np.random.default_rng(3)
     state = rng.uniform(-0.1, 0.1, 14)
     bond = LennardJones()
     loops, arrays = np.empty(14), np.empty(14)
-    looped_rates(lambda s, _p, _q: (float(bond.force(s)), 1.0))(state, loops, 0.0, 0.0)
-    array_rates(bond.force)(state, arrays, 0.0, 0.0)
+    looped_rates(lambda s, _: (float(bond.force(s)), 1.0))(state, loops, bond.parameters)
+    array_rates(bond.force)(state, arrays, bond.parameters)
     assert np.allclose(loops, arrays, rtol=1e-14, atol=1e-16)
     # Momentum changes by nothing but the wall.
     assert loops[7:].sum() == pytest.approx(0.0, abs=1e-15)

@@ -14,21 +14,8 @@ from chaincor.workflows.engines.in_house.contact_search import (
     count_sign_changes,
     fit_path,
 )
-from chaincor.workflows.engines.in_house.stages import (
-    array_copy,
-    array_drift,
-    array_mix,
-    array_outside,
-    array_stage,
-    array_start,
-    looped_copy,
-    looped_drift,
-    looped_mix,
-    looped_outside,
-    looped_stage,
-    looped_start,
-)
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, composed_leap, extrapolated_leap
+from chaincor.workflows.engines.in_house.stages import State, array_stages, looped_stages
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated, Rule
 
 BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
 
@@ -43,19 +30,26 @@ def kernel_of(bond):
     return force
 
 
+def random_state(rng, bonds):
+    return State(rng.uniform(-0.1, 0.1, bonds), rng.uniform(-0.1, 0.1, bonds + 1))
+
+
+def copied(state):
+    return State(*(part.copy() for part in state))
+
+
 @pytest.mark.parametrize("bond", BONDS, ids=lambda bond: bond.name)
 def test_compiled_stage_is_the_stage_in_numpy(bond):
-    rng = np.random.default_rng(5)
-    strain, velocity = rng.uniform(-0.1, 0.1, 37), rng.uniform(-0.1, 0.1, 38)
+    loops = random_state(np.random.default_rng(5), 37)
+    arrays = copied(loops)
     force = kernel_of(bond)
     compiler = LoopCompiler("test_kernels", keep=False)
-    stage = compiler.compile(looped_stage(compiler.register(force.function)))
-    loops, arrays = (strain.copy(), velocity.copy()), (strain.copy(), velocity.copy())
-    stage(*loops, 37, 0.03, 0.05, *force.parameters)
-    array_stage(bond)(*arrays, 37, 0.03, 0.05, 0.0, 0.0)
+    stages = looped_stages(compiler.register(force.function), compiler.register)
+    compiler.compile(stages.stage)(*loops, 37, 0.03, 0.05, force.parameters)
+    array_stages(bond).stage(*arrays, 37, 0.03, 0.05, bond.parameters)
     # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
-    assert np.allclose(loops[0], arrays[0], rtol=0.0, atol=1e-16)
-    assert np.allclose(loops[1], arrays[1], rtol=0.0, atol=2e-15)
+    assert np.allclose(loops.strain, arrays.strain, rtol=0.0, atol=1e-16)
+    assert np.allclose(loops.velocity, arrays.velocity, rtol=0.0, atol=2e-15)
 
 
 @pytest.mark.parametrize("bonds", [9, 5])
@@ -63,51 +57,54 @@ def test_loops_say_what_arrays_say(bonds):
     # Of the 9 bonds of a chain, all or the first few.
     rng = np.random.default_rng(6)
     bond = LennardJones()
-    force = kernel_of(bond).function
-    old = (rng.uniform(-0.1, 0.1, 9), rng.uniform(-0.1, 0.1, 10))
-    for loop, array, inputs, arguments in (
-        (looped_start(force), array_start(bond), old, (0.1, 0.2, 0.0, 0.0)),
-        (looped_stage(force), array_stage(bond), (), (0.1, 0.2, 0.0, 0.0)),
-        (looped_drift, array_drift, (), (0.1,)),
-        (looped_copy, array_copy, old, ()),
+    loops, arrays = looped_stages(kernel_of(bond).function, as_it_is), array_stages(bond)
+    old = random_state(rng, 9)
+    for name, inputs, arguments in (
+        ("start", (old,), (0.1, 0.2, bond.parameters)),
+        ("stage", (), (0.1, 0.2, bond.parameters)),
+        ("drift", (), (0.1,)),
     ):
-        states = [(rng.permutation(old[0]), old[1][::-1].copy())] * 2
-        states = [(s.copy(), v.copy()) for s, v in states]
-        for function, state in zip((loop, array), states, strict=True):
-            function(*inputs, *state, bonds, *arguments)
+        first = random_state(rng, 9)
+        states = first, copied(first)
+        for stages, state in zip((loops, arrays), states, strict=True):
+            getattr(stages, name)(*inputs, *state, bonds, *arguments)
         for ours, theirs in zip(*states, strict=True):
             assert np.allclose(ours, theirs, rtol=1e-14)
+    copies = []
+    for stages in (loops, arrays):
+        copies.append(State(np.zeros(9), np.zeros(10)))
+        stages.copy(*old, copies[-1], bonds)
+    assert all(np.array_equal(ours, theirs) for ours, theirs in zip(*copies, strict=True))
+    assert np.array_equal(copies[0].velocity[: bonds + 1], old.velocity[: bonds + 1])
+    half = State(0.5 * old.strain, 0.5 * old.velocity)
     mixtures = []
-    for mix in (looped_mix, array_mix):
-        mixture = (np.ones(9), np.ones(10))
-        mix(*old, 0.5 * old[0], 0.5 * old[1], bonds, 0.1, 3.0, *mixture)
+    for stages in (loops, arrays):
+        mixture = State(np.ones(9), np.ones(10))
+        stages.mix(old, half, mixture, bonds, 0.1, 3.0)
         mixtures.append(mixture)
-    assert np.allclose(mixtures[0][0], mixtures[1][0], rtol=1e-14)
-    assert np.allclose(mixtures[0][1][: bonds + 1], 1.0 + 1.5 * old[1][: bonds + 1], rtol=1e-14)
-    assert np.array_equal(mixtures[0][1][bonds + 1 :], np.ones(9 - bonds))
-    strain = old[0].copy()
+    assert np.allclose(mixtures[0].strain, mixtures[1].strain, rtol=1e-14)
+    assert np.allclose(
+        mixtures[0].velocity[: bonds + 1], 1.0 + 1.5 * old.velocity[: bonds + 1], rtol=1e-14
+    )
+    assert np.array_equal(mixtures[0].velocity[bonds + 1 :], np.ones(9 - bonds))
+    strain = old.strain.copy()
     strain[3] = strain[7] = np.nan
     expected = 2 if bonds == 9 else 1
-    for outside in (looped_outside, array_outside):
-        assert outside(strain, bonds, -1.0, 1.0) == expected
+    for stages in (loops, arrays):
+        assert stages.count_outside(strain, bonds, -1.0, 1.0) == expected
 
 
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
 def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme):
-    rng = np.random.default_rng(7)
     bond = LennardJones()
-    start, stage = array_start(bond), array_stage(bond)
-    if scheme.extrapolated:
-        leap = extrapolated_leap(start, stage, array_copy, array_mix)
-    else:
-        leap = composed_leap(start, stage, array_drift)
-    old = (rng.uniform(-0.1, 0.1, 39), rng.uniform(-0.1, 0.1, 40))
-    made_of = (scheme.outer, scheme.inner)
+    leap = scheme.build_leap(array_stages(bond))
+    old = random_state(np.random.default_rng(7), 39)
+    rule = Rule(scheme.fractions, bond.parameters)
 
     def after(bonds, size):
-        new, trial = [(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
-        x = leap(0.1, old, new, trial, 39, bonds, 0.1, made_of, (0.0, 0.0))
-        return x, new[0][:bonds], new[1][:bonds]
+        new, trial = [State(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
+        x = leap(0.1, old, new, trial, 39, bonds, 0.1, rule)
+        return x, new.strain[:bonds], new.velocity[:bonds]
 
     whole, near = after(39, 39), after(1, scheme.reach)
     # The same operations on the same numbers.
@@ -118,15 +115,23 @@ def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme)
 
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
 def test_weights(scheme):
-    if scheme.extrapolated:
+    if isinstance(scheme, Extrapolated):
         # A mixture must be exact for constants and remove the even powers up to its order.
+        weights, counts = scheme.fractions
         for power in range(0, scheme.order, 2):
-            total = float(scheme.outer @ scheme.inner ** (-float(power)))
+            total = float(weights @ counts ** (-float(power)))
             assert total == pytest.approx(1.0 if power == 0 else 0.0, abs=1e-13)
+        assert scheme.evaluations == sum(range(1, scheme.order // 2 + 1))
+        assert scheme.shortest_stage(0.6) == pytest.approx(0.6 / (scheme.order // 2), rel=1e-15)
+        assert scheme.amplification > 10.0
     else:
-        assert scheme.outer.sum() == pytest.approx(1.0, rel=1e-15)
-        assert scheme.inner.sum() == pytest.approx(1.0, rel=1e-15)
-        assert np.array_equal(scheme.outer, scheme.outer[::-1])
+        drifts, kicks = scheme.fractions
+        assert drifts.sum() == pytest.approx(1.0, rel=1e-15)
+        assert kicks.sum() == pytest.approx(1.0, rel=1e-15)
+        assert np.array_equal(drifts, drifts[::-1])
+        assert scheme.evaluations == len(kicks)
+        assert scheme.shortest_stage(0.5) == 0.5 * min(abs(kicks))
+        assert scheme.amplification == 1.0
 
 
 RUN_TWO = """
@@ -169,7 +174,7 @@ def search_for(path):
 
     find = build_contact_search(probe=probe, register=as_it_is)
     ends = [(path(t), slope(t), bend(t)) for t in (0.0, 1.0)]
-    return find(1.0, *ends, None, None, None, None)
+    return find(1.0, *ends, None)
 
 
 @pytest.mark.parametrize(
@@ -216,7 +221,7 @@ def test_path_that_no_quintic_fits(frequency, offset):
         return np.sin(phase) + offset * phase, frequency * (np.cos(phase) + offset), bend
 
     find = build_contact_search(probe=probe, register=as_it_is)
-    time = find(1.0, probe(0.0), probe(1.0), None, None, None, None)
+    time = find(1.0, probe(0.0), probe(1.0), None)
     times = np.linspace(1e-4, 1.0, 100_000)
     below = np.flatnonzero(probe(times)[0] < 0.0)
     expected = times[below[0]] if len(below) else -1.0

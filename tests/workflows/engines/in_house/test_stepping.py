@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import ending
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import motion, stepping
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
@@ -80,32 +80,31 @@ def test_order_of_convergence(scheme, steps):
 @pytest.mark.parametrize("potential", ["lj", "toda", "log"])
 def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
-    made_of = STEP_SCHEMES[scheme]
-    kernels = kernels_for(scene.bond, made_of)
     step = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.1}[scheme]
-    chain = Chain.at_first_contact(scene, made_of)
+    stepper = Stepper.of(scene.bond, scheme, step)
+    chain = Chain.at_first_contact(scene, stepper.scheme)
     chain.ledger.argue_after = np.inf
     chain.ledger.patience = np.inf
     chain.ledger.active = 29
     goal = round(50.0 / step)
-    assert chain.advance(kernels, 1, step, made_of) == motion.DONE
+    assert chain.advance(stepper, 1) == motion.DONE
     early = chain.copy()
-    assert chain.advance(kernels, goal, step, made_of) == motion.DONE
+    assert chain.advance(stepper, goal) == motion.DONE
     assert chain.ledger.contacts > 20
-    forward = chain.contacts[0, 1 : chain.ledger.contacts].copy()
+    forward = chain.contact_times[1:].copy()
 
     back = chain.copy()
-    back.velocity *= -1.0
+    back.velocity[:] *= -1.0
     back.ledger.steps = 0
-    assert back.advance(kernels, goal - 1, step, made_of) == motion.DONE
+    assert back.advance(stepper, goal - 1) == motion.DONE
     # A symmetric map undoes itself, partial steps to the wall and from it included. What is left
     # is rounding: one epsilon a stage at random, grown thirtyfold by what contacts amplify.
-    allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * goal * made_of.evaluations)
+    allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * goal * stepper.scheme.evaluations)
     v0 = scene.impact_velocity
     assert np.abs(back.velocity + early.velocity).max() < allowed * v0
     assert np.abs(back.strain - early.strain).max() < allowed * v0
     assert back.ledger.wall_distance == pytest.approx(early.ledger.wall_distance, abs=allowed * v0)
-    backward = goal * step - back.contacts[0, 1 : back.ledger.contacts][::-1]
+    backward = goal * step - back.contact_times[1:][::-1]
     assert np.abs(backward - forward).max() < 10.0 * allowed
 
 
@@ -155,14 +154,13 @@ def test_frames_change_nothing(interval):
 
 def test_particles_ahead_of_the_front_may_be_left_out():
     scene = Scene(potential="lj", particles=300, speed=0.5)
-    made_of = STEP_SCHEMES["order8"]
-    kernels = kernels_for(scene.bond, made_of)
+    stepper = Stepper.of(scene.bond, "order8", 0.1)
     states = []
     for active in (None, 299):
-        chain = Chain.at_first_contact(scene, made_of)
+        chain = Chain.at_first_contact(scene, stepper.scheme)
         if active is not None:
             chain.ledger.active = active
-        chain.advance(kernels, 1000, 0.1, made_of)
+        chain.advance(stepper, 1000)
         states.append(chain)
         if active is None:
             assert chain.ledger.active < 299  # something was left out
