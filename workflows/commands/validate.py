@@ -48,6 +48,12 @@ def validate(
     if timeout is not None and (against is None or ":" not in against):
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
     scene = scene_from(scene_file, options)
+    if against is not None and ":" not in against and scene.explicit:
+        given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
+        raise click.UsageError(
+            f"'{against}' holds results, on which {', '.join(given)} have no effect; expected a "
+            "tolerance, or nothing: drop them"
+        )
     own = sorted(scene.model_fields_set - {"tolerance", *NUMERICS_KEYS})
     if grid and own:
         raise click.UsageError(

@@ -27,6 +27,7 @@ SMALL = ("--particles", "4")
         ),
         (("validate", *SMALL, "--timeout", "3"), "--timeout is for a function of yours"),
         (("validate", *SMALL, "--timeout", "3", "--against", "f.csv"), "--timeout is for a"),
+        (("validate", *SMALL, "--scheme", "order8", "--against", "f.csv"), "scheme have no effect"),
         (("validate", "--grid", *SMALL, "--speed", "0.2"), "particles, speed would not be used"),
         (("tradeoff", "--calibrate", *SMALL), "particles would not be used"),
         (("tradeoff", "--calibrate", "--quick", "-o", "x"), "output, quick would not be used"),
@@ -84,6 +85,22 @@ def test_a_tabulated_harmonic_bond_is_refused_as_an_object_too():
 
     with pytest.raises(SceneError, match="LAMMPS has the harmonic one exactly"):
         Scene(potential=Harmonic(), velocity=0.1, table="spline")
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (("--keep-jobs", "kept"), "1 of 1 collisions are run in-house"),
+        (("--dry-run", "--keep-jobs", "kept"), "it leaves out --keep-jobs"),
+        (("--dry-run", "--scheduler", "tcp://x:1"), "it leaves out --scheduler"),
+    ],
+)
+def test_a_sweep_says_what_it_does_not_use(options, complaint, capsys, tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text('[scene]\nengine = "reference"\ntolerance = 1e-4\n[axes]\nparticles = [3]\n')
+    status, _, err = chaincor(capsys, "sweep", str(path), *options)
+    assert status == 0
+    assert complaint in err
 
 
 @pytest.mark.slow
