@@ -280,7 +280,8 @@ def _recognise(path: Path) -> str | None:
         return "dump"
     if _ATOM_COUNT.search(head) and _DATA_SECTION.search(head):
         return "data"
-    if head.startswith(b"LAMMPS ("):
+    # A script that names its log itself has no first line of LAMMPS in it.
+    if head.startswith(b"LAMMPS (") or path.name == "log.lammps":
         return "log"
     if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:
         return "script"

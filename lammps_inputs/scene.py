@@ -213,6 +213,22 @@ class Scene(BaseModel):
         """
         return Scene(**({k: getattr(self, k) for k in self.model_fields_set} | changes))
 
+    def without(self, *names: str) -> "Scene":
+        """
+        Return a copy in which some fields are not given.
+
+        Parameters
+        ----------
+        *names : str
+            Fields.
+
+        Returns
+        -------
+        Scene
+            The rest, validated anew.
+        """
+        return Scene(**{k: getattr(self, k) for k in self.model_fields_set - set(names)})
+
     @classmethod
     def from_toml(cls, text: str, source: str = "scene") -> "Scene":
         """

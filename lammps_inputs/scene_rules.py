@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
+
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
@@ -49,6 +51,17 @@ def _check_speed(scene: "Scene") -> None:
 
 def _check_numerics(scene: "Scene") -> None:
     given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
+    if not scene.error and not given:
+        raise ValueError(
+            "error is False, and the numerics are chosen by an error bar; expected explicit ones "
+            "beside it, such as scheme and timestep: drop one or give the other"
+        )
+    if isinstance(scene.bond, Harmonic):
+        for key in ("table", "table_points"):
+            if getattr(scene, key) is not None:
+                raise ValueError(
+                    f"{key} is for tabulated bonds; LAMMPS has the harmonic one exactly: drop it"
+                )
     if scene.tolerance is not None and given:
         raise ValueError(
             f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "

@@ -63,6 +63,14 @@ def collide(
     RunError
         If no number that can be trusted came out; each cause has a name.
     """
+    try:
+        return _collide(scene, tolerance, most_seconds)
+    except KeyboardInterrupt as interrupt:
+        # Where it happened to be says nothing, and a notebook takes seconds to show it.
+        raise interrupt.with_traceback(None) from None
+
+
+def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Collision:
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
@@ -75,7 +83,10 @@ def collide(
         asked = scene.tolerance or DEFAULT_TOLERANCE
         met = meet.meet(scene, asked)
         outcome, bar, found, reason = met.outcome, met.bar, met.details, met.reason
-    return _result(scene, outcome, bar, asked, reason, found, started)
+    result = _result(scene, outcome, bar, asked, reason, found, started)
+    if scene.arrays is not None:
+        result.save_arrays(scene.arrays)
+    return result
 
 
 def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:

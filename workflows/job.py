@@ -49,6 +49,11 @@ def write_job(
         )
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     scouted = None if scouting is None else scouting.end
+    if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
+        raise InputError(
+            f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
+            "beside it, or neither"
+        )
     frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
         SCRIPT_FILE: job_script(scene, numerics, table, scouted, frame_time),
@@ -64,7 +69,7 @@ def write_job(
         }
         texts = {name: annotate[name](text) for name, text in texts.items()}
     if isinstance(scene.potential, str):
-        texts[SCENE_FILE] = scene.to_toml()
+        texts[SCENE_FILE] = scene.without("dump_frames").to_toml()
     return _write_files(texts, folder, replace_existing)
 
 

@@ -11,6 +11,11 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     Raises InputError if two outputs have one path, a file is wanted where a folder is, or a folder
     where a file is.
     """
+    if scene.dump is None and "dump_frames" in scene.model_fields_set:
+        raise InputError(
+            f"dump_frames is {scene.dump_frames!r} and there is no dump; expected the dump whose "
+            "frames these are: give dump, or drop dump_frames"
+        )
     given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
     paths = {key: path.absolute() for key, path in given.items() if path is not None}
     if len(set(paths.values())) < len(paths):

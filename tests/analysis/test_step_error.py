@@ -108,7 +108,7 @@ def test_what_cannot_be_told_is_null(tmp_path):
     assert "all runs have the step 0.02" in same.caveats[-1]
     for folder in (a, b):
         (folder / "scene.toml").unlink()
-    (b / "in.chain").write_text((b / "in.chain").read_text().replace("0.02", "0.01"))
+    (b / "log.lammps").write_text((b / "log.lammps").read_text().replace("0.02", "0.01"))
     unknown = analyze_folder(tmp_path).analysis
     assert unknown.restitution_error is None
     assert "with which wall and scheme" in unknown.caveats[-1]

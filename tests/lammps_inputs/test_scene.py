@@ -71,6 +71,8 @@ BAD = [
     ({"engine": "reference", "table": "spline"}, "table is for engine 'lammps'"),
     ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
     ({"dump_frames": 0.0}, "dump_frames is 0.0"),
+    ({"error": False}, "error is False, and the numerics are chosen by an error bar"),
+    ({"potential": "harmonic", "table": "spline"}, "table is for tabulated bonds"),
     ({"dump_frames": "hits"}, "dump_frames is 'hits': expected a positive number, or 'contacts'"),
     ({"dump_frames": True}, "dump_frames is True: expected a positive number, or 'contacts'"),
     ({"error": "perhaps"}, "error is 'perhaps'"),
@@ -177,6 +179,10 @@ def scenes(draw):
     for name, values in optional.items():
         if draw(st.booleans()):
             fields[name] = draw(values)
+    if bond.get("potential") == "harmonic":  # never tabulated
+        fields = {k: v for k, v in fields.items() if k not in ("table", "table_points")}
+    if not set(numerics) & set(fields):  # then an error bar chooses them
+        fields.pop("error", None)
     return Scene(**fields)
 
 

@@ -52,8 +52,6 @@ def run(
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
     with show_elapsed(expected_seconds(scene)):
         result = collide(scene, most_seconds=most_seconds)
-    if scene.arrays is not None:
-        result.save_arrays(scene.arrays)
     if as_json:
         click.echo(json.dumps(result.to_dict(), allow_nan=False))
     else:

@@ -105,10 +105,25 @@ def sweep(
         todo = scenes if plan is None else plan.todo
         cost = sweep_cost(todo, arrays=arrays)
         click.echo(_forecast(asked, scenes, path, cost, cores, as_json))
+        unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
+        left_out = [name for name, value in unused.items() if value is not None]
+        if left_out:
+            click.echo(
+                f"chaincor: note: the forecast is for this machine and for results; it leaves out "
+                f"{' and '.join(left_out)}",
+                err=True,
+            )
         return
     with Store(path) as store:
         plan = plan_sweep(store, scenes, **wishes)
         if keep_jobs is not None:
+            jobless = sum(scene.engine != "lammps" for scene in plan.todo)
+            if jobless:
+                click.echo(
+                    f"chaincor: note: {jobless} of {len(plan.todo)} collisions are run in-house, "
+                    "without a LAMMPS job that --keep-jobs could keep",
+                    err=True,
+                )
             plan = _keeping_jobs(plan, keep_jobs)
         summary = None
         if plan.todo:

@@ -44,6 +44,17 @@ def tradeoff(
     advice for the scene's tolerance (1e-6 by default).
     """
     if calibrate:
+        given = [name for name, value in options.items() if value is not None]
+        given += [
+            name
+            for name, value in {"SCENE.toml": scene_file, "output": output, "quick": quick}.items()
+            if value
+        ]
+        if given:
+            raise click.UsageError(
+                f"--calibrate measures the machine and nothing else, so that {', '.join(given)} "
+                "would not be used; expected one or the other"
+            )
         _calibrate(as_json)
         return
     from chaincor.workflows.tradeoff.description import describe_study
@@ -52,6 +63,13 @@ def tradeoff(
     from chaincor.workflows.tradeoff.study_progress import study_progress
 
     scene = scene_from(scene_file, options)
+    unused = [key for key in (*_OWN, *_FILES) if key in scene.model_fields_set]
+    if unused:
+        click.echo(
+            f"chaincor: note: a study measures every setting and writes no files of a single run; "
+            f"of the scene it does not use {', '.join(unused)}",
+            err=True,
+        )
     with study_progress() as progress:
         study = measure_tradeoff(scene, quick=quick, progress=progress)
     if output is not None:

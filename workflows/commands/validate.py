@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from chaincor.lammps_inputs.scene import NUMERICS_KEYS
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
 from chaincor.workflows.validation.comparison import Validation
 
@@ -20,10 +21,8 @@ from chaincor.workflows.validation.comparison import Validation
 @click.option(
     "--timeout",
     type=click.FloatRange(min=0.0, min_open=True),
-    default=600.0,
-    show_default=True,
     metavar="S",
-    help="seconds your function may take",
+    help="seconds your function may take [default: 600]",
 )
 @click.option("--grid", is_flag=True, help="a grid of potentials, sizes and speeds instead")
 @click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
@@ -33,7 +32,7 @@ def validate(
     ctx: click.Context,
     scene_file: str | None,
     against: str | None,
-    timeout: float,
+    timeout: float | None,
     grid: bool,
     plot: str | None,
     as_json: bool,
@@ -46,14 +45,28 @@ def validate(
     """
     from chaincor.workflows.validation import comparison as validation
 
+    if timeout is not None and (against is None or ":" not in against):
+        raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
     scene = scene_from(scene_file, options)
+    if against is not None and ":" not in against and scene.explicit:
+        given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
+        raise click.UsageError(
+            f"'{against}' holds results, on which {', '.join(given)} have no effect; expected a "
+            "tolerance, or nothing: drop them"
+        )
+    own = sorted(scene.model_fields_set - {"tolerance", *NUMERICS_KEYS})
+    if grid and own:
+        raise click.UsageError(
+            f"--grid chooses chains by itself, so that {', '.join(own)} would not be used; "
+            "expected a tolerance or numerics only: drop one or the other"
+        )
     scenes = validation.grid_around(scene) if grid else [scene]
     results = []
     for each in _with_progress(scenes):
         if against is None:
             results.append(validation.validate(each))
         else:
-            results.append(validation.validate_user(each, against, timeout=timeout))
+            results.append(validation.validate_user(each, against, timeout=timeout or _TIMEOUT))
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 
@@ -69,6 +82,10 @@ def validate(
             click.echo(f"\n{good} of {len(results)} scenes agree")
     if not agrees:
         ctx.exit(1)
+
+
+# Seconds.
+_TIMEOUT = 600.0
 
 
 def _with_progress(scenes: list) -> Any:

@@ -50,8 +50,8 @@ class Replay:
             If the run was the limit of hard spheres, which has no motion of bonds; otherwise as
             the engine.
         """
-        given = self.scene.model_fields_set & {"dump", "save", "arrays"}
-        frames = self._run(self.scene.replace(**dict.fromkeys(given)), interval).frames
+        scene = self.scene.without("dump", "dump_frames", "save", "arrays")
+        frames = self._run(scene, interval).frames
         assert frames is not None
         return frames
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
@@ -114,20 +115,25 @@ def grid_around(scene: Scene) -> list[Scene]:
         if getattr(scene, name) is not None
     }
     chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
+    tables = {"table": None, "table_points": None}  # LAMMPS has harmonic bonds without one
     chains += [
         {"potential": potential, "speed": speed}
         for potential in ("lj", "toda", "log")
         for speed in _GRID_SPEEDS
     ]
-    return [Scene(particles=n, **chain, **fields) for n in _GRID_SIZES for chain in chains]
+    return [
+        Scene(particles=n, **(fields | chain | (tables if "velocity" in chain else {})))
+        for n in _GRID_SIZES
+        for chain in chains
+    ]
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
     """Run the in-house integrator, sharper than what it judges."""
     sharper = max(SHARPER * tolerance, SHARPEST)
     fields = dict.fromkeys(NUMERICS_KEYS)
-    outputs = dict.fromkeys(("dump", "save", "arrays"))
-    return collide(scene.replace(engine="reference", tolerance=sharper, **fields, **outputs))
+    scene = scene.without("dump", "dump_frames", "save", "arrays", "error")
+    return collide(scene.replace(engine="reference", tolerance=sharper, **fields))
 
 
 def validate(scene: Scene, tolerance: float | None = None) -> Validation:
@@ -147,6 +153,10 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         The comparison.
     """
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
+    if not scene.error:
+        raise InputError(
+            "error is False, and runs are compared by their error bars; expected them: drop it"
+        )
     if scene.explicit:
         subject = collide(scene.replace(engine="lammps"))
     else:

@@ -99,10 +99,10 @@ def kept_files(
         )
     files[SCRIPT_FILE] = note + job_script(scene, numerics, table, scouted)
     if isinstance(scene.potential, str):
-        changes = dict.fromkeys({"save", "dump", "arrays"} & scene.model_fields_set)
+        scene = scene.without("save", "dump", "dump_frames", "arrays")
         if scene.bond_file is not None:  # the job lies elsewhere
-            changes["bond_file"] = scene.bond_file.resolve()
-        files[SCENE_FILE] = scene.replace(**changes).to_toml()
+            scene = scene.replace(bond_file=scene.bond_file.resolve())
+        files[SCENE_FILE] = scene.to_toml()
     return files
 
 

@@ -1,0 +1,42 @@
+"""Ctrl-C in a session that goes on, such as a notebook: short to show, and nothing is broken."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+# What a notebook does: a cell is interrupted, its traceback is shown, the next cell runs.
+SESSION = """
+import traceback
+from chaincor import Scene, collide
+
+small = Scene(particles=5, tolerance=1e-4, engine="{engine}")
+before = collide(small).restitution
+print("BEGINS", flush=True)
+try:
+    collide(Scene(particles=30000, engine="{engine}"))
+except KeyboardInterrupt as interrupt:
+    frames = traceback.extract_tb(interrupt.__traceback__)
+    print("FRAMES", len(frames), interrupt.__cause__, interrupt.__context__)
+print("SAME", collide(small).restitution == before)
+"""
+
+
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_the_session_goes_on(engine, tmp_path):
+    session = subprocess.Popen(
+        [sys.executable, "-c", SESSION.format(engine=engine)],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert session.stdout is not None
+    assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
+    time.sleep(1.0)  # somewhere inside; anywhere will do
+    session.send_signal(signal.SIGINT)
+    out, err = session.communicate(timeout=300)
+    # The line of the session and that of collide(): a notebook takes seconds to show dozens.
+    assert out == "FRAMES 2 None None\nSAME True\n", err
