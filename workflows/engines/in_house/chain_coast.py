@@ -79,7 +79,10 @@ class ChainCoast:
             part = min(most, steps - begin)
             glide = Glide(part, self._step, self._clearance, begin == 0, begin + part == steps)
             taken = self._kernels.coast(
-                self.chain.ledger, self.chain.arrays.now, glide, self._kernels.parameters
+                self.chain.ledger,
+                tuple(self.chain.arrays.now),
+                tuple(glide),
+                self._kernels.parameters,
             )
             done += taken
             if taken < part:
