@@ -129,7 +129,9 @@ class UserBond(Potential):
 
     @cached_property
     def convex_strain(self) -> float:
-        """Largest strain up to which the stiffness was seen to be positive; 0 if it never is."""
+        """Largest strain up to which the stiffness was seen to be positive; 0 without tension."""
+        if self.dissociation == 0.0:
+            return 0.0
         edges = scan_strains(self)
         with np.errstate(all="ignore"):
             forces = self.force(edges)

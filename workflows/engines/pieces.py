@@ -154,7 +154,8 @@ def escape_risk(
     freely, one has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration;
     and a piece that decays at all does so with that much in
     :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which
-    a bond gains energy without bound, :math:`E^*` is the barrier alone, whatever the speed.
+    a bond gains energy without bound, :math:`E^*` is the barrier alone, whatever the speed. Where
+    nothing binds, nothing needs to gather: particles hand their velocities on.
 
     Parameters
     ----------
@@ -184,10 +185,12 @@ def escape_risk(
         needed += 0.5 * speed * speed * particles / (particles - 1)
     if energy < needed:
         return 0.0
+    if breaking == 0.0:
+        return 1.0
     freedoms = particles - 2
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
-    times = energy / breaking if breaking > 0.0 else float(particles)
+    times = energy / breaking
     # What is only unlikely is never taken for impossible, however long the piece.
     return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))
 

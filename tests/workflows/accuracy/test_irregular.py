@@ -55,6 +55,17 @@ def test_bars_hold_without_tension(engine, particles):
 
 
 @pytest.mark.slow
+def test_a_late_contact_without_tension_is_found():
+    # Where nothing binds, a slow particle comes to the wall as late as it likes: the 35th contact
+    # 130 after the 34th. The value is the judge's, good to 3e-15.
+    scene = Scene(potential=SLACK, particles=39, velocity=0.042123547374017994, engine="reference")
+    result = collide(scene, tolerance=1e-5)
+    assert result.contacts == 35
+    assert result.ending == "proved"
+    assert abs(result.restitution - 0.9579712463913247) <= result.restitution_error
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 @pytest.mark.parametrize(("stiffness", "strain"), [(4.0, 0.0), (0.5, -0.03)])
 def test_bars_hold_with_kinks_nobody_named(engine, stiffness, strain):
