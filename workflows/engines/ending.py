@@ -32,7 +32,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.pieces import PAID, Pieces, breaking_energy, cut, escape_risk, reach
+from chaincor.workflows.engines.pieces import (
+    PAID,
+    VIBRATIONS,
+    Pieces,
+    breaking_energy,
+    escape_risk,
+    find_pieces,
+    reach,
+)
 
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
@@ -48,9 +56,8 @@ LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.
 LOOK_GROWTH = 1.4
 
-# An end is argued where a return is less likely than this, in so many vibrations a particle.
+# An end is argued where a return is less likely than this.
 RISK_ALLOWED = 1e-3
-VIBRATIONS = 100.0
 # What a part is thrown out with is reckoned to exceed its bound so often.
 UNLIKELY = 0.01
 
@@ -153,35 +160,6 @@ def look_interval(particles: int, stiffness: float) -> float:
         A tenth of the time sound takes to cross the chain and a little more.
     """
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
-
-
-def find_pieces(
-    first_displacement: float,
-    strains: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    bond: Potential,
-) -> Pieces:
-    """
-    Cut a chain where its parts stay apart, or hardly ever meet again.
-
-    Parameters
-    ----------
-    first_displacement : float
-        Distance of particle 1 from the wall.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,)
-        Particle velocities, positive away from the wall.
-    bond : Potential
-        The bonds' potential.
-
-    Returns
-    -------
-    Pieces
-        At least one.
-    """
-    patience = VIBRATIONS * len(velocities)
-    return cut(first_displacement, strains, velocities, bond, patience)
 
 
 def return_risk(pieces: Pieces, bond: Potential) -> float:

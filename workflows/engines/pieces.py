@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
 PAID = 0.9
+# Vibrations a particle with which risks are reckoned.
+VIBRATIONS = 100.0
 # Of an escape for which there is energy.
 _LEAST_RISK = 1e-300
 # Bounds are worked out for energies on a ladder of this ratio, and kept.
@@ -195,12 +197,11 @@ def escape_risk(
     return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))
 
 
-def cut(
+def find_pieces(
     first_displacement: float,
     strains: Array,
     velocities: Array,
     bond: Potential,
-    patience: float,
 ) -> Pieces:
     """
     Cut a chain into as many pieces as move apart.
@@ -215,8 +216,6 @@ def cut(
         Particle velocities, positive away from the wall.
     bond : Potential
         The bonds' potential.
-    patience : float
-        Number of vibrations to be reckoned with, see :func:`escape_risk`.
 
     Returns
     -------
@@ -224,7 +223,7 @@ def cut(
         One at least. Pieces that approach, or whose motion does not break the bond between them,
         are taken as one.
     """
-    chain = _Chain(first_displacement, strains, velocities, bond, patience)
+    chain = _Chain(first_displacement, strains, velocities, bond)
     cuts = np.empty(0, dtype=np.int64)
     if math.isfinite(bond.dissociation):
         cuts = np.flatnonzero(strains > bond.convex_strain)
@@ -259,12 +258,10 @@ class _Cutting:
 class _Chain:
     """A state, with what all its partitions need."""
 
-    def __init__(
-        self, first: float, strains: Array, velocities: Array, bond: Potential, patience: float
-    ) -> None:
+    def __init__(self, first: float, strains: Array, velocities: Array, bond: Potential) -> None:
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond
-        self.patience = patience
+        self.patience = VIBRATIONS * len(velocities)
         with np.errstate(over="ignore"):  # an exploded motion, which its energy gives away
             self.bond_energies = np.append(bond.energy(strains), 0.0)
 

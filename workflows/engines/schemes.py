@@ -16,6 +16,7 @@ Equations I, II.9 and II.14.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -142,7 +143,7 @@ class Composed:
             name, COMPOSITIONS[name].order, Splitting(0.5 * (padded[:-1] + padded[1:]), kicks)
         )
 
-    @property
+    @cached_property
     def evaluations(self) -> int:
         """One a stage."""
         return len(self.fractions.kicks)
@@ -224,7 +225,7 @@ class Extrapolated:
         mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
         return cls(f"extrapolated{order}", order, mixture)
 
-    @property
+    @cached_property
     def evaluations(self) -> int:
         """k(k + 1)/2."""
         return int(np.sum(self.fractions.counts))

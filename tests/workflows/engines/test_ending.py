@@ -15,7 +15,6 @@ from chaincor.workflows.engines.ending import (
     EndWatch,
     approach,
     argue_end,
-    find_pieces,
     longest_collision,
     quiet_time,
     return_risk,
@@ -23,6 +22,7 @@ from chaincor.workflows.engines.ending import (
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.pieces import find_pieces
 
 LJ = LennardJones()
 LONG = 1e9

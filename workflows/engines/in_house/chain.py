@@ -13,7 +13,7 @@ from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule, StepScheme
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class Chain:
         ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
         near = State(np.empty(reach), np.empty(reach + 1))
         last, kept, trial = (_copied(now) for _ in range(3))
-        return cls(ledger, motion.Arrays(now, last, contacts, kept, near, trial))
+        return cls(ledger, motion.Arrays(now, last, kept, near, trial, contacts))
 
     @classmethod
     def in_flight(
@@ -215,13 +215,15 @@ class Chain:
         int
             Why it came back, see ``motion``.
         """
-        kernels, scheme = stepper.kernels, stepper.scheme
+        kernels, scheme, ledger = stepper.kernels, stepper.scheme, self.ledger
         most = steps_at_once(scheme.evaluations * len(self.strain))
-        rule = Rule(scheme.fractions, kernels.parameters)
+        arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
         while True:
-            until = min(goal, int(self.ledger.steps) + most)
-            status = kernels.advance(self.ledger, self.arrays, until, stepper.step, rule)
-            if status != motion.DONE or self.ledger.steps >= goal:
+            until = min(goal, int(ledger.steps) + most)
+            status = kernels.advance(
+                ledger, arrays, until, stepper.step, fractions, kernels.parameters
+            )
+            if status != motion.DONE or ledger.steps >= goal:
                 return int(status)
 
 

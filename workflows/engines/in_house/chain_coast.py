@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, find_pieces, quiet_time
+from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.motion import Glide
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, find_end, required_clearance
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.pieces import find_pieces
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 
@@ -79,7 +80,10 @@ class ChainCoast:
             part = min(most, steps - begin)
             glide = Glide(part, self._step, self._clearance, begin == 0, begin + part == steps)
             taken = self._kernels.coast(
-                self.chain.ledger, self.chain.arrays.now, glide, self._kernels.parameters
+                self.chain.ledger,
+                tuple(self.chain.arrays.now),
+                tuple(glide),
+                self._kernels.parameters,
             )
             done += taken
             if taken < part:

@@ -1,5 +1,5 @@
 r"""
-The flight of a harmonic chain from contact to contact, in its modes.
+A harmonic chain in its modes, and its flight from contact to contact.
 
 A mode is kept as the velocity :math:`p_j` and the strain-like amplitude
 :math:`e_j = \omega_j q_j`, so that its motion is a rotation and a long wave of large amplitude
@@ -12,14 +12,24 @@ and its Taylor series over one time unit is exact: with :math:`\omega \le 2` and
 after m terms is below :math:`2^{m - 1} \sqrt{2 E} / m!`, which at m = 26 is 8e-20 times the root.
 """
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.contact_search import first_root
+from chaincor.workflows.engines.interrupts import steps_at_once
 
 # Terms of the Taylor series and the time over which it holds.
 TERMS = 26
 WINDOW = 1.0
+
+# The 26 terms of a series and the rotation of a mode, in bond forces.
+_WINDOW_WORK = 60
+
+Array = NDArray[np.float64]
 
 _first_root = njit(cache=True, error_model="numpy")(first_root)
 
@@ -127,3 +137,183 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longes
         rotate(strain_modes, velocity_modes, omega, WINDOW)
         flown += WINDOW
     return flown, wall_distance, 1.0
+
+
+def strains_of(strain_modes: Array) -> Array:
+    """
+    Return the bond strains of modes.
+
+    Parameters
+    ----------
+    strain_modes : ndarray of shape (..., n)
+        e_j = omega_j q_j.
+
+    Returns
+    -------
+    ndarray of shape (..., n - 1)
+        s_i, minus the orthonormal DST-I of e_j.
+    """
+    from scipy.fft import dst
+
+    return -dst(strain_modes[..., 1:], type=1, norm="ortho")
+
+
+@dataclass
+class ModalChain:
+    """
+    A free harmonic chain in its modes.
+
+    Attributes
+    ----------
+    strain_modes, velocity_modes : ndarray of shape (n,)
+        e_j = omega_j q_j and p_j.
+    omega, shape : ndarray of shape (n,)
+        Frequencies, and the modes at particle 1.
+    wall_distance : float
+        x of particle 1.
+    """
+
+    strain_modes: Array
+    velocity_modes: Array
+    omega: Array
+    shape: Array
+    wall_distance: float = 0.0
+
+    @classmethod
+    def at_first_contact(cls, particles: int, speed: float) -> "ModalChain":
+        """
+        Return the chain right after its first contact.
+
+        Parameters
+        ----------
+        particles : int
+            Particles n.
+        speed : float
+            v0; all particles have -v0 but the first, which is reflected.
+
+        Returns
+        -------
+        ModalChain
+            With no strain.
+        """
+        angle = 0.5 * math.pi * np.arange(particles) / particles
+        shape = math.sqrt(2.0 / particles) * np.cos(angle)
+        shape[0] = math.sqrt(1.0 / particles)
+        velocity_modes = 2.0 * speed * shape
+        velocity_modes[0] -= speed * math.sqrt(particles)
+        return cls(np.zeros(particles), velocity_modes, 2.0 * np.sin(angle), shape)
+
+    @property
+    def momentum(self) -> float:
+        """Momentum of the chain."""
+        return float(self.velocity_modes[0]) * math.sqrt(len(self.omega))
+
+    def copy(self) -> "ModalChain":
+        """
+        Return a chain that moves independently.
+
+        Returns
+        -------
+        ModalChain
+            In the same state.
+        """
+        return ModalChain(
+            self.strain_modes.copy(),
+            self.velocity_modes.copy(),
+            self.omega,
+            self.shape,
+            self.wall_distance,
+        )
+
+    def strains(self) -> Array:
+        """
+        Return the bond strains.
+
+        Returns
+        -------
+        ndarray of shape (n - 1,)
+            s_i, minus the orthonormal DST-I of e_j.
+        """
+        return strains_of(self.strain_modes)
+
+    def velocities(self) -> Array:
+        """
+        Return the particle velocities.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            v_i, the inverse DCT-II of p_j.
+        """
+        from scipy.fft import idct
+
+        return idct(self.velocity_modes, type=2, norm="ortho")
+
+    def fly(self, longest: float) -> tuple[float, float | None]:
+        """
+        Fly freely to the next contact, or for a given time.
+
+        Parameters
+        ----------
+        longest : float
+            When to stop looking; up to one time unit more is flown.
+
+        Returns
+        -------
+        flown : float
+            Time flown.
+        incoming : float or None
+            Speed of particle 1 into the wall, not yet reflected; None where there is no contact.
+        """
+        flown, velocity = 0.0, 1.0
+        # A window takes as long as so many bond forces for every mode.
+        at_once = WINDOW * steps_at_once(_WINDOW_WORK * len(self.omega))
+        while True:
+            flown, self.wall_distance, velocity = fly(
+                self.strain_modes,
+                self.velocity_modes,
+                self.omega,
+                self.shape,
+                self.wall_distance,
+                flown,
+                min(longest, flown + at_once),
+            )
+            if velocity <= 0.0:
+                return flown, -velocity
+            if flown >= longest:
+                return flown, None
+
+    def reflect(self, incoming: float) -> None:
+        """
+        Reverse the velocity of particle 1.
+
+        Parameters
+        ----------
+        incoming : float
+            Its speed into the wall.
+        """
+        self.velocity_modes += 2.0 * incoming * self.shape
+
+    def drifted(self, duration: float) -> "ModalChain":
+        """
+        Return the chain after a free flight.
+
+        Parameters
+        ----------
+        duration : float
+            How long; the wall is not looked at.
+
+        Returns
+        -------
+        ModalChain
+            A copy.
+        """
+        later = self.copy()
+        rotate(later.strain_modes, later.velocity_modes, self.omega, duration)
+        # x moves by the integral of its velocity; 1 - cos is taken without cancellation.
+        vibrating, omega = slice(1, None), self.omega[1:]
+        swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
+        swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
+        later.wall_distance += float(self.shape[0] * self.velocity_modes[0] * duration)
+        later.wall_distance += float(self.shape[vibrating] @ (swing / omega))
+        return later
