@@ -11,7 +11,6 @@ from chaincor.analysis.dumps.frame import DumpFrame
 
 _NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 _COMMAND = re.compile(r"^\s*timestep\s+(\S+)", re.MULTILINE)
-_INDEX = re.compile(r"^\s*variable\s+(\w+)\s+index\s+(\S+)", re.MULTILINE)
 
 # Two printed velocities of the default six digits may differ by this and mean the same.
 _SAME_SPEED = 1e-5
@@ -84,8 +83,4 @@ def _words(logs: Iterable[Path], scripts: Iterable[Path]) -> tuple[list[str], bo
 
 
 def _timestep_words(path: Path) -> list[str]:
-    """Return them, with index variables that the file sets itself in place of their names."""
-    text = path.read_text(errors="replace")
-    variables = dict(_INDEX.findall(text))
-    words = _COMMAND.findall(text)
-    return [variables.get(word.strip("${}"), word) if "$" in word else word for word in words]
+    return _COMMAND.findall(path.read_text(errors="replace"))
