@@ -109,6 +109,8 @@ class ChainCoast:
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
+# A contact that one of a few motions comes to may be harder by this factor in the true one.
+_HARDER = 1.5
 # Motions have come to the same end where the first pieces are alike to this part of v0, and of
 # their energy.
 _ALIKE = 0.01
@@ -207,7 +209,7 @@ class LookAhead:
         if differ and not few:
             ends += [self._follow_again(share, now, last) for share in _MORE_SAMPLES]
             settled = [end for end in ends if isinstance(end, tuple)]
-        met = [end for end in ends if not isinstance(end, tuple)]
+        met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
         if met and settled:
             # Where they do not agree, the run itself is one motion among many.
             self.doubt = max(self.doubt, *met)
