@@ -36,8 +36,10 @@ FLOORS = {
         {"in_house"},
         {"look_ahead", "rounding"},
         {"outcome", "schemes"},
-        {"compositions", "ending", "interrupts"},
+        {"compositions", "end_watch", "interrupts"},
+        {"ending"},
         {"pieces"},
+        {"piece_bounds"},
     ],
     "lammps_inputs/bonds": [
         {"potentials", "table_file"},

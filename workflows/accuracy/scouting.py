@@ -7,7 +7,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import ScoutedEnd
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.step_guess import sharpness
-from chaincor.workflows.engines.ending import look_interval, quiet_time
+from chaincor.workflows.engines.end_watch import look_interval
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.errors import RunError

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, EndWatch, look_interval
+from chaincor.workflows.engines.end_watch import EndWatch, look_interval
+from chaincor.workflows.engines.ending import Ending
 
 # Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
 # they move it by less than v0/1e3; later, when their phase errors have grown, it is far away.

@@ -12,35 +12,19 @@ inflection, where the pull falls with the length. If the gap at a cut never gets
 at most, and since no particle moves faster in the frame of its piece than
 :math:`\sqrt{2 I}`, where I is the internal energy, :math:`\sqrt{2 I}` grows by J at most. Where the
 gaps so worsened still grow as was assumed, they do so for ever: a proof.
-
-Inside a piece, the end particle is displaced from where the mean has it by
-:math:`D = \sum_i w_i s_i` with weights :math:`w_i = i/m`. With :math:`\kappa` the smallest
-:math:`2 U/s^2` that bonds of energy I or less can have, Cauchy and Schwarz give
-:math:`D^2 \le 2 I \sum_i w_i^2/\kappa`, and where U is convex, Jensen
-:math:`U(D/W) \le I w_{m-1}/W` with :math:`W = \sum_i w_i`. A piece whose energy suffices to break
-a bond is bounded otherwise: what lies farther out than the displacement that costs 0.9 of a broken
-bond has only the rest of the energy to move with.
 """
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.piece_bounds import PAID, VIBRATIONS, escape_risk, reach
 
 Array = NDArray[np.float64]
 
-# Energy of a broken bond that is taken as paid once an end particle is far out.
-PAID = 0.9
-# Vibrations a particle with which risks are reckoned.
-VIBRATIONS = 100.0
-# Of an escape for which there is energy.
-_LEAST_RISK = 1e-300
-# Bounds are worked out for energies on a ladder of this ratio, and kept.
-_LADDER = math.log(1.03)
 # Part of the present speed of separation that must be left when all pulls are counted.
 _LEFT = 0.5
 # The pull is reckoned with gaps that the pull itself makes smaller.
@@ -74,127 +58,6 @@ class Pieces:
     energies: Array
     displacements: Array
     return_risk: float
-
-
-def breaking_energy(bond: Potential) -> float:
-    """
-    Return the energy that a bond cannot hold.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-
-    Returns
-    -------
-    float
-        That of dissociation, or of the barrier beyond which the bond runs away; inf for others.
-    """
-    return min(bond.dissociation, bond.barrier)
-
-
-def reach(bond: Potential, energy: float, particles: int) -> float:
-    """
-    Return how far an end particle can get from where the mean of its piece has it.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    energy : float
-        All energy that the bonds can have.
-    particles : int
-        Particles of the piece.
-
-    Returns
-    -------
-    float
-        inf where the energy suffices to break a bond.
-    """
-    if particles == 1 or energy <= 0.0:
-        return 0.0
-    if energy >= breaking_energy(bond):
-        return math.inf
-    longest, softest = _extent(bond, _on_ladder(bond, energy))
-    squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
-    total = 0.5 * (particles - 1)
-    far = total * longest
-    if softest > 0.0:
-        far = min(far, math.sqrt(2.0 * energy * squares / softest))
-    if longest <= bond.convex_strain:
-        mean = energy * (particles - 1) / (particles * total)
-        far = min(far, total * _extent(bond, _on_ladder(bond, mean))[0])
-    return far
-
-
-def _on_ladder(bond: Potential, energy: float) -> float:
-    """Return an energy that is a little higher, one of few; never one that breaks the bond."""
-    rung = math.ceil(math.log(energy / bond.stiffness) / _LADDER)
-    higher = bond.stiffness * math.exp(rung * _LADDER)
-    return higher if higher < breaking_energy(bond) else energy
-
-
-@lru_cache(maxsize=8192)
-def _extent(bond: Potential, energy: float) -> tuple[float, float]:
-    """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
-    lowest, longest = bond_strains(bond, energy)
-    strains = np.linspace(lowest, longest, 66)
-    strains = strains[strains != 0.0]
-    with np.errstate(divide="ignore"):  # a bond compressed to nothing
-        softest = 2.0 * float(np.min(bond.energy(strains) / strains**2))
-    return longest, min(bond.stiffness, softest)
-
-
-def escape_risk(
-    bond: Potential, energy: float, particles: int, speed: float, patience: float
-) -> float:
-    r"""
-    Estimate how likely a piece is to throw its end particle out with a speed.
-
-    The energy that takes is :math:`E^* = U(\infty) + \frac12 u^2 \frac{m}{m-1}`. Less than that is
-    a proof. More is judged as unimolecular decay is: of m - 1 vibrations that share the energy I
-    freely, one has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration;
-    and a piece that decays at all does so with that much in
-    :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which
-    a bond gains energy without bound, :math:`E^*` is the barrier alone, whatever the speed. Where
-    nothing binds, nothing needs to gather: particles hand their velocities on.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    energy : float
-        Internal energy.
-    particles : int
-        Particles of the piece.
-    speed : float
-        Relative to the mean of the piece; no escape is possible with less than none.
-    patience : float
-        Number of vibrations to be reckoned with.
-
-    Returns
-    -------
-    float
-        Between 0 and 1.
-    """
-    if particles == 1:
-        return 0.0
-    if speed <= 0.0:
-        return 1.0
-    breaking = breaking_energy(bond)
-    needed = breaking
-    if math.isinf(bond.barrier):
-        needed += 0.5 * speed * speed * particles / (particles - 1)
-    if energy < needed:
-        return 0.0
-    if breaking == 0.0:
-        return 1.0
-    freedoms = particles - 2
-    decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
-    part = (energy - needed) / (energy - breaking)
-    times = energy / breaking
-    # What is only unlikely is never taken for impossible, however long the piece.
-    return min(1.0, max(_LEAST_RISK, min(patience * decays, times * part**freedoms)))
 
 
 def find_pieces(

@@ -9,13 +9,12 @@ from scipy.optimize import minimize
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Toda
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines import ending as ending_module
+from chaincor.workflows.engines import end_watch
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
-    EndWatch,
     approach,
     argue_end,
-    longest_collision,
     quiet_time,
     return_risk,
 )
@@ -119,7 +118,7 @@ def test_a_piece_under_way_to_the_wall_is_waited_for():
 
 
 def test_nothing_is_argued_while_the_first_piece_approaches(monkeypatch):
-    monkeypatch.setattr(ending_module, "ARRIVAL_CROSSINGS", 0.0)
+    monkeypatch.setattr(end_watch, "ARRIVAL_CROSSINGS", 0.0)
     # The momentum is that of a particle far away; no silence makes up for the direction.
     state = hot_piece(-0.05, energy=1e-4)
     assert state[2].sum() > 0.0

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import with_doubts
 from chaincor.workflows.collision import collide
 from chaincor.workflows.commands.run import describe
-from chaincor.workflows.engines import ending
+from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 
@@ -91,9 +91,9 @@ def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
     # The first piece approaches until 34.6, and hits the wall after 38.8. Give up at 34.37: 2.87
     # after the 26th contact, a little more than the 2.77 between that and the one before.
     scene = Scene(potential="lj", particles=28, speed=1.47, engine="reference")
-    monkeypatch.setattr(ending, "ARRIVAL_CROSSINGS", 0.0)
-    monkeypatch.setattr(ending, "FOLLOWED_TIMES", 1.0)
-    monkeypatch.setattr(ending, "LEAST_CROSSINGS", 2.87 / (28 + 5))
+    monkeypatch.setattr(end_watch, "ARRIVAL_CROSSINGS", 0.0)
+    monkeypatch.setattr(end_watch, "FOLLOWED_TIMES", 1.0)
+    monkeypatch.setattr(end_watch, "LEAST_CROSSINGS", 2.87 / (28 + 5))
     result = collide(scene, tolerance=1e-7)
     assert result.contacts == 26
     assert result.ending == "open"

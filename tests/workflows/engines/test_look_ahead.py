@@ -9,7 +9,8 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.engines import look_ahead
-from chaincor.workflows.engines.ending import longest_collision, quiet_time
+from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.errors import RunError

@@ -9,7 +9,8 @@ from scipy.optimize import brentq, minimize
 from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
 from chaincor.lammps_inputs.bonds.potential import bond_strains
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.workflows.engines.pieces import count_fragments, escape_risk, find_pieces, reach
+from chaincor.workflows.engines.piece_bounds import escape_risk, reach
+from chaincor.workflows.engines.pieces import count_fragments, find_pieces
 
 LJ = LennardJones()
 BONDS = [Harmonic(), LJ, Toda(), Logarithmic(), Power(4, 1.0)]

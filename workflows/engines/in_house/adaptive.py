@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision, quiet_time
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.finish import (

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, EndWatch
+from chaincor.workflows.engines.end_watch import EndWatch
+from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, EndWatch, longest_collision
+from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
+from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
     LastContact,

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.ending import Ending, longest_collision, look_interval, quiet_time
+from chaincor.workflows.engines.end_watch import longest_collision, look_interval
+from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
 from chaincor.workflows.engines.in_house.follow import follow
 from chaincor.workflows.engines.lammps.flight import Flight

@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential, compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
-from chaincor.workflows.engines.ending import longest_collision
+from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.course import ChainCollision

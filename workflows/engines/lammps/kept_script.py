@@ -15,7 +15,8 @@ from chaincor.lammps_inputs.script import (
     ScoutedEnd,
     render_job,
 )
-from chaincor.workflows.engines.ending import longest_collision, look_interval, quiet_time
+from chaincor.workflows.engines.end_watch import longest_collision, look_interval
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

@@ -7,7 +7,6 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines import ending
 from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.adaptive_loops import array_rates, looped_rates
@@ -113,7 +112,7 @@ def test_named_failures(fields, error):
 
 
 def test_cap_on_the_length(monkeypatch):
-    for module in (ending, stiff):
+    for module in (end_watch, stiff):
         monkeypatch.setattr(module, "longest_collision", lambda _n, _k, _last: 3.0)
     with pytest.raises(UnfinishedCollisionError, match="3 after the first contact"):
         stiff.run(Scene(particles=20), 1e-8)

@@ -6,7 +6,7 @@ import pytest
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines import ending
+from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import motion, stepping
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
@@ -219,7 +219,7 @@ def test_named_failures(fields, step, error, words):
 
 
 def test_cap_on_the_length(monkeypatch):
-    monkeypatch.setattr(ending, "longest_collision", lambda _n, _k, _last: 10.0)
+    monkeypatch.setattr(end_watch, "longest_collision", lambda _n, _k, _last: 10.0)
     with pytest.raises(UnfinishedCollisionError, match=r"10(\.\d)? after the first contact"):
         stepping.run(Scene(particles=20), Numerics(scheme="order6", timestep=0.1))
 
