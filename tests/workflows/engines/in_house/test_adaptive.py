@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.adaptive_loops import array_rates, looped_rates
