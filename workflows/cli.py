@@ -202,7 +202,7 @@ def _run(arguments: list[str] | None) -> int:
     except click.exceptions.Exit as leave:
         return leave.exit_code
     except (click.Abort, KeyboardInterrupt) as error:
-        terminated = isinstance(error.__cause__ or error, _TerminatedError)
+        terminated = isinstance(error.__cause__ or error.__context__ or error, _TerminatedError)
         click.echo(f"chaincor: {'terminated' if terminated else 'interrupted'}", err=True)
         return 143 if terminated else 130
     except ChaincorError as error:

@@ -34,8 +34,8 @@ _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
 _A = (0.245298957184271, 0.604872665711080)
 KICKS = np.array([*_B, 1.0 - 2.0 * sum(_B), *_B[::-1]])
 DRIFTS = np.array([*_A, 0.5 - sum(_A), 0.5 - sum(_A), *_A[::-1]])
-# Steps in units of the stiffest bond's 1/frequency; where the two runs disagree, or the bar does not
-# hold, both are run again with parts of them.
+# Steps in units of the stiffest bond's 1/frequency; where the runs disagree, or the bar does not
+# hold, both are run again with parts of these.
 STEPS = (0.06, 0.043)
 CLOSER = (1.0, 1.0 / 3.0, 1.0 / 9.0)
 # How far beyond the last contact it runs, in units of the collision: less where the end is called
