@@ -12,7 +12,7 @@ import argparse
 import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import eta_of
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.front import CheapestRow

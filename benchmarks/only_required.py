@@ -18,7 +18,8 @@ from unittest.mock import patch
 from chaincor.lammps_inputs.bond_table import choose_rows
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import converge, eta_of
+from chaincor.workflows.accuracy.convergence import converge
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
 from chaincor.workflows.engines.in_house.chain import Chain
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead

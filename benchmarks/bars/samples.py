@@ -10,15 +10,9 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import (
-    Converged,
-    converge,
-    eta_of,
-    exact_modes,
-    jitter,
-    run_in_house,
-)
+from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes, jitter
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step, largest_step, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS

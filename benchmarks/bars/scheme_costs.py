@@ -11,9 +11,10 @@ import numpy as np
 
 from benchmarks.bars.samples import Random, draw_scene
 from chaincor.workflows.accuracy.by_lammps import choose_numerics
-from chaincor.workflows.accuracy.convergence import converge, exact_modes, run_in_house
+from chaincor.workflows.accuracy.convergence import converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.in_house_runs import run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.accuracy.step_search import find_step

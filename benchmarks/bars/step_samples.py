@@ -5,7 +5,7 @@ import numpy as np
 from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import eta_of, run_in_house
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS

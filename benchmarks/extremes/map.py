@@ -76,7 +76,7 @@ def answer(cell: Cell, engine: str) -> dict[str, Any]:
 
 def judge(cell: Cell, scheme: str) -> dict[str, Any]:
     """Answer by another method than `scheme`, twice, the second time more exactly."""
-    from chaincor.workflows.accuracy.convergence import eta_of, run_in_house
+    from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
     from chaincor.workflows.accuracy.step_guess import guess_step
     from chaincor.workflows.engines.in_house import adaptive
 

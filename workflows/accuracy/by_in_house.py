@@ -9,8 +9,9 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import eta_of, is_believed, jitter, run_in_house
+from chaincor.workflows.accuracy.convergence import jitter
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
+from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
 from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS

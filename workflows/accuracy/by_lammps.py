@@ -10,13 +10,14 @@ from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import Converged, converge, eta_of, exact_modes
+from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.error_bars import (
     COARSER_SHARE,
     LEAST_SHARE,
     TABLE_SENSITIVITY,
     error_bar,
 )
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
 from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step

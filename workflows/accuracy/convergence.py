@@ -1,25 +1,22 @@
 """Refining the in-house integrator until it has converged."""
 
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
+from chaincor.workflows.accuracy.irregular import refine
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.errors import CrossingError, RunError, TimestepError
+from chaincor.workflows.errors import CrossingError, RunError
 
 # Of the exact propagator, which only rounds: against itself in higher precision it is below this.
 MODAL_ERROR = 1e-13
 # A guess is wrong by less than 500; what so small a step does not resolve, none of use will.
 _MOST_HALVINGS = 9
-# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
-# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
-_CONFIRMATIONS = 4
 # Steps for this error resolve whatever amplifies rounding.
 _JITTER_GOAL = 1e-9
 
@@ -50,33 +47,6 @@ class Converged:
     kinked: bool = False
 
 
-def eta_of(scene: Scene, outcome: Outcome) -> float:
-    """Return the restitution of an outcome."""
-    return float(restitution(outcome.velocities, scene.impact_velocity))
-
-
-def run_in_house(
-    scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
-) -> Outcome:
-    """
-    Run the in-house integrator with one scheme and step.
-
-    For `known` see :func:`chaincor.workflows.engines.in_house.stepping.run`.
-    """
-    return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
-
-
-def is_believed(refusals: Sequence[RunError]) -> bool:
-    """
-    Return whether runs at ever smaller steps agree on what stops them.
-
-    `refusals` are what stopped the runs since the last that was not stopped. True where the last
-    few have the same name, one that a smaller step does not cure.
-    """
-    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
-    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
-
-
 def converge(scene: Scene, goal: float) -> Converged:
     """
     Refine the in-house integrator until its error is below a goal.
@@ -86,8 +56,6 @@ def converge(scene: Scene, goal: float) -> Converged:
     """
     scheme: StepSchemeName = "order8"
     if not scene.bond.smooth:
-        from chaincor.workflows.accuracy.irregular import refine  # which runs by what stands above
-
         found = refine(scene, goal, scheme)
         eta = eta_of(scene, found.fine)
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)

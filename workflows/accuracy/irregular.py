@@ -7,8 +7,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome

@@ -4,7 +4,8 @@ import math
 
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import Converged, eta_of, run_in_house
+from chaincor.workflows.accuracy.convergence import Converged
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.step_guess import guess_step, largest_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError

@@ -7,14 +7,9 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import (
-    MODAL_ERROR,
-    Converged,
-    converge,
-    eta_of,
-    run_in_house,
-)
+from chaincor.workflows.accuracy.convergence import MODAL_ERROR, Converged, converge
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import modal

@@ -1,0 +1,41 @@
+"""Runs of the in-house integrator at steps to be compared, and what to make of those that stop."""
+
+from collections.abc import Sequence
+
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.errors import RunError, TimestepError
+
+# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
+# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
+_CONFIRMATIONS = 4
+
+
+def eta_of(scene: Scene, outcome: Outcome) -> float:
+    """Return the restitution of an outcome."""
+    return float(restitution(outcome.velocities, scene.impact_velocity))
+
+
+def run_in_house(
+    scene: Scene, scheme: StepSchemeName, timestep: float, known: Outcome | None = None
+) -> Outcome:
+    """
+    Run the in-house integrator with one scheme and step.
+
+    For `known` see :func:`chaincor.workflows.engines.in_house.stepping.run`.
+    """
+    return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
+
+
+def is_believed(refusals: Sequence[RunError]) -> bool:
+    """
+    Return whether runs at ever smaller steps agree on what stops them.
+
+    `refusals` are what stopped the runs since the last that was not stopped. True where the last
+    few have the same name, one that a smaller step does not cure.
+    """
+    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
+    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}
