@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
+    RISK_AT_STAKE,
     Ending,
     approach,
     evaporation,
@@ -135,7 +136,7 @@ class EndWatch:
             return None
         speed = float(pieces.speeds[0])
         if speed > 0.0:
-            at_stake = evaporation(pieces, bond) if risk > RISK_ALLOWED else 0.0
+            at_stake = evaporation(pieces, bond) if risk > RISK_AT_STAKE else 0.0
             return Ending("argued", momentum_at_stake=at_stake)
         if speed < 0.0:
             arrival = now + 1.1 * float(pieces.displacements[0]) / -speed

@@ -46,6 +46,9 @@ QUIET_ROUND_TRIPS = 1.1
 
 # An end is argued where a return is less likely than this.
 RISK_ALLOWED = 1e-3
+# Where motions come to different ends, a return less likely than this, which none of them had, is
+# not reckoned with.
+RISK_AT_STAKE = 0.02
 # What a part is thrown out with is reckoned to exceed its bound so often.
 UNLIKELY = 0.01
 
