@@ -66,7 +66,7 @@ def plot(
     click.echo(target)
 
 
-# A tighter tolerance takes the place of a looser one in a store, so it tells no rows apart.
+# A store has one row for all tolerances of a collision, so they tell no rows apart.
 _NOT_THE_SCENE = {"tolerance"}
 # The same thing in two units.
 _IMPACT = {"speed", "velocity"}

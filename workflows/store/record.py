@@ -1,15 +1,16 @@
-"""Writing attempts into a results store: which result stays, and which columns it fills."""
+"""Writing attempts into a results store."""
 
 import sqlite3
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
-from chaincor.workflows.result import Collision
 from chaincor.workflows.store.attempt import Attempt, Failure
 from chaincor.workflows.store.rows import array_to_bytes, result_columns, row_key, scene_columns
 from chaincor.workflows.store.schema import FAILURE_COLUMNS
-from chaincor.workflows.store.stored_collision import Standing
+from chaincor.workflows.store.standing import Standing
+
+_NO_FAILURE: dict[str, Any] = dict.fromkeys(FAILURE_COLUMNS)
 
 
 def write_attempt(
@@ -24,10 +25,11 @@ def write_attempt(
     """
     Write one attempt, inside a transaction.
 
-    `old` is what the store has on the scene, `finished` UTC in ISO 8601. A failure never takes the
-    place of a result; `replace` lets a result take that of one that is as exact.
+    `old` is what the store has on the scene, `finished` UTC in ISO 8601. What stays is decided by
+    :meth:`~chaincor.workflows.store.standing.Standing.yields_to`; `replace` lets a result take the
+    place of one that was asked for no more exactly.
     """
-    scene = attempt.scene
+    scene, key = attempt.scene, row_key(attempt.scene)
     tries = 1 + (0 if old is None else old.tries)
     record = {"host": attempt.host, "finished": finished, "tries": tries}
     if attempt.collision is None:
@@ -35,21 +37,44 @@ def write_attempt(
         if old is None or not old.answers(scene):
             _write_failure(connection, scene, attempt.failure, old, record)
         return
-    if old is not None and not replace and old.answers(scene):
-        asked = asked_tolerance(scene)
-        sharper = asked is not None and old.tolerance is not None and old.tolerance < asked
-        if sharper or old.answers(scene, arrays=arrays):
-            return
-    _write_result(connection, scene, attempt.collision, record)
+    had_arrays = old is not None and old.has_arrays
     # Arrays that were kept must stay those of the row's result.
-    if arrays or (old is not None and old.has_arrays):
+    keep_arrays = arrays or had_arrays
+    result, versions = result_columns(attempt.collision)
+    new = Standing(
+        restitution=result["restitution"],
+        restitution_error=result["restitution_error"],
+        tolerance=result["tolerance"],
+        failure_tolerance=None,
+        failure_stands=False,
+        tries=tries,
+        finished=finished,
+        has_arrays=keep_arrays,
+    )
+    if old is not None:
+        if not old.yields_to(new, renew=replace or (arrays and not had_arrays)):
+            if changes := old.tightened_by(new):
+                update_row(connection, key, changes | _NO_FAILURE | {"tries": tries})
+            return
+        result |= new.tightened_by(old)
+    _write_result(connection, scene, result | record, versions)
+    if keep_arrays:
         connection.executemany(
             "INSERT OR REPLACE INTO arrays VALUES (?, ?, ?)",
             [
-                (row_key(scene), name, array_to_bytes(array))
+                (key, name, array_to_bytes(array))
                 for name, array in attempt.collision.arrays().items()
             ],
         )
+
+
+def update_row(connection: sqlite3.Connection, key: str, columns: dict[str, Any]) -> None:
+    """Change some columns of a row."""
+    assignments = ", ".join(f"{name} = :{name}" for name in columns)
+    connection.execute(
+        f"UPDATE main.collisions SET {assignments} WHERE collision_sha256 = :key",
+        columns | {"key": key},
+    )
 
 
 def _write_failure(
@@ -65,23 +90,16 @@ def _write_failure(
     if old is None or old.restitution is None:
         _upsert(connection, columns | scene_columns(scene) | record | {"tolerance": tolerance})
         return
-    columns["tries"] = record["tries"]
-    assignments = ", ".join(f"{name} = :{name}" for name in columns)
-    connection.execute(
-        f"UPDATE collisions SET {assignments} WHERE collision_sha256 = :key",
-        columns | {"key": row_key(scene)},
-    )
+    update_row(connection, row_key(scene), columns | {"tries": record["tries"]})
 
 
 def _write_result(
-    connection: sqlite3.Connection, scene: Scene, collision: Collision, record: dict[str, Any]
+    connection: sqlite3.Connection, scene: Scene, columns: dict[str, Any], versions: str
 ) -> None:
-    result, versions = result_columns(collision)
     connection.execute("INSERT OR IGNORE INTO environments (versions) VALUES (?)", (versions,))
     query = "SELECT id FROM environments WHERE versions = ?"
     (environment,) = connection.execute(query, (versions,)).fetchone()
-    no_failure = dict.fromkeys(FAILURE_COLUMNS)
-    columns = result | scene_columns(scene) | record | no_failure | {"environment": environment}
+    columns |= scene_columns(scene) | _NO_FAILURE | {"environment": environment}
     _upsert(connection, columns)
 
 

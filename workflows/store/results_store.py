@@ -14,16 +14,13 @@ from chaincor.workflows.store.connection import connect, named_errors, transacti
 from chaincor.workflows.store.record import write_attempt
 from chaincor.workflows.store.rows import array_from_bytes, row_key, stored_collision
 from chaincor.workflows.store.schema import SCHEMA_VERSION
-from chaincor.workflows.store.stored_collision import Standing, StoredCollision
+from chaincor.workflows.store.standing import Standing, standing_columns
+from chaincor.workflows.store.stored_collision import StoredCollision
 
 _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
 )
-_STANDING = f"""
-    SELECT restitution, restitution_error, tolerance, failure_tolerance,
-           coalesce(failure_stands, 0), tries, {_HAS_ARRAYS}
-    FROM collisions WHERE collision_sha256 = ?
-"""
+_STANDING = f"SELECT {standing_columns()} FROM collisions WHERE collision_sha256 = ?"
 _ROW = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS} AS has_arrays
     FROM collisions LEFT JOIN environments ON environment = environments.id
@@ -35,9 +32,9 @@ class Store:
     """
     A results store in one SQLite file.
 
-    A row is a collision whatever the tolerance: a result that was asked for more exactly takes the
-    place of an older one, never the other way round. Every write is a transaction of its own, so
-    that a killed program leaves whole rows only.
+    A row is a collision whatever the tolerance: of its results the one that reached the smaller
+    error stays (:meth:`~chaincor.workflows.store.standing.Standing.yields_to`). Every write is a
+    transaction of its own, so that a killed program leaves whole rows only.
 
     Parameters
     ----------
@@ -134,8 +131,8 @@ class Store:
         """
         Write attempts, all in one transaction or, with StoreWriteError, none.
 
-        A failure never takes the place of a result; `replace` lets a result take that of one that
-        is as exact.
+        What stays is decided by :meth:`~chaincor.workflows.store.standing.Standing.yields_to`;
+        `replace` lets a result take the place of one that was asked for no more exactly.
         """
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):

@@ -1,4 +1,4 @@
-"""What a results store has on a collision, and whether that answers what is asked."""
+"""One row of a results store."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -6,8 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.store.attempt import Failure
 
 
@@ -21,10 +19,11 @@ class StoredCollision:
     collision_sha256 : str
         Key of the row: hash of the scene without its tolerance.
     scene : dict
-        The canonical scene.
+        The canonical scene, with the tolerance of the run that gave the result.
     result : dict or None
         The fields of a :class:`~chaincor.workflows.result.Collision` but for the arrays; None where
-        no try has succeeded.
+        no try has succeeded. ``tolerance`` is the tightest that was asked of the collision and that
+        the result stands for, ``tolerance_met`` and ``reason`` are by that.
     failure : Failure or None
         The last failure since the result.
     failure_tolerance : float or None
@@ -62,54 +61,3 @@ class StoredCollision:
     def restitution_error(self) -> float | None:
         """Error bar of eta."""
         return None if self.result is None else self.result["restitution_error"]
-
-
-@dataclass(frozen=True)
-class Standing:
-    """
-    What a store has on a collision, as far as it decides whether to run it.
-
-    Attributes
-    ----------
-    restitution, restitution_error, tolerance : float or None
-        Of the result.
-    failure_tolerance : float or None
-        Asked for when it failed.
-    failure_stands : bool
-        Whether there is a failure that would come again.
-    tries : int
-        How often it was carried out.
-    has_arrays : bool
-        Whether the arrays are kept.
-    """
-
-    restitution: float | None
-    restitution_error: float | None
-    tolerance: float | None
-    failure_tolerance: float | None
-    failure_stands: bool
-    tries: int
-    has_arrays: bool
-
-    def answers(self, scene: Scene, *, arrays: bool = False) -> bool:
-        """
-        Say whether the result is exact enough for a scene.
-
-        That is if the same or a smaller error was asked for, or reached; with explicit numerics, if
-        there is an error bar or none is wanted.
-        """
-        if self.restitution is None or (arrays and not self.has_arrays):
-            return False
-        if scene.explicit:
-            return self.restitution_error is not None or not scene.error
-        asked = asked_tolerance(scene)
-        assert asked is not None
-        reached = self.restitution_error is not None and self.restitution_error <= asked
-        return reached or (self.tolerance is not None and self.tolerance <= asked)
-
-    def would_fail(self, scene: Scene) -> bool:
-        """Say whether a scene failed by itself when no smaller an error was asked for."""
-        if not self.failure_stands:
-            return False
-        asked = asked_tolerance(scene)
-        return asked is None or self.failure_tolerance is None or asked <= self.failure_tolerance

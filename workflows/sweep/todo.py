@@ -1,12 +1,12 @@
 """What a store leaves to be computed of a sweep."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.standing import Standing
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,8 @@ def plan_sweep(
     Find out which of many collisions have to be computed.
 
     Of scenes that differ only in their tolerance, the tightest counts. `recompute` adds what is
-    there, `retry_failed` what would fail again.
+    there, `retry_failed` what would fail again. What is there without the arrays, or is to be
+    recomputed, is asked for as exactly as before, or more.
     """
     todo, found, known_failures = [], 0, 0
     for scene in _tightest(scenes):
@@ -53,12 +54,20 @@ def plan_sweep(
             if standing.would_fail(scene) and not retry_failed:
                 known_failures += 1
                 continue
-            if standing.answers(scene) and not scene.explicit and standing.tolerance is not None:
-                # Only the arrays are missing: compute them for the result that is there.
-                tolerance = min(standing.tolerance, asked_tolerance(scene) or math.inf)
-                scene = scene.replace(tolerance=tolerance)
-        todo.append(scene)
+        todo.append(scene if standing is None else _as_exactly(scene, standing))
     return SweepPlan(tuple(todo), found, known_failures)
+
+
+def _as_exactly(scene: Scene, standing: Standing) -> Scene:
+    """
+    Return a scene, asked for at least as exactly as the result that is there.
+
+    A looser run could not take its place, neither for missing arrays nor to recompute it.
+    """
+    asked = asked_tolerance(scene)
+    if asked is None or standing.restitution is None or standing.tolerance is None:
+        return scene
+    return scene if asked <= standing.tolerance else scene.replace(tolerance=standing.tolerance)
 
 
 def _tightest(scenes: Iterable[Scene]) -> Iterable[Scene]:

@@ -1,4 +1,4 @@
-"""The results store: one row a collision, the tighter result stays."""
+"""The results store: one row a collision, the smaller error stays."""
 
 import numpy as np
 import pytest
