@@ -128,7 +128,7 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
 
     def advance(ledger, arrays, goal, step, fractions, parameters):
         now, last, kept, near, trial, contacts = arrays
-        kept, now = State(kept[0], kept[1]), State(now[0], now[1])
+        kept, now, last = State(kept[0], kept[1]), State(now[0], now[1]), State(last[0], last[1])
         near, trial = State(near[0], near[1]), State(trial[0], trial[1])
         strain, velocity = now
         rule = Rule(fractions, parameters)
