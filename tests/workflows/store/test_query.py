@@ -80,7 +80,9 @@ def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_fail
     export_store(store, tmp_path / "a.csv")
     export_store(store, tmp_path / "a.parquet")
     direct = to_pandas(store)
-    from_csv = pandas.read_csv(tmp_path / "a.csv", float_precision="round_trip")
+    # pandas before 3 reads numbers to the last digit but one.
+    from_csv = pandas.read_csv(tmp_path / "a.csv", dtype={"restitution": str})
+    from_csv["restitution"] = from_csv["restitution"].map(float)
     from_parquet = pandas.read_parquet(tmp_path / "a.parquet")
     assert list(direct.columns) == list(PLAIN_COLUMNS)
     for frame in (
