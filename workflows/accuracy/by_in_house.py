@@ -9,12 +9,13 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import jitter
+from chaincor.workflows.accuracy.convergence import jitter, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
 from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error
@@ -134,6 +135,10 @@ def _meet_with_fixed_steps(
         # No order of convergence holds here: the truth may be wherever one of these runs went.
         error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
+    quiet = quiet_time(scene.particles, scene.bond.stiffness)
+    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet and fine.timestep is not None:
+        # What comes after a long silence of a chain that broke amplifies rounding.
+        noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
     return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
 

@@ -107,6 +107,17 @@ def exact_modes(scene: Scene) -> Converged:
     return Converged(outcome, eta_of(scene, outcome), MODAL_ERROR, outcome.seconds)
 
 
+def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome) -> float:
+    """Return how much eta of a run changes for impact velocities a few units of rounding away."""
+    worst = 0.0
+    for ulps in (-5.0, 3.0):
+        velocity = scene.impact_velocity * (1.0 + ulps * sys.float_info.epsilon)
+        nudged = scene.replace(speed=None, velocity=velocity)
+        other = run_in_house(nudged, scheme, step, plain)
+        worst = max(worst, abs(eta_of(nudged, other) - eta_of(scene, plain)))
+    return worst
+
+
 def jitter(scene: Scene) -> float:
     """
     Return how much eta changes when all roundings change.
@@ -114,19 +125,12 @@ def jitter(scene: Scene) -> float:
     That is the largest change for impact velocities a few units in the last place away, with a step
     that depends on the scene alone; for bonds that fixed steps can follow.
     """
-    v0 = scene.impact_velocity
     step = guess_step(scene, "order8", _JITTER_GOAL)
     for last in (False,) * _MOST_HALVINGS + (True,):
         try:
             numerics = Numerics(scheme="order8", timestep=step)
             plain = stepping.run(scene, numerics, follow=False)
-            worst = 0.0
-            for ulps in (-5.0, 3.0):
-                velocity = v0 * (1.0 + ulps * sys.float_info.epsilon)
-                nudged = scene.replace(speed=None, velocity=velocity)
-                other = run_in_house(nudged, "order8", step, plain)
-                change = eta_of(nudged, other) - eta_of(scene, plain)
-                worst = max(worst, abs(change))
+            worst = nudged_change(scene, "order8", step, plain)
         except RunError:
             if last:
                 raise
