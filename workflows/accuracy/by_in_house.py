@@ -139,6 +139,10 @@ def _meet_with_fixed_steps(
     if np.max(np.diff(fine.contact_times), initial=0.0) > quiet and fine.timestep is not None:
         # What comes after a long silence of a chain that broke amplifies rounding.
         noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
+        if max(noise, error) > goal:
+            # Where roundings decide how hard it is, they may decide whether another one comes.
+            another = 2.0 * float(fine.contact_speeds[-1])
+            fine = replace(fine, ending=fine.ending.doubted(another))
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, proof)}
     return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
 
