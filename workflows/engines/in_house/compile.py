@@ -153,8 +153,12 @@ class LoopCompiler:
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)
+        code = function.__code__
+        # Pickled alike whether it was just compiled, where both names of its file are one object,
+        # or loaded as bytecode, where they are not.
+        file = function.__globals__.get("__file__", code.co_filename)
         copy = FunctionType(
-            function.__code__,
+            code.replace(co_filename=file),
             function.__globals__,
             function.__name__,
             function.__defaults__,
