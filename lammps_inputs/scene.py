@@ -26,6 +26,7 @@ from chaincor.lammps_inputs.bonds.potentials import (
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene_file import parse_toml, read_scene_fields
 from chaincor.lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
+from chaincor.lammps_inputs.scene_identity import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
-OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
+FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
+OUTPUT_KEYS = (*FILE_KEYS, "error")
 
 
 def canonical_fields(scene: "Scene") -> dict[str, Any]:

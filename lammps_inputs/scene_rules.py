@@ -2,8 +2,6 @@
 
 from typing import TYPE_CHECKING
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
-
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
@@ -56,7 +54,7 @@ def _check_numerics(scene: "Scene") -> None:
             "error is False, and the numerics are chosen by an error bar; expected explicit ones "
             "beside it, such as scheme and timestep: drop one or give the other"
         )
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         for key in ("table", "table_points"):
             if getattr(scene, key) is not None:
                 raise ValueError(
