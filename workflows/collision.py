@@ -10,6 +10,7 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
@@ -75,6 +76,8 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
+    if scene.line is not None:
+        raise InputError("masses, targets, soft contacts and initial states cannot be run yet")
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
