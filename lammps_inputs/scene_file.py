@@ -6,6 +6,9 @@ from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
 
+# Keys that name files to be read.
+FILES_READ = ("bond_file", "initial")
+
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
     """Parse TOML text; SceneError, which names the source, if it is none."""
@@ -19,7 +22,7 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
     """
     Read the fields of a TOML scene file, not yet validated.
 
-    A relative `bond_file` in it is taken from the file's folder.
+    Relative paths of files that it names (`FILES_READ`) are taken from the file's folder.
     """
     path = Path(path)
     try:
@@ -28,6 +31,7 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
         reason = getattr(error, "strerror", None) or type(error).__name__
         raise SceneError(f"cannot read the scene file {str(path)!r}: {reason}") from None
     fields = parse_toml(text, str(path))
-    if isinstance(fields.get("bond_file"), str):
-        fields["bond_file"] = path.parent / fields["bond_file"]
+    for key in FILES_READ:
+        if isinstance(fields.get(key), str):
+            fields[key] = path.parent / fields[key]
     return fields

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
+import numpy as np
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -11,6 +11,8 @@ NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
 
+LARGEST_MASS_RATIO = 1e12
+
 # Shorter steps would take days to the end of the smallest collision, and drown in rounding.
 SHORTEST_TIMESTEP = 1e-9
 
@@ -18,6 +20,7 @@ SHORTEST_TIMESTEP = 1e-9
 def check_together(scene: "Scene") -> None:
     """Refuse fields, each valid by itself, that do not go together: ValueError, one line."""
     _check_parameters(scene)
+    _check_bodies(scene)
     _check_speed(scene)
     _check_numerics(scene)
 
@@ -35,9 +38,65 @@ def _check_parameters(scene: "Scene") -> None:
     _ = scene.bond  # raises for impossible parameters
 
 
+def _check_bodies(scene: "Scene") -> None:
+    if scene.masses is not None and len(scene.masses) > scene.particles:
+        raise ValueError(
+            f"masses has {len(scene.masses)} numbers; expected {scene.particles} at most, one for "
+            "each particle"
+        )
+    if scene.target_masses is not None:
+        if scene.target_particles is None:
+            raise ValueError("target_masses goes with target_particles: give both")
+        if len(scene.target_masses) > scene.target_particles:
+            raise ValueError(
+                f"target_masses has {len(scene.target_masses)} numbers; expected "
+                f"{scene.target_particles} at most, one for each particle of the target"
+            )
+    for key in ("contact_stiffness", "contact_exponent"):
+        if getattr(scene, key) is not None and scene.contact != "power":
+            raise ValueError(f"{key} goes with contact 'power'")
+    state = scene.initial_state
+    if state is not None:
+        if len(state.strains) + 1 != scene.particles:
+            raise ValueError(
+                f"initial has {len(state.strains) + 1} particles, and the chain {scene.particles}; "
+                "expected a row for each"
+            )
+        if scene.compression is not None:
+            raise ValueError("initial and compression are both given; give one")
+        if state.masses is not None and scene.masses is not None:
+            raise ValueError("initial has masses, and masses are given: drop one")
+        strained = (state.strains <= scene.bond.strain_min) | (
+            state.strains >= min(scene.bond.strain_max, scene.bond.barrier_strain)
+        )
+        if np.any(strained):
+            bond = int(np.argmax(strained))
+            raise ValueError(
+                f"initial has a bond of length {1.0 + state.strains[bond]:g} between particles "
+                f"{bond + 1} and {bond + 2}, where a {scene.label} bond is not defined or does not "
+                "hold"
+            )
+    masses = [mass for given in (scene.masses, scene.target_masses) for mass in given or (1.0,)]
+    if max(masses) > LARGEST_MASS_RATIO * min(masses):
+        raise ValueError(
+            f"masses are {min(masses):g} to {max(masses):g}; expected a ratio of at most "
+            f"{LARGEST_MASS_RATIO:g}, of which numbers keep a few digits"
+        )
+
+
 def _check_speed(scene: "Scene") -> None:
     if scene.speed is not None and scene.velocity is not None:
         raise ValueError("speed and velocity are both given; give one")
+    state = scene.initial_state
+    if state is not None and state.velocities is not None:
+        for key in ("speed", "velocity"):
+            if getattr(scene, key) is not None:
+                raise ValueError(f"{key} is given, and initial has velocities: drop one")
+        if not scene.impact_velocity > 0.0:
+            raise ValueError(
+                f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}; "
+                "expected one towards the target, which is less than 0"
+            )
     if scene.speed is not None and scene.bond.natural_speed is None:
         raise ValueError(
             f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
@@ -56,7 +115,7 @@ def _check_numerics(scene: "Scene") -> None:
             "error is False, and the numerics are chosen by an error bar; expected explicit ones "
             "beside it, such as scheme and timestep: drop one or give the other"
         )
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         for key in ("table", "table_points"):
             if getattr(scene, key) is not None:
                 raise ValueError(
@@ -75,15 +134,18 @@ def _check_numerics(scene: "Scene") -> None:
                 )
         if scene.wall == "reflect":
             raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+    if scene.wall == "reflect" and (scene.target_particles is not None or scene.contact == "power"):
+        raise ValueError("wall 'reflect' is a rigid, hard wall; expected no target, contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
         raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
-        if scene.timestep < SHORTEST_TIMESTEP / scene.bond.stiffness**0.5:
+        stiffness = scene.fast_stiffness
+        if scene.timestep < SHORTEST_TIMESTEP / stiffness**0.5:
             raise ValueError(
                 f"timestep is {scene.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
                 "shorter one would not come to an end"
             )
-        limit = VERLET_STABILITY_LIMIT / (2.0 * scene.bond.stiffness**0.5)
+        limit = VERLET_STABILITY_LIMIT / (2.0 * stiffness**0.5)
         if scene.timestep >= limit:
             raise ValueError(
                 f"timestep is {scene.timestep:g}; expected less than {limit:g}, where the "

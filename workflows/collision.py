@@ -9,13 +9,15 @@ from typing import Any, cast
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import momentum_residual, restitution
+from chaincor.analysis.restitution import momentum_residual
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -74,6 +76,8 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
+    if scene.line is not None:
+        raise InputError("masses, targets, soft contacts and initial states cannot be run yet")
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
@@ -104,14 +108,10 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     found = scouting_details(scouted)
     step = None
     if others:
-        eta = _restitution(scene, outcome)
-        step = proof_error(numerics.wall, [_restitution(scene, run) - eta for run in others])
+        eta = eta_of(scene, outcome)
+        step = proof_error(numerics.wall, [eta_of(scene, run) - eta for run in others])
         found["spread"] = spread_of(scene, outcome, others[0])
     return outcome, error_bar(outcome, scene, step), found
-
-
-def _restitution(scene: Scene, outcome: Outcome) -> float:
-    return float(restitution(outcome.velocities, scene.impact_velocity))
 
 
 @cache
@@ -129,7 +129,7 @@ def _result(
     started: float,
 ) -> Collision:
     v0, v_star = scene.impact_velocity, scene.bond.natural_speed
-    eta = _restitution(scene, outcome)
+    eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
     scouted = found.get("scouting")
     bond_min, bond_max, source = outcome.bond_min, outcome.bond_max, "every step"

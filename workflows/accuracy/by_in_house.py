@@ -127,7 +127,8 @@ def _meet_with_fixed_steps(
     if best is None:
         raise refusals[-1]
     error, fine, proof = best
-    if followed is None and fine is not known and fine.timestep is not None:
+    assert fine.timestep is not None
+    if followed is None and fine is not known:
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
@@ -136,8 +137,9 @@ def _meet_with_fixed_steps(
         error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
     quiet = quiet_time(scene.particles, scene.bond.stiffness)
-    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet and fine.timestep is not None:
+    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet:
         # What comes after a long silence of a chain that broke amplifies rounding.
+        assert fine.timestep is not None
         noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
         if max(noise, error) > goal:
             # Where roundings decide how hard it is, they may decide whether another one comes.

@@ -109,12 +109,12 @@ def exact_modes(scene: Scene) -> Converged:
 
 def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome) -> float:
     """Return how much eta of a run changes for impact velocities a few units of rounding away."""
-    worst = 0.0
+    worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         velocity = scene.impact_velocity * (1.0 + ulps * sys.float_info.epsilon)
         nudged = scene.replace(speed=None, velocity=velocity)
         other = run_in_house(nudged, scheme, step, plain)
-        worst = max(worst, abs(eta_of(nudged, other) - eta_of(scene, plain)))
+        worst = max(worst, abs(eta_of(nudged, other) - eta))
     return worst
 
 

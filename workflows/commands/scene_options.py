@@ -15,6 +15,8 @@ from chaincor.lammps_inputs.scene_file import read_scene_fields
 def _plain_types(annotation: Any) -> list[Any]:
     """Take Optional and Annotated apart."""
     origin = get_origin(annotation)
+    if origin is tuple:
+        return [tuple]
     if origin is Annotated:
         return _plain_types(get_args(annotation)[0])
     if origin in (Union, types.UnionType):
@@ -54,6 +56,7 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),
         Path: (None, "FILE"),
+        tuple: (None, "LIST|FILE"),
     }
     option_type, metavar = types_and_names[kind]
     if words:

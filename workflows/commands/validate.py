@@ -6,13 +6,13 @@ from typing import Any
 
 import click
 
-from chaincor.lammps_inputs.scene import NUMERICS_KEYS
+from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
 from chaincor.workflows.validation.comparison import Validation
 
 
 @click.command()
-@scene_options("engine", "error", "dump", "dump_frames", "save", "arrays")
+@scene_options("engine", *OUTPUT_KEYS)
 @click.option(
     "--against",
     metavar="MODULE:FUNCTION|FILE",

@@ -30,44 +30,14 @@ LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """
-    Return how long a collision is followed.
-
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    stiffness : float
-        U''(1).
-    last_contact : float
-        Time of the last contact so far.
-
-    Returns
-    -------
-    float
-        Time after the first contact at which an end is open, if it is not argued.
-    """
+    """Return the time after the first contact at which an end not argued is open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
 
 
 def look_interval(particles: int, stiffness: float) -> float:
-    """
-    Return the time between two looks for the end while contacts follow one another.
-
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    float
-        A tenth of the time sound takes to cross the chain and a little more.
-    """
+    """Return the time between two looks for the end while contacts follow one another."""
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
 
 
@@ -147,36 +117,12 @@ class EndWatch:
         return Ending("open", approach(pieces))
 
     def followed_until(self, last_contact: float) -> float:
-        """
-        Return until when the collision is followed.
-
-        Parameters
-        ----------
-        last_contact : float
-            Time of the last contact so far.
-
-        Returns
-        -------
-        float
-            Time since the first contact; later where a piece is under way to the wall.
-        """
+        """Return until when the collision is followed; later with a piece under way to the wall."""
         longest = longest_collision(self._particles, self._bond.stiffness, last_contact)
         return max(longest, self._arrival)
 
     def next_look(self, now: float, last_contact: float) -> float:
-        """
-        Return when to look again.
-
-        Parameters
-        ----------
-        now, last_contact : float
-            As in :meth:`look`.
-
-        Returns
-        -------
-        float
-            A time so much later that looks cost little, but not past the moment of an argument.
-        """
+        """Return when to look again: seldom, but not past the moment of an argument."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now

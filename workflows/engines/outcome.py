@@ -23,11 +23,15 @@ class Frames:
         u_i = x_i - (i - 1).
     velocities : ndarray of shape (frames, n)
         Velocities, positive away from the wall.
+    target_displacements, target_velocities : ndarray of shape (frames, M), or None
+        The same of a free target, from the contact outward, along x as the chain's.
     """
 
     times: NDArray[np.float64]
     displacements: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    target_displacements: NDArray[np.float64] | None = None
+    target_velocities: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,9 @@ class Outcome:
         Whether particles passed through each other (harmonic chains, in-house only).
     frames : Frames or None
         Snapshots, where they were asked for.
+    target_displacements, target_velocities : ndarray of shape (M,)
+        State of a free target, from the contact outward, both along x as the chain's; empty for
+        the wall.
     numerics : Numerics or None
         All settings of a run by LAMMPS.
     details : dict
@@ -96,5 +103,7 @@ class Outcome:
     force_evaluations: int
     crossed: bool = False
     frames: Frames | None = None
+    target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     numerics: Numerics | None = None
     details: dict[str, Any] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import RunError
 
@@ -50,7 +50,7 @@ class Replay:
             If the run was the limit of hard spheres, which has no motion of bonds; otherwise as
             the engine.
         """
-        scene = self.scene.without("dump", "dump_frames", "save", "arrays")
+        scene = self.scene.without(*FILE_KEYS)
         frames = self._run(scene, interval).frames
         assert frames is not None
         return frames

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
@@ -132,7 +132,7 @@ def judge_for(scene: Scene, tolerance: float) -> Collision:
     """Run the in-house integrator, sharper than what it judges."""
     sharper = max(SHARPER * tolerance, SHARPEST)
     fields = dict.fromkeys(NUMERICS_KEYS)
-    scene = scene.without("dump", "dump_frames", "save", "arrays", "error")
+    scene = scene.without(*OUTPUT_KEYS)
     return collide(scene.replace(engine="reference", tolerance=sharper, **fields))
 
 

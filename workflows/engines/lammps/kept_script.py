@@ -6,7 +6,7 @@ from typing import Literal
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     SCENE_FILE,
@@ -100,7 +100,7 @@ def kept_files(
         )
     files[SCRIPT_FILE] = note + job_script(scene, numerics, table, scouted)
     if isinstance(scene.potential, str):
-        scene = scene.without("save", "dump", "dump_frames", "arrays")
+        scene = scene.without(*FILE_KEYS)
         if scene.bond_file is not None:  # the job lies elsewhere
             scene = scene.replace(bond_file=scene.bond_file.resolve())
         files[SCENE_FILE] = scene.to_toml()
