@@ -8,7 +8,7 @@ import click
 
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
-from chaincor.workflows.validation.comparison import Validation
+from chaincor.workflows.validation.comparison import USER_TIMEOUT, Validation
 
 
 @click.command()
@@ -22,7 +22,7 @@ from chaincor.workflows.validation.comparison import Validation
     "--timeout",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="S",
-    help="seconds your function may take [default: 600]",
+    help=f"seconds your function may take [default: {USER_TIMEOUT:g}]",
 )
 @click.option("--grid", is_flag=True, help="a grid of potentials, sizes and speeds instead")
 @click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
@@ -66,7 +66,7 @@ def validate(
         if against is None:
             results.append(validation.validate(each))
         else:
-            results.append(validation.validate_user(each, against, timeout=timeout or _TIMEOUT))
+            results.append(validation.validate_user(each, against, timeout=timeout or USER_TIMEOUT))
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 
@@ -82,10 +82,6 @@ def validate(
             click.echo(f"\n{good} of {len(results)} scenes agree")
     if not agrees:
         ctx.exit(1)
-
-
-# Seconds.
-_TIMEOUT = 600.0
 
 
 def _with_progress(scenes: list) -> Any:

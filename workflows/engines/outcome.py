@@ -9,6 +9,10 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
+# A stable integration does not double the energy: far more than any step that resolves its bonds
+# can be off.
+MOST_ENERGY_GROWTH = 2.0
+
 
 @dataclass(frozen=True)
 class Frames:

@@ -22,7 +22,7 @@ from chaincor.workflows.engines.lammps.course import ChainCollision
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import (
     BondRangeError,
@@ -49,8 +49,6 @@ _UNSEEN: float = measured("unseen_stretch")
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
 _LARGEST_FLOOR = 0.1
-# A stable integration does not double the energy.
-_MOST_ENERGY = 2.0
 
 
 def run(
@@ -222,7 +220,8 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
     if length > longest:
         return True
-    return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
+    most = MOST_ENERGY_GROWTH * 0.5 * n * v0**2
+    return float(scene.bond.energy(np.array(length - 1.0))) > most
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
