@@ -198,7 +198,15 @@ class _Chain:
         energy += float(np.sum(self.bond_energies[start:]))
         return self._escape(ENERGY_MARGIN * energy, len(velocities), mean - speed)
 
-    def _gaps(self, cuts, sizes, means, behind, ahead, energies) -> tuple[Array, Array]:
+    def _gaps(
+        self,
+        cuts: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+        means: Array,
+        behind: Array,
+        ahead: Array,
+        energies: Array,
+    ) -> tuple[Array, Array]:
         """Return strains of the cut bonds, and their growth, that no motion can fall below."""
         ends = np.array([self._end(*each) for each in zip(energies, sizes, strict=True)])
         fixed, escape = ends[:, 0], ends[:, 1]

@@ -17,7 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.stages import Parameters
+
+Array = NDArray[np.float64]
 
 # Why `advance` came back.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
@@ -71,7 +74,7 @@ def strain_bond(kernel: Callable) -> Callable:
         ``bond(strain, parameters)``: force and 1/(dr/dy), here 1.
     """
 
-    def bond(strain, parameters):
+    def bond(strain: float, parameters: Parameters) -> tuple[float, float]:
         return kernel(strain, parameters), 1.0
 
     return bond
@@ -92,7 +95,7 @@ def looped_rates(bond: Callable) -> Callable:
         ``rates(state, out, parameters)``.
     """
 
-    def rates(state, out, parameters):
+    def rates(state: Array, out: Array, parameters: Parameters) -> None:
         bonds = state.shape[0] // 2 - 1
         velocity = bonds + 1
         out[0] = state[velocity]
@@ -122,7 +125,7 @@ def array_rates(force: Callable) -> Callable:
         As :func:`looped_rates` returns it.
     """
 
-    def rates(state, out, _parameters):
+    def rates(state: Array, out: Array, _parameters: Parameters) -> None:
         particles = state.shape[0] // 2
         velocity = state[particles:]
         forces = force(state[1:particles])
@@ -149,10 +152,10 @@ class Tableau(NamedTuple):
         The same of the errors of the embedded orders 3 and 5.
     """
 
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
-    third: NDArray[np.float64]
-    fifth: NDArray[np.float64]
+    a: Array
+    b: Array
+    third: Array
+    fifth: Array
 
 
 class Arrays(NamedTuple):
@@ -175,15 +178,15 @@ class Arrays(NamedTuple):
         Rates of change within the step, and within a partial one.
     """
 
-    state: NDArray[np.float64]
-    last: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    frames: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    kept: NDArray[np.float64]
-    slopes: NDArray[np.float64]
-    trial: NDArray[np.float64]
-    trial_slopes: NDArray[np.float64]
+    state: Array
+    last: Array
+    contacts: Array
+    frames: Array
+    scale: Array
+    kept: Array
+    slopes: Array
+    trial: Array
+    trial_slopes: Array
 
 
 class Search(NamedTuple):
@@ -191,7 +194,7 @@ class Search(NamedTuple):
 
     arrays: Arrays
     method: Tableau
-    parameters: tuple[float, ...]
+    parameters: Parameters
 
 
 def build_flight(rates: Callable, register: Callable) -> Callable:
@@ -213,7 +216,14 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     """
 
     @register
-    def take(start, result, slopes, step, method, parameters):
+    def take(
+        start: Array,
+        result: Array,
+        slopes: Array,
+        step: float,
+        method: Tableau,
+        parameters: Parameters,
+    ) -> None:
         # One step; slopes[0] must hold the rates at the start.
         a, b = method.a, method.b
         stages = b.shape[0]
@@ -230,7 +240,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         rates(result, slopes[stages], parameters)
 
     @register
-    def estimate(slopes, step, method, scale):
+    def estimate(slopes: Array, step: float, method: Tableau, scale: Array) -> float:
         # Hairer's combination of the embedded orders 5 and 3, largest over the components.
         third, fifth = method.third, method.fifth
         errors = np.zeros((2, scale.shape[0]))
@@ -244,7 +254,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
     @register
-    def probe(time, search):
+    def probe(time: float, search: Search) -> PathPoint:
         arrays, method = search.arrays, search.method
         trial, slopes = arrays.trial, arrays.trial_slopes
         take(arrays.kept, trial, slopes, time, method, search.parameters)
@@ -253,7 +263,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
 
     find_contact = build_contact_search(probe=probe, register=register)
 
-    def advance(ledger, arrays, method, parameters):
+    def advance(ledger: np.record, arrays: Arrays, method: Tableau, parameters: Parameters) -> int:
         state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
         kept, slopes = arrays.kept, arrays.slopes
         trial, trial_slopes = arrays.trial, arrays.trial_slopes

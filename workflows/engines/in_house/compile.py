@@ -72,7 +72,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
-    def function(strain, _parameters):
+    def function(strain: float, _parameters: tuple[float, ...]) -> float:
         return single(strain)
 
     return ScalarForce(function, bond.parameters, keep=False)
