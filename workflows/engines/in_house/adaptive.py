@@ -155,7 +155,7 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     kernel = register(function)
     bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
     rates = register(adaptive.looped_rates(bond))
-    return compiler.compile(adaptive.build_flight(rates, register))
+    return compiler.compile(adaptive.build_flight(rates, compiler.register_long))
 
 
 class _Flight:

@@ -135,6 +135,24 @@ class LoopCompiler:
         # Inlined: a call that hands arrays over costs as much as a short loop.
         return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
 
+    def register_long(self, function: Callable) -> Callable:
+        """
+        Make a function known to the compiler that works so long that a call costs nothing.
+
+        Written out wherever it is called, it would take the compiler twice the time.
+
+        Parameters
+        ----------
+        function : callable
+            Plain Python; it may close over registered functions.
+
+        Returns
+        -------
+        callable
+            A plain copy, to be called from compiled functions.
+        """
+        return register_jitable(**OPTIONS)(self._own(function))
+
     def compile(self, function: Callable) -> Callable:
         """
         Compile a function that Python calls.
