@@ -2,6 +2,9 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
+# Tests start Python some hundred times: what one process compiles the next should only load.
+test quick: export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: reproduce test quick test-elsewhere check bench docs install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
