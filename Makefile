@@ -16,7 +16,7 @@ test: .venv/ready-test  ## the whole test suite
 
 quick: .venv/ready-test  ## the tests that take seconds
 	$(BIN)/python -m tests.warm_kernels
-	$(BIN)/python -m pytest -n auto -m "not slow"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow"
 
 test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere

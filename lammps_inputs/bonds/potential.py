@@ -264,7 +264,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
 _GRID = 64
 
 
-def bond_strains(bond: Potential, energy: float) -> tuple[float, float]:
+def strain_range(bond: Potential, energy: float) -> tuple[float, float]:
     """
     Return the strains between which a bond must be if it holds no more than an energy.
 
