@@ -46,7 +46,7 @@ FLOORS = {
         {"lines"},
         {"hard_sphere"},
         {"adaptive", "modal"},
-        {"adaptive_loops", "follow", "mode_flight"},
+        {"adaptive_loops", "adaptive_rates", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},
         {"finish", "kernels"},
