@@ -156,6 +156,7 @@ for bond in (Harmonic(), LennardJones()):
 """
 
 
+@pytest.mark.slow
 def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
     # The first process compiles the modules, too, which the second loads as bytecode: once it took
     # their loops for others. With shared symbols the second once got the harmonic force for lj.
