@@ -137,19 +137,9 @@ class LoopCompiler:
 
     def register_long(self, function: Callable) -> Callable:
         """
-        Make a function known to the compiler that works so long that a call costs nothing.
+        Register a function that works for so long that calls of it cost nothing.
 
         Written out wherever it is called, it would take the compiler twice the time.
-
-        Parameters
-        ----------
-        function : callable
-            Plain Python; it may close over registered functions.
-
-        Returns
-        -------
-        callable
-            A plain copy, to be called from compiled functions.
         """
         return register_jitable(**OPTIONS)(self._own(function))
 
