@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
@@ -43,6 +44,46 @@ class ScoutedEnd:
 def number(value: float) -> str:
     """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
     return repr(float(value))
+
+
+def displacement(particles: int, alone: bool = True) -> str:
+    """Return the formula of the displacement from the place at rest, of a chain and its target."""
+    return "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
+
+
+def contact_force(line: Line) -> list[str]:
+    r"""
+    Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
+
+    While they overlap, stages of a step may lie a little before or after: where q is whole, the
+    force goes on there as the same power of a negative overlap, and steps keep their order.
+    """
+    place = None if line.rigid else len(line.chain_masses) + 1
+    overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
+    power = f"{overlap}^{number(line.contact_exponent)}"
+    if not line.contact_exponent.is_integer():
+        power = f"({overlap}>0.0)*abs{power}"
+    commands = [
+        f"variable push equal {number(line.contact_stiffness)}*{power}",
+        "group struck id 1",
+    ]
+    if place is not None:
+        commands += [
+            f"variable pull equal -{number(line.contact_stiffness)}*{power}",
+            f"group met id {place}",
+        ]
+    return commands
+
+
+def contact_force_on(line: Line) -> list[str]:
+    """Return the commands that let soft bodies repel each other, from the next set-up on."""
+    commands = ["fix push struck addforce v_push 0.0 0.0"]
+    return commands if line.rigid else [*commands, "fix pull met addforce v_pull 0.0 0.0"]
+
+
+def contact_force_off(line: Line) -> list[str]:
+    """Return the commands that end that."""
+    return ["unfix push"] if line.rigid else ["unfix push", "unfix pull"]
 
 
 @cache

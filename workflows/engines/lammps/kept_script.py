@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
-from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.script import (
@@ -86,8 +86,7 @@ def kept_files(
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
             table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
             files[TABLE_FILE] = table.to_text()
-            data = format_chain_data(*initial_chain(scene.particles, scene.impact_velocity))
-            files[DATA_FILE] = data
+            files[DATA_FILE] = format_scene_data(scene)
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme != "verlet":
