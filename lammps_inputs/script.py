@@ -48,7 +48,9 @@ def number(value: float) -> str:
 
 def displacement(particles: int, alone: bool = True) -> str:
     """Return the formula of the displacement from the place at rest, of a chain and its target."""
-    return "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
+    return (
+        "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
+    )
 
 
 def contact_force(line: Line) -> list[str]:

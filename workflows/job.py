@@ -42,11 +42,7 @@ def write_job(
     scouting = scout_job(scene)
     table = None
     if not scene.bond.is_harmonic:
-        bond_range = (
-            guess_bond_range(scene)
-            if scouting is None
-            else scouting.table_range(scene)
-        )
+        bond_range = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     scouted = None if scouting is None else scouting.end
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:

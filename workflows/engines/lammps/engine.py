@@ -26,6 +26,7 @@ from chaincor.workflows.engines.lammps.kept_script import kept_files
 from chaincor.workflows.engines.lammps.meeting import Meeting, meeting_of
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
     BondRangeError,
     ChaincorError,
@@ -293,7 +294,7 @@ def _collide(
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            meeting = meeting_of(chain, scene.line)
+            meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
             flight = _choose_flight(used, chain, meeting, None if ask_every_step else blind)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()

@@ -177,22 +177,23 @@ class ComposedFlight(Flight):
 
     def advance(self, limit: float) -> Contact | None:
         """Step, and look ahead and back over each step for a contact."""
-        chain, step = self.chain, self.chain.timestep
+        chain = self.chain
         earlier: list[float] | None = None
-        now = self.meeting.state()
+        now, step = self.meeting.state(), chain.timestep
         while self.time < limit:
             if now[0] == 0.0 and now[1] < 0.0:
                 return self.meeting.arrive(self.time)
             before = chain.snapshot()
+            done, step = step, self.meeting.step(self.time, now)
             if earlier is not None:
-                foretold = foretold_crossing(earlier, now, step)
+                foretold = foretold_crossing(earlier, now, done)
                 if foretold is not None:
                     taken = self._go_to_wall(now, foretold)
                     if taken is not None and taken <= step:
                         self.time += taken
                         return self.meeting.arrive(self.time)
                     chain.restore(before)
-            chain.step()
+            chain.step(None if step == chain.timestep else step)
             after = self.meeting.state()
             guess = first_crossing(now, after, step)
             if guess is not None:

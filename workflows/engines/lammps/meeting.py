@@ -1,14 +1,20 @@
 """Where the bodies meet: how near they are, and what a contact does to them."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import contact_force, contact_force_off, contact_force_on
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.lammps.instance import LammpsChain
+
+
+# How long steps are graded for, in units of 1/frequency of the fastest bond.
+_ZONE = 1.0
 
 
 @dataclass(frozen=True)
@@ -68,6 +74,10 @@ class Meeting(ABC):
 
         None where no contact comes to its end with it.
         """
+
+    def step(self, time: float, state: list[float]) -> float:
+        """Return how long the next composed step may be, from a state at a time."""
+        return self.chain.timestep
 
     def reset(self) -> None:
         """Forget an event that was carried out, for a start from a state before it."""
@@ -159,10 +169,29 @@ class SoftBodies(BodiesMeeting):
     There are two events: the bodies touch, and they part. LAMMPS has the force between them only,
     by ``fix addforce``: no step reaches across the kink of the force at either event, where its
     order would be lost.
+
+    Where q is no whole number, no polynomial fits the force at these events. Composed steps are
+    graded there: the time t from one, or to one, is divided at :math:`\tau (k/m)^g`, so that the
+    steps' errors, :math:`h^p t^{q+1-p}` each, sum up to one of order p in 1/m. Without it the order
+    would be q + 1, whatever that of the scheme.
+
+    Parameters
+    ----------
+    chain : LammpsChain
+        The bodies.
+    scene : Scene
+        Their masses, the force between them, and their bonds.
+    order : int
+        Order p of the steps.
     """
 
-    def __init__(self, chain: "LammpsChain", line: Line) -> None:
+    def __init__(self, chain: "LammpsChain", scene: Scene, order: int) -> None:
+        line = scene.line
+        assert line is not None
         super().__init__(chain, line)
+        self._graded = not line.contact_exponent.is_integer()
+        self._power = max(1.0, order / (line.contact_exponent + 1.0))
+        self._zone = _ZONE / scene.fast_stiffness**0.5
         self._began = (0.0, 0.0, 0.0)
         chain.commands("\n".join(contact_force(line)))
 
@@ -170,6 +199,24 @@ class SoftBodies(BodiesMeeting):
         """Return the distance of the bodies and its rates; while they touch, their overlap's."""
         gap = self._gap()
         return [-each for each in gap] if self.touching else gap
+
+    def step(self, time: float, state: list[float]) -> float:
+        """Return the step H, or less where soft bodies have just touched or are about to part."""
+        step = self.chain.timestep
+        if not (self.touching and self._graded):
+            return step
+        zone, power = self._zone, self._power
+        cells = math.ceil(power * zone / step)
+        passed = max(time - self._began[0], 0.0)
+        if passed < zone:
+            cell = cells * (passed / zone) ** (1.0 / power) + 1.0
+            step = min(step, zone * (cell / cells) ** power - passed)
+        left = _time_to_zero(*state)
+        if left < zone:
+            cell = max(cells * (left / zone) ** (1.0 / power) - 1.0, 0.0)
+            last = zone * (1.0 / cells) ** power
+            step = min(step, max(left - zone * (cell / cells) ** power, last))
+        return step
 
     def _momentum(self) -> float:
         """Return the momentum along x that contacts give: the target's, taken negative."""
@@ -204,8 +251,17 @@ class SoftBodies(BodiesMeeting):
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
 
 
-def meeting_of(chain: "LammpsChain", line: Line | None) -> Meeting:
-    """Return how the bodies of a scene meet."""
-    if line is None:
+def _time_to_zero(distance: float, rate: float, acceleration: float) -> float:
+    """Return when x + v t + a t^2/2 falls to zero; inf where it does not."""
+    square = rate * rate - 2.0 * distance * acceleration
+    if square < 0.0 or (rate >= 0.0 and acceleration >= 0.0):
+        return math.inf
+    root = math.sqrt(square)
+    return 2.0 * distance / (root - rate) if rate < 0.0 else -(rate + root) / acceleration
+
+
+def meeting_of(chain: "LammpsChain", scene: Scene, order: int) -> Meeting:
+    """Return how the bodies of a scene meet, in steps of some order."""
+    if scene.line is None:
         return HardWall(chain)
-    return SoftBodies(chain, line) if line.soft else HardBodies(chain, line)
+    return SoftBodies(chain, scene, order) if scene.line.soft else HardBodies(chain, scene.line)
