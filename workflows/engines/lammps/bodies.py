@@ -1,4 +1,4 @@
-"""What a collision knows of its bodies: places at rest, masses, energies and time scales."""
+"""What a collision knows of its bodies: places at rest, energies, and what comes next."""
 
 from typing import Any
 
@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.follow import Flight, follow
+from chaincor.workflows.engines.in_house.lines.following import follow_line
+from chaincor.workflows.engines.in_house.lines.running import line_energy
 from chaincor.workflows.engines.pieces import count_fragments
 
 Array = NDArray[np.float64]
@@ -26,10 +28,6 @@ class Bodies:
     ----------
     rest : ndarray of shape (n + M,)
         Where the particles are at rest, in the order in which LAMMPS has them.
-    longer : int
-        Particles of the longer body: those that sound crosses.
-    stiffness : float
-        U''(1) over the mean mass of a particle.
     only_meets : bool
         Whether there is one contact, because neither body has parts.
     """
@@ -37,8 +35,6 @@ class Bodies:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.rest = np.arange(scene.particles, dtype=float)
-        self.longer = scene.particles
-        self.stiffness = scene.slow_stiffness
         self.only_meets = scene.particles == 1
 
     def apart(self, velocities: Array) -> bool:
@@ -83,8 +79,6 @@ class LineBodies(Bodies):
         self.line: Line = scene.line
         n, targets = scene.particles, self.line.targets
         self.rest = np.concatenate((self.rest, -np.arange(targets, dtype=float)))
-        self.masses = np.concatenate((self.line.chain_masses, self.line.target_masses))
-        self.longer = max(n, targets)
         self.only_meets = n == 1 and targets <= 1
         # LAMMPS's places of the particles along the line.
         self._along = np.concatenate((np.arange(n + targets)[: n - 1 : -1], np.arange(n)))
@@ -93,10 +87,10 @@ class LineBodies(Bodies):
         along = velocities[self._along]
         return np.concatenate(([0.0], along)) if self.line.rigid else along
 
-    def _strains(self, displacements: Array) -> Array:
-        """Return the strains of all bonds, those of the chain first."""
-        n = self.scene.particles
-        return np.concatenate((np.diff(displacements[:n]), -np.diff(displacements[n:])))
+    def _strains_along(self, displacements: Array) -> Array:
+        """Return the strains of all bonds, and the gap: the two that meet rest at one place."""
+        along = displacements[self._along]
+        return np.diff(np.concatenate(([0.0], along)) if self.line.rigid else along)
 
     def apart(self, velocities: Array) -> bool:
         """Return whether the centres of mass recede from each other."""
@@ -104,34 +98,22 @@ class LineBodies(Bodies):
 
     def energy_start(self) -> float:
         """Return the energy at the start, that of strained bonds included."""
-        line = self.line
-        moving = np.isfinite(line.masses)
-        kinetic = 0.5 * float(line.masses[moving] @ line.velocities[moving] ** 2)
-        strains = np.delete(line.strains, line.gap)
-        return kinetic + float(np.sum(self.scene.bond.energy(strains)))
+        return line_energy(self.scene, self.line, self.line.strains, self.line.velocities)
 
     def energy(self, displacements: Array, velocities: Array) -> float:
         """Return the energy of a state in which the bodies do not overlap."""
-        kinetic = 0.5 * float(self.masses @ velocities**2)
-        return kinetic + float(np.sum(self.scene.bond.energy(self._strains(displacements))))
+        strains = self._strains_along(displacements)
+        return line_energy(self.scene, self.line, strains, self._velocities_along(velocities))
 
     def fragments(self, displacements: Array, velocities: Array) -> int:
         """Return how many pieces the chain has."""
-        n, inverse = self.scene.particles, 1.0 / self.line.chain_masses
-        # The energy across a bond is that of its reduced mass, in place of 1/2.
-        scales = np.sqrt(2.0 / (inverse[1:] + inverse[:-1]))
-        scaled = np.cumsum(np.concatenate(([0.0], scales * np.diff(velocities[:n]))))
-        return count_fragments(np.diff(displacements[:n]), scaled, self.scene.bond)
+        n = self.scene.particles
+        strains, masses = np.diff(displacements[:n]), self.line.chain_masses
+        return count_fragments(strains, velocities[:n], self.scene.bond, masses)
 
     def follow(self, displacements: Array, velocities: Array, **times: float) -> Flight:
         """Ask the in-house integrator what comes next."""
-        from chaincor.workflows.engines.in_house.line_follow import follow_line
-
-        along = displacements[self._along]
-        if self.line.rigid:
-            along = np.concatenate(([0.0], along))
-        # At rest, places along the line are 1 apart but for those that meet: these are the same.
-        strains = np.diff(along)
+        strains = self._strains_along(displacements)
         return follow_line(self.scene, strains, self._velocities_along(velocities), **times)
 
     def split(self, displacements: Array, velocities: Array) -> dict[str, Any]:

@@ -80,7 +80,7 @@ class ChainCollision:
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         # How long after a contact, and when, a next one would be late.
-        self.patience = PATIENCE / self.bodies.stiffness**0.5
+        self.patience = PATIENCE / scene.slow_stiffness**0.5
         self.overdue = np.inf
         # When the end was seen, and until when frames are wanted nevertheless.
         self.ended_at = 0.0
@@ -97,7 +97,7 @@ class ChainCollision:
             self._bounce_once()
             return
         self._approach()
-        interval = look_interval(self.bodies.longer, self.bodies.stiffness)
+        interval = look_interval(self.scene.span, self.scene.slow_stiffness)
         next_watch = self.flight.time + interval
         while self.ending is None or self.flight.time < self.flown_on:
             limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
@@ -135,8 +135,8 @@ class ChainCollision:
         if gap == 0.0 and opening < 0.0:
             return
         start, stages = self.chain.snapshot(), self.chain.stages_done
-        longest = longest_collision(self.bodies.longer, self.bodies.stiffness, np.inf)
-        longest += _MOST_DETOURS * (gap + self.bodies.longer) / self.scene.impact_velocity
+        longest = longest_collision(self.scene.span, self.scene.slow_stiffness, np.inf)
+        longest += _MOST_DETOURS * (gap + self.scene.span) / self.scene.impact_velocity
         while self._advance(self.flight.time + self.patience) is None:
             self._watch_bonds()
             if self.flight.meeting.touching:
@@ -209,7 +209,7 @@ class ChainCollision:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
         if not self.bodies.apart(self.chain.v):
-            if now > longest_collision(self.bodies.longer, self.bodies.stiffness, last):
+            if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience
             return
@@ -225,7 +225,7 @@ class ChainCollision:
         self.ended_at, self.overdue = next_event.time, np.inf
         self.flown_on = now
         if self.frame_interval is not None or self.frames_at_contacts:
-            quiet = quiet_time(self.bodies.longer, self.bodies.stiffness)
+            quiet = quiet_time(self.scene.span, self.scene.slow_stiffness)
             self.flown_on = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:

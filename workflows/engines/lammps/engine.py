@@ -225,12 +225,11 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
-    bodies = bodies_of(scene)
-    energy = bodies.energy_start()
+    energy = bodies_of(scene).energy_start()
     lightest = 1.0 if scene.line is None else scene.line.lightest
     # All energy in one bond, or in two particles that part for as long as may be.
     speed = 2.0 * (energy / lightest) ** 0.5
-    longest = 1.0 + speed * longest_collision(bodies.longer, bodies.stiffness, np.inf)
+    longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
     return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * energy

@@ -79,7 +79,7 @@ class Meeting(ABC):
         """Return how long the next composed step may be, from a state at a time."""
         return self.chain.timestep
 
-    def reset(self) -> None:
+    def reset(self) -> None:  # noqa: B027 - hard bodies have nothing to forget
         """Forget an event that was carried out, for a start from a state before it."""
 
 
