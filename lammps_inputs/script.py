@@ -6,8 +6,8 @@ from pathlib import PurePosixPath
 from typing import Any, Literal
 
 from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
+from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
@@ -39,53 +39,6 @@ class ScoutedEnd:
     last_contact_time: float
     contacts: int
     ending: str
-
-
-def number(value: float) -> str:
-    """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
-    return repr(float(value))
-
-
-def displacement(particles: int, alone: bool = True) -> str:
-    """Return the formula of the displacement from the place at rest, of a chain and its target."""
-    return (
-        "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
-    )
-
-
-def contact_force(line: Line) -> list[str]:
-    r"""
-    Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
-
-    While they overlap, stages of a step may lie a little before or after: where q is whole, the
-    force goes on there as the same power of a negative overlap, and steps keep their order.
-    """
-    place = None if line.rigid else len(line.chain_masses) + 1
-    overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
-    power = f"{overlap}^{number(line.contact_exponent)}"
-    if not line.contact_exponent.is_integer():
-        power = f"({overlap}>0.0)*abs{power}"
-    commands = [
-        f"variable push equal {number(line.contact_stiffness)}*{power}",
-        "group struck id 1",
-    ]
-    if place is not None:
-        commands += [
-            f"variable pull equal -{number(line.contact_stiffness)}*{power}",
-            f"group met id {place}",
-        ]
-    return commands
-
-
-def contact_force_on(line: Line) -> list[str]:
-    """Return the commands that let soft bodies repel each other, from the next set-up on."""
-    commands = ["fix push struck addforce v_push 0.0 0.0"]
-    return commands if line.rigid else [*commands, "fix pull met addforce v_pull 0.0 0.0"]
-
-
-def contact_force_off(line: Line) -> list[str]:
-    """Return the commands that end that."""
-    return ["unfix push"] if line.rigid else ["unfix push", "unfix pull"]
 
 
 @cache
@@ -193,14 +146,16 @@ def render_job(
             "'verlet', or use `chaincor run`, which drives LAMMPS step by step"
         )
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
+    values |= contact_values(scene, numerics.wall)
     values |= {
         "scripted": True,
         # As text, with all its digits: an equal-style variable has 15.
         "timestep": "${timestep}",
         "step": number(numerics.timestep),
-        "shortest": number(SHORTEST_TIMESTEP / scene.bond.stiffness**0.5),
-        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.bond.stiffness**0.5),
-        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets a wall",
+        "shortest": number(SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
+        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5),
+        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
+        + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
         "quiet": number(quiet),

@@ -5,12 +5,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.follow import Flight, follow
 from chaincor.workflows.engines.in_house.lines.following import follow_line
 from chaincor.workflows.engines.in_house.lines.running import line_energy
 from chaincor.workflows.engines.pieces import count_fragments
+
+# Bodies meet before their centres of mass could: so much more is waited.
+_LATEST = 1.1
 
 Array = NDArray[np.float64]
 
@@ -130,3 +134,20 @@ class LineBodies(Bodies):
 def bodies_of(scene: Scene) -> Bodies:
     """Return what a collision knows of the bodies of a scene."""
     return Bodies(scene) if scene.line is None else LineBodies(scene)
+
+
+def approach_time(scene: Scene) -> float:
+    """
+    Return how long the bodies take to meet at most; 0 where they start at their first contact.
+
+    Particle 1 is in front of its centre of mass, which comes with v0.
+    """
+    if scene.line is None:
+        return 0.0
+    n, masses = scene.particles, scene.line.chain_masses
+    positions, velocities = initial_state(scene.line)
+    if positions[0] == 0.0 and velocities[0] < 0.0:
+        return 0.0
+    way = float(masses @ positions[:n]) / float(np.sum(masses))
+    # The target's first particle stays where its body is.
+    return _LATEST * (way + scene.line.targets) / scene.impact_velocity

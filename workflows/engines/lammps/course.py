@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
-from chaincor.workflows.engines.lammps.bodies import bodies_of
+from chaincor.workflows.engines.lammps.bodies import approach_time, bodies_of
 from chaincor.workflows.engines.lammps.flight import Flight
 from chaincor.workflows.engines.lammps.meeting import Contact
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -25,9 +25,6 @@ from chaincor.workflows.errors import (
 # Contacts are 1.4 to 2.3 apart, in units of 1/sqrt(U''), and seldom more than this: to ask earlier
 # what comes next is cheap, but for nothing.
 PATIENCE = 3.5
-# A chain with inner motion may come to the target later than its centre of mass: so many times the
-# way of both.
-_MOST_DETOURS = 10.0
 
 
 class ChainCollision:
@@ -135,8 +132,7 @@ class ChainCollision:
         if gap == 0.0 and opening < 0.0:
             return
         start, stages = self.chain.snapshot(), self.chain.stages_done
-        longest = longest_collision(self.scene.span, self.scene.slow_stiffness, np.inf)
-        longest += _MOST_DETOURS * (gap + self.scene.span) / self.scene.impact_velocity
+        longest = approach_time(self.scene)
         while self._advance(self.flight.time + self.patience) is None:
             self._watch_bonds()
             if self.flight.meeting.touching:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
 from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import (
@@ -18,7 +19,6 @@ from chaincor.lammps_inputs.script import (
     DUMP_FILE,
     LOG_FILE,
     TABLE_FILE,
-    displacement,
     number,
     render_setup,
 )

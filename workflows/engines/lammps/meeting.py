@@ -5,9 +5,9 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from chaincor.lammps_inputs.contact_script import contact_force, contact_force_off, contact_force_on
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import contact_force, contact_force_off, contact_force_on
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.lammps.instance import LammpsChain
