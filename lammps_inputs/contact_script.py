@@ -32,26 +32,30 @@ def contact_force(line: Line) -> list[str]:
     if not line.contact_exponent.is_integer():
         power = f"({overlap}>0.0)*abs{power}"
     commands = [
-        f"variable push equal {number(line.contact_stiffness)}*{power}",
-        "group struck id 1",
+        f"variable        push equal {number(line.contact_stiffness)}*{power}",
+        "group           struck id 1",
     ]
     if place is not None:
         commands += [
-            f"variable pull equal -{number(line.contact_stiffness)}*{power}",
-            f"group met id {place}",
+            f"variable        pull equal -{number(line.contact_stiffness)}*{power}",
+            f"group           met id {place}",
         ]
     return commands
 
 
 def contact_force_on(line: Line) -> list[str]:
     """Return the commands that let soft bodies repel each other, from the next set-up on."""
-    commands = ["fix push struck addforce v_push 0.0 0.0"]
-    return commands if line.rigid else [*commands, "fix pull met addforce v_pull 0.0 0.0"]
+    commands = ["fix             push struck addforce v_push 0.0 0.0"]
+    return (
+        commands if line.rigid else [*commands, "fix             pull met addforce v_pull 0.0 0.0"]
+    )
 
 
 def contact_force_off(line: Line) -> list[str]:
     """Return the commands that end that."""
-    return ["unfix push"] if line.rigid else ["unfix push", "unfix pull"]
+    return (
+        ["unfix           push"] if line.rigid else ["unfix           push", "unfix           pull"]
+    )
 
 
 def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
