@@ -1,0 +1,368 @@
+r"""
+Exact collisions of two harmonic bodies with any masses, which meet as hard particles.
+
+Between contacts the gap is a linear term and a sum of sines,
+
+.. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
+
+over the modes of both bodies, with the distance D of the mean displacements and the relative
+velocity V of the centres of mass. A contact of reduced mass :math:`\mu` that closes at w gives
+every mode :math:`2 \mu w c_j`.
+
+The end is proved: after a contact with V > 0 the gap is above
+:math:`D + V t - \sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact
+comes once that is positive. With V < 0 one always comes.
+"""
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.in_house.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.mode_flight import TERMS, ModalGap
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.errors import UnfinishedCollisionError
+
+Array = NDArray[np.float64]
+
+# What the Taylor series of the gap leaves out, relative to the speeds of all modes together.
+_REST = 1e-19
+# Bonds are sampled so often, in units of 1/frequency of what energy they have, and so many samples
+# at once; a long flight is sampled so often at most.
+_SAMPLING = 0.5
+_SAMPLES_AT_ONCE = 32
+_MOST_SAMPLES = 10_000
+# A flight of so many windows, times modes, is given up: it takes minutes.
+_MOST_WORK = 2e9
+# More than roundings of the sum over all modes.
+_PROOF_MARGIN = 1.0 + 1e-9
+
+
+def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry two harmonic bodies through their collision, exactly.
+
+    Parameters
+    ----------
+    scene : Scene
+        With harmonic bonds.
+    line : Line
+        Its bodies, which meet as hard particles.
+    frame_interval : float, optional
+        Time between snapshots.
+
+    Returns
+    -------
+    Outcome
+        Scheme ``modal``, no timestep. Displacements are counted from the place where the contact
+        was before the target moved; time from the first contact.
+
+    Raises
+    ------
+    SceneError
+        If the particles that meet are at rest against each other and are pressed together.
+    UnfinishedCollisionError
+        If the bodies neither meet nor part in any time that can be followed.
+    """
+    started = time.perf_counter()
+    collision = _Collision(scene, line, frame_interval)
+    ending = collision.run()
+    seconds = time.perf_counter() - started
+    last = collision.state(collision.departure, collision.contact_times[-1])
+    frames = collision.frames()
+    low, high = 1.0 + collision.strain_min, 1.0 + collision.strain_max
+    return Outcome(
+        engine="reference",
+        wall="event",
+        scheme="modal",
+        timestep=None,
+        displacements=last.displacements,
+        velocities=last.velocities,
+        contact_times=np.array(collision.contact_times),
+        contact_speeds=np.array(collision.contact_speeds),
+        impulses=2.0 * line.contact_mass * np.array(collision.contact_speeds),
+        ending=ending,
+        duration=collision.time,
+        bond_min=low,
+        bond_max=high,
+        energy_start=collision.energy_start,
+        energy_end=_energy(line, last, scene),
+        fragments=1,
+        seconds=seconds,
+        force_evaluations=0,
+        crossed=low < 0.0,
+        frames=frames,
+        target_displacements=last.target_displacements,
+        target_velocities=last.target_velocities,
+    )
+
+
+@dataclass(frozen=True)
+class _State:
+    """Both bodies at a moment, from the contact outward, along x; no target before a wall."""
+
+    displacements: Array
+    velocities: Array
+    strains: Array
+    target_displacements: Array
+    target_velocities: Array
+    target_strains: Array
+
+
+def _energy(line: Line, state: _State, scene: Scene) -> float:
+    energy = 0.5 * float(line.chain_masses @ state.velocities**2)
+    energy += 0.5 * float(line.target_masses @ state.target_velocities**2)
+    for strains in (state.strains, state.target_strains):
+        energy += float(np.sum(scene.bond.energy(strains)))
+    return energy
+
+
+class _Bodies:
+    """Both bodies in their modes: the chain's come first, after the translation."""
+
+    def __init__(self, line: Line, stiffness: float) -> None:
+        self.line = line
+        self.chain = body_modes(line.chain_masses, stiffness)
+        self.target: BodyModes | None = None
+        if not line.rigid:
+            self.target = body_modes(line.target_masses, stiffness)
+        self._split = len(line.chain_masses)
+
+    def at_start(self) -> ModalGap:
+        """Return the gap at the start, the target at rest."""
+        line, chain = self.line, self.chain
+        strains = chain.strain_amplitudes(line.strains[line.first :])
+        speeds = chain.velocity_amplitudes(line.velocities[line.first :])
+        still = np.zeros(line.targets - 1 if self.target else 0)
+        # Of the relative motion of the centres of mass the mass is the reduced one.
+        translation = 1.0 / math.sqrt(line.reduced_mass)
+        approach = line.separation(line.velocities)
+        bodies = [chain] + ([self.target] if self.target else [])
+        return ModalGap(
+            np.concatenate(([0.0], strains, still)),
+            np.concatenate(([approach / translation], speeds, still)),
+            np.concatenate(([0.0], *(body.omega for body in bodies))),
+            np.concatenate(([translation], *(body.contact for body in bodies))),
+            float(line.strains[line.gap]),
+            exchange=2.0 * line.contact_mass,
+        )
+
+    def chain_part(self, amplitudes: Array) -> Array:
+        """Return the chain's of all amplitudes (..., modes)."""
+        return amplitudes[..., 1 : self._split]
+
+    def target_part(self, amplitudes: Array) -> Array:
+        """Return the target's."""
+        return amplitudes[..., self._split :]
+
+
+def _opening(gap: ModalGap) -> float:
+    """Return V, with which the centres of mass move apart."""
+    return float(gap.shape[0] * gap.velocity_modes[0])
+
+
+def _mean_distance(gap: ModalGap) -> float:
+    """Return D, the distance of the mean displacements."""
+    vibration = gap.shape[1:] @ (gap.strain_modes[1:] / gap.omega[1:])
+    return gap.wall_distance - float(vibration)
+
+
+def _proof_time(gap: ModalGap) -> float:
+    """Return the time from when on no contact can come; inf where the bodies do not part."""
+    opening = _opening(gap)
+    if not opening > 0.0:
+        return math.inf
+    amplitudes = np.hypot(gap.strain_modes, gap.velocity_modes)[1:]
+    reach = _PROOF_MARGIN * float(np.abs(gap.shape[1:]) @ (amplitudes / gap.omega[1:]))
+    return max((reach - _mean_distance(gap)) / opening, 0.0)
+
+
+def _window(gap: ModalGap) -> float:
+    r"""
+    Return how long a Taylor series of the gap holds.
+
+    Its rest is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`, m terms being kept, where
+    fast modes count as little as they move the gap.
+    """
+    speeds = np.abs(gap.shape) * np.hypot(gap.strain_modes, gap.velocity_modes)
+    total = float(np.sum(speeds))
+    fastest = float(np.max(gap.omega))
+    share = 0.0
+    if fastest > 0.0 and total > 0.0:
+        share = float((speeds / total) @ (gap.omega / fastest) ** (TERMS - 1))
+    if share > 0.0:
+        return (_REST * math.factorial(TERMS) / share) ** (1.0 / (TERMS - 1)) / fastest
+    # Bodies that do not vibrate meet once, at a time that is plain.
+    opening = _opening(gap)
+    return 2.0 * gap.wall_distance / -opening if opening < 0.0 < gap.wall_distance else 1.0
+
+
+class _Collision:
+    """One collision in progress: contacts, samples of the bonds, snapshots."""
+
+    def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
+        self._scene, self._line = scene, line
+        self._interval = frame_interval
+        self._bodies = _Bodies(line, scene.bond.stiffness)
+        self._gap = gap = self._bodies.at_start()
+        self._approach, self._first_distance = _opening(gap), _mean_distance(gap)
+        self._flown_before = 0.0
+        self._snapshots: list[_State] = []
+        self.departure = gap.copy()
+        self.contact_times: list[float] = []
+        self.contact_speeds: list[float] = []
+        self.time = 0.0
+        self.strain_min = self.strain_max = 0.0
+        self._note(gap.strain_modes)
+        self.energy_start = _energy(line, self.state(gap, 0.0), scene)
+
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
+        gap = self._gap
+        if gap.wall_distance == 0.0:
+            closing = -float(gap.shape @ gap.velocity_modes)
+            if closing > 0.0:
+                self._reflect(closing)
+            elif closing == 0.0:
+                self._refuse_pressed()
+        while True:
+            gap.window = _window(gap)
+            proof = _proof_time(gap)
+            longest = gap.window * _MOST_WORK / len(gap.omega)
+            flown, incoming = gap.fly(min(proof, longest)) if proof > 0.0 else (0.0, None)
+            self.time += flown
+            if incoming is not None:
+                self._reflect(incoming)
+                continue
+            self._take_snapshots()
+            if proof <= longest:
+                return Ending("proved")
+            if not _opening(gap) > 0.0:
+                raise UnfinishedCollisionError(
+                    f"a time of {self.time:.6g} after the first contact the bodies still approach "
+                    "each other; expected them to meet or to part: change the speed or a mass"
+                )
+            return Ending("open", self._missed())
+
+    def _reflect(self, incoming: float) -> None:
+        if self.contact_times:
+            self._take_snapshots()
+            since = self.time - self.contact_times[-1]
+        else:  # the clock starts now
+            since, self.time, self._flown_before = self.time, 0.0, self.time
+        self._sample_flight(since)
+        self._gap.reflect(incoming)
+        self.departure = self._gap.copy()
+        self.contact_times.append(self.time)
+        self.contact_speeds.append(incoming)
+        self._note(self.departure.strain_modes)
+
+    def _refuse_pressed(self) -> None:
+        """Refuse particles in touch, at rest, of which the first motion is into each other."""
+        gap = self._gap
+        turning, sign = (gap.strain_modes, gap.velocity_modes), -1.0
+        for order in range(1, len(gap.omega) + 1):
+            terms = gap.shape * gap.omega**order * turning[(order - 1) % 2]
+            change = sign * float(np.sum(terms))
+            if abs(change) > 1e-14 * float(np.sum(np.abs(terms))):
+                if change > 0.0:
+                    return
+                break
+            sign = -sign if order % 2 == 0 else sign
+        raise SceneError(
+            "initial has particle 1 at rest on the target while the rest of the chain presses it "
+            "there, which is no collision of hard particles; expected it to approach, or a gap"
+        )
+
+    def _missed(self) -> float:
+        """Return the largest momentum that contacts could still give, with all energy there is."""
+        mass, opening = self._line.reduced_mass, _opening(self._gap)
+        vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
+        return mass * opening + math.sqrt(
+            mass * float(np.sum(vibrating)) + (mass * opening) ** 2
+        )
+
+    def _sample_flight(self, duration: float) -> None:
+        """Sample the bonds between the last contact and now."""
+        modes = self.departure.strain_modes - 1j * self.departure.velocity_modes
+        energies, omega = np.abs(modes[1:]) ** 2, self.departure.omega
+        if not np.any(energies):
+            return
+        mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
+        count = min(math.ceil(duration * mean / _SAMPLING), _MOST_SAMPLES)
+        for first in range(1, count, _SAMPLES_AT_ONCE):
+            moments = np.arange(first, min(first + _SAMPLES_AT_ONCE, count)) * (duration / count)
+            self._note((np.exp(1j * moments[:, None] * omega) * modes).real)
+
+    def _note(self, strain_modes: Array) -> None:
+        bodies = self._bodies
+        strains = [bodies.chain.strains(bodies.chain_part(strain_modes))]
+        if bodies.target is not None:
+            strains.append(bodies.target.strains(bodies.target_part(strain_modes)))
+        for each in strains:
+            self.strain_min = min(self.strain_min, float(np.min(each, initial=0.0)))
+            self.strain_max = max(self.strain_max, float(np.max(each, initial=0.0)))
+
+    def state(self, gap: ModalGap, moment: float) -> _State:
+        """Return both bodies at a moment since the first contact."""
+        bodies, line = self._bodies, self._line
+        opening = _opening(gap)
+        gained = line.reduced_mass * (opening - self._approach)
+        strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
+        vibration = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
+        displacement = velocity = 0.0
+        target, still, target_strains = np.empty(0), np.empty(0), np.empty(0)
+        if bodies.target is not None:
+            masses = line.target_masses
+            whole = float(np.sum(masses))
+            velocity = -gained / whole
+            # With the target at rest the distance would only shrink; all momentum is kept.
+            share = line.reduced_mass / whole
+            drifted = self._approach * (moment + self._flown_before)
+            mean = -share * (_mean_distance(gap) - self._first_distance - drifted)
+            target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
+            outward = np.concatenate(([0.0], np.cumsum(target_strains)))
+            target = mean + float(masses @ outward) / whole - outward
+            displacement = float(target[0])
+            still = velocity - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
+        return _State(
+            np.cumsum(np.concatenate(([displacement + gap.wall_distance], strains))),
+            velocity + opening + vibration,
+            strains,
+            target,
+            still,
+            target_strains,
+        )
+
+    def _take_snapshots(self) -> None:
+        """Take the snapshots due between the last contact and now."""
+        if self._interval is None:
+            return
+        while (moment := len(self._snapshots) * self._interval) < self.time or moment == 0.0:
+            flown = moment - self.contact_times[-1]
+            self._snapshots.append(self.state(self.departure.drifted(flown), moment))
+
+    def frames(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        shots = self._snapshots
+        target = None, None
+        if self._bodies.target is not None:
+            target = (
+                np.array([shot.target_displacements for shot in shots]),
+                np.array([shot.target_velocities for shot in shots]),
+            )
+        return Frames(
+            np.array([k * self._interval for k in range(len(shots))]),
+            np.array([shot.displacements for shot in shots]),
+            np.array([shot.velocities for shot in shots]),
+            *target,
+        )
