@@ -145,13 +145,16 @@ class _Bodies:
         translation = 1.0 / math.sqrt(line.reduced_mass)
         approach = line.separation(line.velocities)
         bodies = [chain] + ([self.target] if self.target else [])
+        shape = np.concatenate(([translation], *(body.contact for body in bodies)))
         return ModalGap(
             np.concatenate(([0.0], strains, still)),
             np.concatenate(([approach / translation], speeds, still)),
             np.concatenate(([0.0], *(body.omega for body in bodies))),
-            np.concatenate(([translation], *(body.contact for body in bodies))),
+            shape,
             float(line.strains[line.gap]),
-            exchange=2.0 * line.contact_mass,
+            # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
+            # contact makes or takes energy, of which many would add up.
+            exchange=2.0 / math.fsum(shape**2),
         )
 
     def chain_part(self, amplitudes: Array) -> Array:
