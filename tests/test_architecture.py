@@ -42,9 +42,10 @@ FLOORS = {
         {"piece_bounds"},
     ],
     "workflows/engines/in_house": [
-        {"stepping"},
+        {"modal", "stepping"},
         {"lines"},
-        {"adaptive", "hard_sphere", "modal"},
+        {"hard_sphere"},
+        {"adaptive"},
         {"adaptive_loops", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},

@@ -152,9 +152,17 @@ def _bond(kind, p, q, s):
     if kind == POWER:
         power = s ** int(q - 2)
         curvature = q * (q - 1.0) * p * power
-        return s * (1.0 + q * p * power), 1.0 + curvature, 1.0 / (1.0 + abs(q * p) ** (1.0 / (q - 2)))
+        return (
+            s * (1.0 + q * p * power),
+            1.0 + curvature,
+            1.0 / (1.0 + abs(q * p) ** (1.0 / (q - 2))),
+        )
     decay = np.expm1(-q * s)
-    return -2.0 * p * q * (1.0 + decay) * decay, 2.0 * p * q * q * (1.0 + decay) * (1.0 + 2.0 * decay), 1.0 / q
+    return (
+        -2.0 * p * q * (1.0 + decay) * decay,
+        2.0 * p * q * q * (1.0 + decay) * (1.0 + 2.0 * decay),
+        1.0 / q,
+    )
 
 
 @njit(error_model="numpy", cache=True)
@@ -326,7 +334,12 @@ def crossing_time(bodies: Bodies, stiffness: float = 1.0) -> float:
 
 
 def run_once(
-    bonds: Bonds, bodies: Bodies, share: float, *, multiple: float = 20.0, most_steps: int = 5_000_000
+    bonds: Bonds,
+    bodies: Bodies,
+    share: float,
+    *,
+    multiple: float = 20.0,
+    most_steps: int = 5_000_000,
 ) -> Seen:
     """
     Carry two bodies through a collision, and on.
@@ -405,4 +418,6 @@ def judge(bonds: Bonds, bodies: Bodies, *, closer: float = 1.0, **settings) -> J
     coarse, fine = (run_once(bonds, bodies, closer * share, **settings) for share in STEPS)
     if coarse.contacts != fine.contacts:
         return Judgement(fine, np.inf)
-    return Judgement(fine, abs(coarse.restitution - fine.restitution) / 5.0 + _FLOOR + _STEP_FLOOR * fine.steps)
+    return Judgement(
+        fine, abs(coarse.restitution - fine.restitution) / 5.0 + _FLOOR + _STEP_FLOOR * fine.steps
+    )

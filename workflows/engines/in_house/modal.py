@@ -20,8 +20,6 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house import modal_line
-from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL, are_equal
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
     LastContact,
@@ -30,6 +28,8 @@ from chaincor.workflows.engines.in_house.finish import (
     run_single_particle,
     unfinished_error,
 )
+from chaincor.workflows.engines.in_house.lines import modal as line_modal
+from chaincor.workflows.engines.in_house.lines.body_modes import MOST_UNEQUAL, are_equal
 from chaincor.workflows.engines.in_house.mode_flight import ModalChain, strains_of
 from chaincor.workflows.engines.outcome import Frames, Outcome
 
@@ -95,7 +95,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
                 "modal propagation expects hard contacts, and at most "
                 f"{MOST_UNEQUAL} particles in a body of unequal masses"
             )
-        return modal_line.run(scene, scene.line, frame_interval)
+        return line_modal.run(scene, scene.line, frame_interval)
     if scene.particles == 1:
         return run_single_particle(scene, "modal", None, frame_interval)
     chain = ModalChain.at_first_contact(scene.particles, scene.impact_velocity)

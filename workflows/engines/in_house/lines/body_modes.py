@@ -20,7 +20,7 @@ MOST_UNEQUAL = 600
 
 
 class BodyModes:
-    """
+    r"""
     Modes j = 1..n-1 of a free body; equal masses by cosine and sine transforms.
 
     Parameters
@@ -35,8 +35,8 @@ class BodyModes:
     omega : ndarray of shape (n - 1,)
         Frequencies.
     contact : ndarray of shape (n - 1,)
-        :math:`c_j = a_{1j}/\\sqrt{m_1}`: the displacement of particle 1 is that of the centre of
-        mass and :math:`\\sum_j c_j q_j`.
+        :math:`c_j = a_{1j}/\sqrt{m_1}`: the displacement of particle 1 is that of the centre of
+        mass and :math:`\sum_j c_j q_j`.
     """
 
     def __init__(self, masses: Array, stiffness: float) -> None:
@@ -65,7 +65,7 @@ class BodyModes:
 
     def velocity_amplitudes(self, velocities: Array) -> Array:
         """Return p_j, of shape (n - 1,), of velocities of shape (n,)."""
-        # The translation is no part of any mode: without it, a body at rest in itself is exactly so.
+        # The translation is in no mode: without it, a body at rest in itself is exactly so.
         about = velocities - velocities[0]
         if self._modes is None:
             return self.masses[0] ** 0.5 * mode_amplitudes(about)[1:]

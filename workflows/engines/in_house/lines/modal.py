@@ -25,7 +25,8 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.lines.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.lines.running import line_energy
 from chaincor.workflows.engines.in_house.mode_flight import TERMS, ModalGap
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import UnfinishedCollisionError
@@ -39,6 +40,10 @@ _REST = 1e-19
 _SAMPLING = 0.5
 _SAMPLES_AT_ONCE = 32
 _MOST_SAMPLES = 10_000
+# A particle that parts from rest is let do so for such a part of the window.
+_FIRST_MOVE = 1e-3
+# What is no more than this of its terms is zero.
+_ROUNDINGS = 1e-14
 # A flight of so many windows, times modes, is given up: it takes minutes.
 _MOST_WORK = 2e9
 # More than roundings of the sum over all modes.
@@ -76,15 +81,15 @@ def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcom
     ending = collision.run()
     seconds = time.perf_counter() - started
     last = collision.state(collision.departure, collision.contact_times[-1])
-    frames = collision.frames()
+    first, targets = line.first, line.targets
     low, high = 1.0 + collision.strain_min, 1.0 + collision.strain_max
     return Outcome(
         engine="reference",
         wall="event",
         scheme="modal",
         timestep=None,
-        displacements=last.displacements,
-        velocities=last.velocities,
+        displacements=last.displacements[first:],
+        velocities=last.velocities[first:],
         contact_times=np.array(collision.contact_times),
         contact_speeds=np.array(collision.contact_speeds),
         impulses=2.0 * line.contact_mass * np.array(collision.contact_speeds),
@@ -92,36 +97,25 @@ def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcom
         duration=collision.time,
         bond_min=low,
         bond_max=high,
-        energy_start=collision.energy_start,
-        energy_end=_energy(line, last, scene),
+        energy_start=line_energy(scene, line, line.strains, line.velocities),
+        energy_end=line_energy(scene, line, last.strains, last.velocities),
         fragments=1,
         seconds=seconds,
         force_evaluations=0,
         crossed=low < 0.0,
-        frames=frames,
-        target_displacements=last.target_displacements,
-        target_velocities=last.target_velocities,
+        frames=collision.frames(),
+        target_displacements=last.displacements[:targets][::-1],
+        target_velocities=last.velocities[:targets][::-1],
     )
 
 
 @dataclass(frozen=True)
 class _State:
-    """Both bodies at a moment, from the contact outward, along x; no target before a wall."""
+    """Both bodies at a moment, along x; the strain at the gap is the gap."""
 
-    displacements: Array
-    velocities: Array
     strains: Array
-    target_displacements: Array
-    target_velocities: Array
-    target_strains: Array
-
-
-def _energy(line: Line, state: _State, scene: Scene) -> float:
-    energy = 0.5 * float(line.chain_masses @ state.velocities**2)
-    energy += 0.5 * float(line.target_masses @ state.target_velocities**2)
-    for strains in (state.strains, state.target_strains):
-        energy += float(np.sum(scene.bond.energy(strains)))
-    return energy
+    velocities: Array
+    displacements: Array
 
 
 class _Bodies:
@@ -224,17 +218,11 @@ class _Collision:
         self.time = 0.0
         self.strain_min = self.strain_max = 0.0
         self._note(gap.strain_modes)
-        self.energy_start = _energy(line, self.state(gap, 0.0), scene)
 
     def run(self) -> Ending:
         """Fly until the end and return it."""
+        self._start()
         gap = self._gap
-        if gap.wall_distance == 0.0:
-            closing = -float(gap.shape @ gap.velocity_modes)
-            if closing > 0.0:
-                self._reflect(closing)
-            elif closing == 0.0:
-                self._refuse_pressed()
         while True:
             gap.window = _window(gap)
             proof = _proof_time(gap)
@@ -267,30 +255,42 @@ class _Collision:
         self.contact_speeds.append(incoming)
         self._note(self.departure.strain_modes)
 
-    def _refuse_pressed(self) -> None:
-        """Refuse particles in touch, at rest, of which the first motion is into each other."""
+    def _start(self) -> None:
+        """Let bodies that touch collide or part."""
+        line, gap = self._line, self._gap
+        closing = float(line.velocities[line.gap] - line.velocities[line.first])
+        if gap.wall_distance > 0.0 or closing < 0.0:
+            return
+        if closing > 0.0:
+            self._reflect(closing)
+        elif self._is_pressed():
+            raise SceneError(
+                "initial has particle 1 at rest on the target while the rest of the chain presses "
+                "it there, which is no collision of hard particles; expected it to come, or a gap"
+            )
+        else:
+            # Roundings must not tell which way it goes.
+            self.time = _FIRST_MOVE * _window(gap)
+            self._gap = gap.drifted(self.time)
+
+    def _is_pressed(self) -> bool:
+        """Return whether the first derivative of the gap that is not zero is negative."""
         gap = self._gap
-        turning, sign = (gap.strain_modes, gap.velocity_modes), -1.0
+        sign = -1.0
         for order in range(1, len(gap.omega) + 1):
-            terms = gap.shape * gap.omega**order * turning[(order - 1) % 2]
+            moving = gap.strain_modes if order % 2 else gap.velocity_modes
+            terms = gap.shape * gap.omega**order * moving
             change = sign * float(np.sum(terms))
-            if abs(change) > 1e-14 * float(np.sum(np.abs(terms))):
-                if change > 0.0:
-                    return
-                break
-            sign = -sign if order % 2 == 0 else sign
-        raise SceneError(
-            "initial has particle 1 at rest on the target while the rest of the chain presses it "
-            "there, which is no collision of hard particles; expected it to approach, or a gap"
-        )
+            if abs(change) > _ROUNDINGS * float(np.sum(np.abs(terms))):
+                return change < 0.0
+            sign = sign if order % 2 else -sign
+        return False
 
     def _missed(self) -> float:
         """Return the largest momentum that contacts could still give, with all energy there is."""
         mass, opening = self._line.reduced_mass, _opening(self._gap)
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
-        return mass * opening + math.sqrt(
-            mass * float(np.sum(vibrating)) + (mass * opening) ** 2
-        )
+        return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
 
     def _sample_flight(self, duration: float) -> None:
         """Sample the bonds between the last contact and now."""
@@ -317,31 +317,27 @@ class _Collision:
         """Return both bodies at a moment since the first contact."""
         bodies, line = self._bodies, self._line
         opening = _opening(gap)
-        gained = line.reduced_mass * (opening - self._approach)
-        strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
-        vibration = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
-        displacement = velocity = 0.0
-        target, still, target_strains = np.empty(0), np.empty(0), np.empty(0)
+        target_strains, resting, place = np.empty(0), np.zeros(1), 0.0
+        drift = 0.0
         if bodies.target is not None:
             masses = line.target_masses
             whole = float(np.sum(masses))
-            velocity = -gained / whole
-            # With the target at rest the distance would only shrink; all momentum is kept.
+            # All momentum that the chain gained is the target's, and so are the displacements.
             share = line.reduced_mass / whole
+            drift = -share * (opening - self._approach)
             drifted = self._approach * (moment + self._flown_before)
             mean = -share * (_mean_distance(gap) - self._first_distance - drifted)
             target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
+            resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
             outward = np.concatenate(([0.0], np.cumsum(target_strains)))
-            target = mean + float(masses @ outward) / whole - outward
-            displacement = float(target[0])
-            still = velocity - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
+            place = mean + float(masses @ outward) / whole - float(outward[-1])
+        chain_strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
+        moving = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
+        strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
         return _State(
-            np.cumsum(np.concatenate(([displacement + gap.wall_distance], strains))),
-            velocity + opening + vibration,
             strains,
-            target,
-            still,
-            target_strains,
+            np.concatenate((resting[::-1], drift + opening + moving)),
+            np.cumsum(np.concatenate(([place], strains))),
         )
 
     def _take_snapshots(self) -> None:
@@ -356,16 +352,13 @@ class _Collision:
         """Return the snapshots, if any were asked for."""
         if self._interval is None:
             return None
-        shots = self._snapshots
-        target = None, None
-        if self._bodies.target is not None:
-            target = (
-                np.array([shot.target_displacements for shot in shots]),
-                np.array([shot.target_velocities for shot in shots]),
-            )
+        first, targets = self._line.first, self._line.targets
+        displacements = np.array([shot.displacements for shot in self._snapshots])
+        velocities = np.array([shot.velocities for shot in self._snapshots])
         return Frames(
-            np.array([k * self._interval for k in range(len(shots))]),
-            np.array([shot.displacements for shot in shots]),
-            np.array([shot.velocities for shot in shots]),
-            *target,
+            np.array([k * self._interval for k in range(len(self._snapshots))]),
+            displacements[:, first:],
+            velocities[:, first:],
+            displacements[:, :targets][:, ::-1] if targets else None,
+            velocities[:, :targets][:, ::-1] if targets else None,
         )
