@@ -39,7 +39,10 @@ KINDS = {
     "power": POWER,
     "morse": MORSE,
 }
-DONE, UNDONE, LOST = range(3)
+DONE, UNDONE, LOST, RUNAWAY = range(4)
+# Beyond so many times the energy at the start a bond has left its well for good.
+_RUNAWAY = 1e3
+_MOST_CONTACTS = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -223,7 +226,20 @@ def _natural_step(y, inverse, gap, law, contact, touching):
 
 
 @njit(error_model="numpy", cache=True)
-def _run(y, inverse, first, law, contact, share, least, multiple, most_steps, times, a, b):
+def _kinetic(y, inverse):
+    """Return the energy of all that is no wall."""
+    count = inverse.shape[0]
+    energy = 0.0
+    for i in range(count):
+        if inverse[i] > 0.0:
+            energy += 0.5 * y[count - 1 + i] ** 2 / inverse[i]
+    return energy
+
+
+@njit(error_model="numpy", cache=True)
+def _run(
+    y, inverse, first, law, contact, share, least, multiple, most_steps, most_energy, times, a, b
+):
     count = inverse.shape[0]
     gap = first - 1
     ahead, behind = count - 1 + first, count - 2 + first
@@ -231,7 +247,10 @@ def _run(y, inverse, first, law, contact, share, least, multiple, most_steps, ti
     z, slopes = np.empty(y.shape[0]), np.empty((b.shape[0], y.shape[0]))
     now, hits, touching = 0.0, 0, False
     longest = 1e300
+    ceiling = _RUNAWAY * most_energy
     for steps in range(most_steps):
+        if steps % 64 == 0 and not _kinetic(y, inverse) < ceiling:
+            return RUNAWAY, now, hits, steps
         opening = y[ahead] - y[behind]
         if y[gap] == 0.0 and opening < 0.0 and not touching:
             if hits == times.shape[0]:
@@ -366,18 +385,20 @@ def run_once(
         If steps do not suffice, or the motion cannot be followed.
     """
     y = np.concatenate((bodies.strains, bodies.velocities)).astype(float)
-    times = np.zeros(200_000)
+    times = np.zeros(_MOST_CONTACTS)
+    before = energy_of(bonds, bodies, bodies.strains, bodies.velocities)
     ended, now, hits, steps = _run(
         y, 1.0 / bodies.masses, bodies.first,
         np.array([KINDS[bonds.name], bonds.first, bonds.second]),
         np.array([bodies.stiffness, bodies.exponent]),
-        share, 5.0 * crossing_time(bodies), multiple, most_steps, times, _A, _B,
+        share, 5.0 * crossing_time(bodies), multiple, most_steps, before, times, _A, _B,
     )  # fmt: skip
+    if ended == RUNAWAY:
+        raise Unsure(f"a bond runs away over its barrier before t = {now:g}")
     if ended != DONE:
         raise Unsure(f"not at its end after {steps} steps and {hits} contacts, at t = {now:g}")
     count = len(bodies.masses)
     strains, velocities = y[: count - 1].copy(), y[count - 1 :].copy()
-    before = energy_of(bonds, bodies, bodies.strains, bodies.velocities)
     after = energy_of(bonds, bodies, strains, velocities)
     momentum = 0.0
     if np.isfinite(bodies.masses).all():
