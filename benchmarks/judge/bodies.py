@@ -41,7 +41,7 @@ KINDS = {
 }
 DONE, UNDONE, LOST, RUNAWAY = range(4)
 # Beyond so many times the energy at the start a bond has left its well for good.
-_RUNAWAY = 1e3
+_EXPLODED = 1e3
 _MOST_CONTACTS = 2_000_000
 
 
@@ -247,7 +247,7 @@ def _run(
     z, slopes = np.empty(y.shape[0]), np.empty((b.shape[0], y.shape[0]))
     now, hits, touching = 0.0, 0, False
     longest = 1e300
-    ceiling = _RUNAWAY * most_energy
+    ceiling = _EXPLODED * most_energy
     for steps in range(most_steps):
         if steps % 64 == 0 and not _kinetic(y, inverse) < ceiling:
             return RUNAWAY, now, hits, steps

@@ -174,10 +174,6 @@ class ModalGap:
         Frequencies, and what each mode has of the gap.
     wall_distance : float
         The gap; before a wall the x of particle 1.
-    window : float
-        How long a Taylor series of the gap holds.
-    exchange : float
-        Momentum exchanged at a contact, per speed of approach.
     """
 
     strain_modes: Array
@@ -185,8 +181,6 @@ class ModalGap:
     omega: Array
     shape: Array
     wall_distance: float = 0.0
-    window: float = WINDOW
-    exchange: float = 2.0
 
     def copy(self) -> Self:
         """
@@ -200,52 +194,6 @@ class ModalGap:
         return replace(
             self, strain_modes=self.strain_modes.copy(), velocity_modes=self.velocity_modes.copy()
         )
-
-    def fly(self, longest: float) -> tuple[float, float | None]:
-        """
-        Fly freely to the next contact, or for a given time.
-
-        Parameters
-        ----------
-        longest : float
-            When to stop looking; up to one window more is flown.
-
-        Returns
-        -------
-        flown : float
-            Time flown.
-        incoming : float or None
-            Speed of approach, not yet reflected; None where there is no contact.
-        """
-        flown, velocity = 0.0, 1.0
-        # A window takes as long as so many bond forces for every mode.
-        at_once = self.window * steps_at_once(_WINDOW_WORK * len(self.omega))
-        while True:
-            flown, self.wall_distance, velocity = fly(
-                self.strain_modes,
-                self.velocity_modes,
-                self.omega,
-                self.shape,
-                self.wall_distance,
-                self.window,
-                flown,
-                min(longest, flown + at_once),
-            )
-            if velocity <= 0.0:
-                return flown, -velocity
-            if flown >= longest:
-                return flown, None
-
-    def reflect(self, incoming: float) -> None:
-        """
-        Reverse the approach.
-
-        Parameters
-        ----------
-        incoming : float
-            Its speed.
-        """
-        self.velocity_modes += self.exchange * incoming * self.shape
 
     def drifted(self, duration: float) -> Self:
         """
@@ -327,3 +275,49 @@ class ModalChain(ModalGap):
         from scipy.fft import idct
 
         return idct(self.velocity_modes, type=2, norm="ortho")
+
+    def fly(self, longest: float) -> tuple[float, float | None]:
+        """
+        Fly freely to the next contact, or for a given time.
+
+        Parameters
+        ----------
+        longest : float
+            When to stop looking; up to one time unit more is flown.
+
+        Returns
+        -------
+        flown : float
+            Time flown.
+        incoming : float or None
+            Speed of particle 1 into the wall, not yet reflected; None where there is no contact.
+        """
+        flown, velocity = 0.0, 1.0
+        # A window takes as long as so many bond forces for every mode.
+        at_once = WINDOW * steps_at_once(_WINDOW_WORK * len(self.omega))
+        while True:
+            flown, self.wall_distance, velocity = fly(
+                self.strain_modes,
+                self.velocity_modes,
+                self.omega,
+                self.shape,
+                self.wall_distance,
+                WINDOW,
+                flown,
+                min(longest, flown + at_once),
+            )
+            if velocity <= 0.0:
+                return flown, -velocity
+            if flown >= longest:
+                return flown, None
+
+    def reflect(self, incoming: float) -> None:
+        """
+        Reverse the velocity of particle 1.
+
+        Parameters
+        ----------
+        incoming : float
+            Its speed into the wall.
+        """
+        self.velocity_modes += 2.0 * incoming * self.shape

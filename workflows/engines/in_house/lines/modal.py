@@ -16,7 +16,7 @@ comes once that is positive. With V < 0 one always comes.
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +26,20 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house.lines.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.lines.modal_loop import (
+    MORE,
+    bounce,
+    load_loop,
+    taylor_window,
+)
 from chaincor.workflows.engines.in_house.lines.running import line_energy
-from chaincor.workflows.engines.in_house.mode_flight import TERMS, ModalGap
+from chaincor.workflows.engines.in_house.mode_flight import ModalGap
+from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 Array = NDArray[np.float64]
 
-# What the Taylor series of the gap leaves out, relative to the speeds of all modes together.
-_REST = 1e-19
 # Bonds are sampled so often, in units of 1/frequency of what energy they have, and so many samples
 # at once; a long flight is sampled so often at most.
 _SAMPLING = 0.5
@@ -46,8 +51,9 @@ _FIRST_MOVE = 1e-3
 _ROUNDINGS = 1e-14
 # A flight of so many windows, times modes, is given up: it takes minutes.
 _MOST_WORK = 2e9
-# More than roundings of the sum over all modes.
-_PROOF_MARGIN = 1.0 + 1e-9
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
+# Contacts are carried out at once until their modes are so many numbers.
+_RECORDED = 200_000
 
 
 def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcome:
@@ -76,6 +82,7 @@ def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcom
     UnfinishedCollisionError
         If the bodies neither meet nor part in any time that can be followed.
     """
+    load_loop()  # compiling is no integration
     started = time.perf_counter()
     collision = _Collision(scene, line, frame_interval)
     ending = collision.run()
@@ -146,9 +153,6 @@ class _Bodies:
             np.concatenate(([0.0], *(body.omega for body in bodies))),
             shape,
             float(line.strains[line.gap]),
-            # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
-            # contact makes or takes energy, of which many would add up.
-            exchange=2.0 / math.fsum(shape**2),
         )
 
     def chain_part(self, amplitudes: Array) -> Array:
@@ -171,36 +175,6 @@ def _mean_distance(gap: ModalGap) -> float:
     return gap.wall_distance - float(vibration)
 
 
-def _proof_time(gap: ModalGap) -> float:
-    """Return the time from when on no contact can come; inf where the bodies do not part."""
-    opening = _opening(gap)
-    if not opening > 0.0:
-        return math.inf
-    amplitudes = np.hypot(gap.strain_modes, gap.velocity_modes)[1:]
-    reach = _PROOF_MARGIN * float(np.abs(gap.shape[1:]) @ (amplitudes / gap.omega[1:]))
-    return max((reach - _mean_distance(gap)) / opening, 0.0)
-
-
-def _window(gap: ModalGap) -> float:
-    r"""
-    Return how long a Taylor series of the gap holds.
-
-    Its rest is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`, m terms being kept, where
-    fast modes count as little as they move the gap.
-    """
-    speeds = np.abs(gap.shape) * np.hypot(gap.strain_modes, gap.velocity_modes)
-    total = float(np.sum(speeds))
-    fastest = float(np.max(gap.omega))
-    share = 0.0
-    if fastest > 0.0 and total > 0.0:
-        share = float((speeds / total) @ (gap.omega / fastest) ** (TERMS - 1))
-    if share > 0.0:
-        return (_REST * math.factorial(TERMS) / share) ** (1.0 / (TERMS - 1)) / fastest
-    # Bodies that do not vibrate meet once, at a time that is plain.
-    opening = _opening(gap)
-    return 2.0 * gap.wall_distance / -opening if opening < 0.0 < gap.wall_distance else 1.0
-
-
 class _Collision:
     """One collision in progress: contacts, samples of the bonds, snapshots."""
 
@@ -210,6 +184,7 @@ class _Collision:
         self._bodies = _Bodies(line, scene.bond.stiffness)
         self._gap = gap = self._bodies.at_start()
         self._approach, self._first_distance = _opening(gap), _mean_distance(gap)
+        self._fastest = float(np.max(gap.omega))
         self._flown_before = 0.0
         self._snapshots: list[_State] = []
         self.departure = gap.copy()
@@ -223,17 +198,25 @@ class _Collision:
         """Fly until the end and return it."""
         self._start()
         gap = self._gap
+        # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
+        # contact makes or takes energy, of which many would add up.
+        exchange = 2.0 / math.fsum(gap.shape**2)
+        modes, since, worked = len(gap.omega), self.time, 0.0
+        most = max(_RECORDED // modes, 1)
+        (speeds, flights), (strains, velocities) = np.empty((2, most)), np.empty((2, most, modes))
         while True:
-            gap.window = _window(gap)
-            proof = _proof_time(gap)
-            longest = gap.window * _MOST_WORK / len(gap.omega)
-            flown, incoming = gap.fly(min(proof, longest)) if proof > 0.0 else (0.0, None)
-            self.time += flown
-            if incoming is not None:
-                self._reflect(incoming)
+            ended, count, since, gap.wall_distance = bounce(
+                gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, gap.wall_distance,
+                exchange, since, _WORK_AT_ONCE, speeds, flights, strains, velocities,
+            )  # fmt: skip
+            if count > 0:
+                self._note_contacts(speeds[:count], flights[:count], strains, velocities)
+            self.time = since + (self.contact_times[-1] if self.contact_times else 0.0)
+            worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
+            if ended == MORE and worked < _MOST_WORK:
                 continue
-            self._take_snapshots()
-            if proof <= longest:
+            self._take_snapshots(self.time)
+            if ended != MORE:
                 return Ending("proved")
             if not _opening(gap) > 0.0:
                 raise UnfinishedCollisionError(
@@ -242,18 +225,25 @@ class _Collision:
                 )
             return Ending("open", self._missed())
 
-    def _reflect(self, incoming: float) -> None:
-        if self.contact_times:
-            self._take_snapshots()
-            since = self.time - self.contact_times[-1]
-        else:  # the clock starts now
-            since, self.time, self._flown_before = self.time, 0.0, self.time
-        self._sample_flight(since)
-        self._gap.reflect(incoming)
-        self.departure = self._gap.copy()
-        self.contact_times.append(self.time)
-        self.contact_speeds.append(incoming)
-        self._note(self.departure.strain_modes)
+    def _note_contacts(
+        self, speeds: Array, flights: Array, strains: Array, velocities: Array
+    ) -> None:
+        """Take down what the loop did."""
+        count = len(speeds)
+        for k in range(count):
+            self._sample_flight(float(flights[k]))
+            if self.contact_times:
+                now = self.contact_times[-1] + float(flights[k])
+                self._take_snapshots(now)
+            else:  # the clock starts now
+                now, self._flown_before = 0.0, float(flights[k])
+            self.contact_times.append(now)
+            self.contact_speeds.append(float(speeds[k]))
+            self.departure = replace(
+                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
+            )
+        self.departure = self.departure.copy()
+        self._note(strains[:count])
 
     def _start(self) -> None:
         """Let bodies that touch collide or part."""
@@ -262,16 +252,17 @@ class _Collision:
         if gap.wall_distance > 0.0 or closing < 0.0:
             return
         if closing > 0.0:
-            self._reflect(closing)
-        elif self._is_pressed():
+            return
+        if self._is_pressed():
             raise SceneError(
                 "initial has particle 1 at rest on the target while the rest of the chain presses "
                 "it there, which is no collision of hard particles; expected it to come, or a gap"
             )
-        else:
-            # Roundings must not tell which way it goes.
-            self.time = _FIRST_MOVE * _window(gap)
-            self._gap = gap.drifted(self.time)
+        # Roundings must not tell which way it goes.
+        self.time = _FIRST_MOVE * taylor_window(
+            gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, 0.0
+        )
+        self._gap = gap.drifted(self.time)
 
     def _is_pressed(self) -> bool:
         """Return whether the first derivative of the gap that is not zero is negative."""
@@ -293,9 +284,12 @@ class _Collision:
         return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
 
     def _sample_flight(self, duration: float) -> None:
-        """Sample the bonds between the last contact and now."""
+        """Sample the bonds in the flight after the last contact."""
+        omega = self.departure.omega
+        if duration * self._fastest <= _SAMPLING:
+            return
         modes = self.departure.strain_modes - 1j * self.departure.velocity_modes
-        energies, omega = np.abs(modes[1:]) ** 2, self.departure.omega
+        energies = np.abs(modes[1:]) ** 2
         if not np.any(energies):
             return
         mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
@@ -340,11 +334,11 @@ class _Collision:
             np.cumsum(np.concatenate(([place], strains))),
         )
 
-    def _take_snapshots(self) -> None:
-        """Take the snapshots due between the last contact and now."""
+    def _take_snapshots(self, until: float) -> None:
+        """Take the snapshots due between the last contact and a time."""
         if self._interval is None:
             return
-        while (moment := len(self._snapshots) * self._interval) < self.time or moment == 0.0:
+        while (moment := len(self._snapshots) * self._interval) < until or moment == 0.0:
             flown = moment - self.contact_times[-1]
             self._snapshots.append(self.state(self.departure.drifted(flown), moment))
 
