@@ -31,7 +31,7 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
     Returns
     -------
     Scene
-        A valid scene.
+        A valid scene; where all drawn masses are 1, it may be a plain one.
 
     Raises
     ------
@@ -75,8 +75,6 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
         return _with_state(random, fields, masses, folder)
     if start < 0.35:
         fields["compression"] = float(random.uniform(-0.02, 0.05)) * _scale(fields)
-    if masses is None and not fields.keys() & {"target_particles", "contact", "compression"}:
-        masses = (1.0, 2.0)[:particles] if particles > 1 else (2.0,)
     return Scene(**fields, **({} if masses is None else {"masses": masses}))
 
 

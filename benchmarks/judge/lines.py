@@ -73,9 +73,11 @@ def draw(seed: int, index: int, engine: str | None, folder: Path) -> Scene:
     """Return one scene of the study: the first valid one of its own random numbers."""
     for attempt in range(100):
         try:
-            return draw_line_scene(np.random.default_rng([seed, index, attempt]), folder, engine)
+            scene = draw_line_scene(np.random.default_rng([seed, index, attempt]), folder, engine)
         except ChaincorError:
             continue
+        if scene.line is not None:
+            return scene
     raise AssertionError("no valid scene in 100")
 
 
