@@ -42,10 +42,10 @@ FLOORS = {
         {"piece_bounds"},
     ],
     "workflows/engines/in_house": [
-        {"stepping"},
+        {"modal", "stepping"},
         {"lines"},
         {"hard_sphere"},
-        {"adaptive", "modal"},
+        {"adaptive"},
         {"adaptive_loops", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},
