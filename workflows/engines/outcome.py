@@ -1,11 +1,12 @@
 """What an engine returns: the raw outcome of one collision, before any analysis."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
@@ -32,6 +33,20 @@ class Frames:
     velocities: NDArray[np.float64]
     target_displacements: NDArray[np.float64] | None = None
     target_velocities: NDArray[np.float64] | None = None
+
+    def state(self, frame: int) -> ChainState:
+        """Return both bodies in one frame, counted from 0."""
+        chain = float(self.times[frame]), self.displacements[frame], self.velocities[frame]
+        if self.target_displacements is None or self.target_velocities is None:
+            return ChainState(frame, *chain)
+        target = self.target_displacements[frame], self.target_velocities[frame]
+        return ChainState(frame, *chain, *target)
+
+    def until(self, end: float) -> "Frames":
+        """Return the frames up to a time."""
+        shown = self.times <= end
+        arrays = (getattr(self, f.name) for f in fields(self))
+        return Frames(*(None if values is None else values[shown] for values in arrays))
 
 
 @dataclass(frozen=True)
