@@ -45,13 +45,10 @@ def read_masses(value: Any) -> Any:
         return value.ravel().tolist()
     if not isinstance(value, str | Path):
         return value
-    text = str(value)
+    if isinstance(value, str) and (masses := masses_in(value)) is not None:
+        return masses
     try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        pass
-    try:
-        path = Path(text)
+        path = Path(value)
         if path.stat().st_size > _LARGEST_FILE:
             raise ValueError("the file is too large; expected a mass for each particle")
         return [float(part) for part in path.read_text().replace(",", " ").split()]
@@ -59,6 +56,14 @@ def read_masses(value: Any) -> Any:
         raise ValueError(
             "expected numbers with commas between them, such as 1,2, or a file of numbers"
         ) from None
+
+
+def masses_in(text: str) -> list[float] | None:
+    """Return the masses in a text such as ``1,2``; None where it is none of them."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        return None
 
 
 def chain_masses(scene: "Scene") -> NDArray[np.float64]:

@@ -104,8 +104,9 @@ class Motion:
         -------
         MDAnalysis.Universe
             With times, masses, ids from the wall outwards (of a free target after the chain's, from
-            the contact outward), bonds between neighbours, no box. MDAnalysis keeps positions and velocities as float32; float64 ones are in ``ts.data``
-            as ``v_displacement`` (u = x - (id - 1)) and ``vx``.
+            the contact outward), bonds between neighbours, no box. MDAnalysis keeps positions and
+            velocities as float32; float64 ones are in ``ts.data`` as ``v_displacement`` (u_i, see
+            :class:`~chaincor.analysis.dumps.chain_frames.ChainState`) and ``vx``.
 
         Raises
         ------

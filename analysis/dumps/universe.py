@@ -167,8 +167,9 @@ def universe_of_states(
     Returns
     -------
     MDAnalysis.Universe
-        Atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours and no box; float64 columns
-        ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each frame.
+        Atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
+        and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
+        frame.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)

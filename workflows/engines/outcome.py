@@ -1,6 +1,6 @@
 """What an engine returns: the raw outcome of one collision, before any analysis."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -45,8 +45,8 @@ class Frames:
     def until(self, end: float) -> "Frames":
         """Return the frames up to a time."""
         shown = self.times <= end
-        arrays = (getattr(self, f.name) for f in fields(self))
-        return Frames(*(None if values is None else values[shown] for values in arrays))
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{k: v[shown] for k, v in arrays.items() if v is not None})
 
 
 @dataclass(frozen=True)

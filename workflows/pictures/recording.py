@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import adaptive, modal
-from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.outcome import Outcome
 
 # Far finer than any picture resolves.
 _ACCURACY = 1e-6
@@ -29,11 +29,7 @@ def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
     outcome = record_motion(scene, end / 400.0)
     frames = outcome.frames
     assert frames is not None
-    shown = frames.times <= end
-    return replace(
-        outcome,
-        frames=Frames(frames.times[shown], frames.displacements[shown], frames.velocities[shown]),
-    )
+    return replace(outcome, frames=frames.until(end))
 
 
 def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
