@@ -76,7 +76,7 @@ def chain_masses(scene: "Scene") -> NDArray[np.float64]:
 
 def line_of(scene: "Scene") -> Line | None:
     """Return both bodies of a scene; None where the plain engines know all that it asks for."""
-    if all(getattr(scene, key) is None for key in BODY_KEYS):
+    if not given_bodies(scene):
         return None
     masses, target = chain_masses(scene), np.array([math.inf])
     if scene.target_particles is not None:
@@ -99,6 +99,17 @@ def line_of(scene: "Scene") -> Line | None:
         contact_stiffness=(scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS) if soft else 0.0,
         contact_exponent=scene.contact_exponent or DEFAULT_CONTACT_EXPONENT,
     )
+
+
+def given_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return what a scene says of its bodies, as it was given."""
+    given = {key: getattr(scene, key) for key in BODY_KEYS}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def plain_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return the same as JSON knows it."""
+    return {k: str(v) if isinstance(v, Path) else v for k, v in given_bodies(scene).items()}
 
 
 def body_fields(scene: "Scene") -> dict[str, Any]:
