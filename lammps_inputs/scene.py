@@ -269,6 +269,11 @@ class Scene(BaseModel):
         return self.bond.stiffness / (1.0 if self.line is None else self.line.mean_mass)
 
     @property
+    def span(self) -> int:
+        """Particles of the longer body, which sound has to cross."""
+        return max(self.particles, self.target_particles or 0)
+
+    @property
     def explicit(self) -> bool:
         """Whether the numerics are given, not to be chosen from a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)

@@ -70,7 +70,7 @@ def meets_kinks(scene: Scene) -> bool:
     if not kinks or scene.particles == 1:
         return False
     try:
-        step = _FIRST_STEP / (scene.bond.stiffness**0.5 * sharpness(scene))
+        step = _FIRST_STEP / (scene.fast_stiffness**0.5 * sharpness(scene))
         outcome = run_in_house(scene, "verlet", step)
     except RunError:
         return True
@@ -83,7 +83,7 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(scene.bond, parts).compiled:
-        steps = _MOST_BOND_STEPS / scene.particles
+        steps = _MOST_BOND_STEPS / (scene.particles + (scene.target_particles or 0))
     return duration * parts.evaluations / steps
 
 
@@ -102,7 +102,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     reachable = max(goal - floor, floor, 1e-15)
     step = 0.5 * guess_step(scene, scheme, 0.5 * reachable / share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
-    crossings = 2.0 * scene.particles / scene.bond.stiffness**0.5
+    crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, scheme, crossings))
     best: tuple[float, Outcome, Outcome] | None = None
     tries: list[dict[str, float]] = []

@@ -39,6 +39,11 @@ _SAMPLES_AT_ONCE = 12
 Array = NDArray[np.float64]
 
 
+def serves(scene: Scene) -> bool:
+    """Return whether a scene is propagated by its modes."""
+    return scene.bond.is_harmonic and scene.line is None
+
+
 def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
     Carry a harmonic chain through its collision, exactly.
