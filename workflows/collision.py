@@ -77,8 +77,6 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
-    if scene.line is not None:
-        raise InputError("masses, targets, soft contacts and initial states cannot be run yet")
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
