@@ -10,7 +10,6 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
-from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet

@@ -20,6 +20,8 @@ class Motion:
 
     replay: Replay | None
     last_contact_time: float
+    contact: str | None
+    duration: float
 
     def trajectory(self, frames: int = 200) -> list[ChainState]:
         """
@@ -51,6 +53,8 @@ class Motion:
             )
         share, flight = _FLY_ON
         end = (1.0 + share) * self.last_contact_time + flight
+        if self.contact is not None:  # the bodies overlap for a while
+            end = max(end, self.duration)
         recorded = self.replay.record(end / (frames - 1))
         # The last may be late by rounding.
         return [

@@ -42,6 +42,20 @@ class Frames:
         target = self.target_displacements[frame], self.target_velocities[frame]
         return ChainState(frame, *chain, *target)
 
+    @property
+    def targets(self) -> int:
+        """Particles of a free target."""
+        return 0 if self.target_displacements is None else self.target_displacements.shape[1]
+
+    def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return displacements and velocities of all, from a target's far end to the chain's."""
+        if self.target_displacements is None or self.target_velocities is None:
+            return self.displacements, self.velocities
+        return (
+            np.hstack((self.target_displacements[:, ::-1], self.displacements)),
+            np.hstack((self.target_velocities[:, ::-1], self.velocities)),
+        )
+
     def until(self, end: float) -> "Frames":
         """Return the frames up to a time."""
         shown = self.times <= end
