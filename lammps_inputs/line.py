@@ -50,6 +50,11 @@ class Line:
         return self.contact_stiffness > 0.0
 
     @property
+    def smooth(self) -> bool:
+        """Whether the contact has all derivatives while it lasts: hard, or of a whole power."""
+        return not self.soft or float(self.contact_exponent).is_integer()
+
+    @property
     def rigid(self) -> bool:
         """Whether the target is the wall."""
         return bool(np.isinf(self.masses[0]))

@@ -45,7 +45,8 @@ FLOORS = {
     "workflows/engines/in_house": [
         {"stepping"},
         {"lines"},
-        {"adaptive", "hard_sphere", "modal"},
+        {"hard_sphere"},
+        {"adaptive", "modal"},
         {"adaptive_loops", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},

@@ -36,10 +36,6 @@ class CrossingError(RunError):
     """Two particles would pass through each other, which LAMMPS cannot represent."""
 
 
-class NoContactError(RunError):
-    """The bodies of a given initial state move apart without having met."""
-
-
 class BarrierError(RunError):
     """A bond was stretched over its energy barrier and runs away to minus infinity."""
 
@@ -94,7 +90,6 @@ __all__ = [
     "LammpsError",
     "LostAtomsError",
     "MissingLibraryError",
-    "NoContactError",
     "RunError",
     "SchedulerError",
     "StoreError",

@@ -13,7 +13,7 @@ from chaincor.workflows.accuracy.convergence import jitter, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, is_smooth, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
@@ -86,7 +86,7 @@ def _meet_with_fixed_steps(
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
-    if not scene.bond.smooth:
+    if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
     order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
     # Below the rounding floor a finer step buys nothing.

@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.accuracy.step_guess import guess_step, is_smooth
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import CrossingError, RunError
@@ -55,7 +55,7 @@ def converge(scene: Scene, goal: float) -> Converged:
     stopped the finest run, or that steps cannot become small enough.
     """
     scheme: StepSchemeName = "order8"
-    if not scene.bond.smooth:
+    if not is_smooth(scene):
         found = refine(scene, goal, scheme)
         eta = eta_of(scene, found.fine)
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)

@@ -42,6 +42,8 @@ def expected_seconds(scene: Scene) -> float:
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
+    if scene.line is not None:
+        duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
     if scene.explicit:
         return _given_seconds(scene, duration)
     goal = asked_tolerance(scene)

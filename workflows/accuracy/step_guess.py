@@ -68,6 +68,11 @@ def _sharpness_of_line(scene: Scene, line: Line) -> float:
     return math.sqrt(sharpest)
 
 
+def is_smooth(scene: Scene) -> bool:
+    """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
+    return scene.bond.smooth and (scene.line is None or scene.line.smooth)
+
+
 def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
     """
     Return by which power of the step errors fall at least.
@@ -76,9 +81,7 @@ def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
     bodies touch and part; steps graded there make it small, but not of another order.
     """
     order, line = float(STEP_SCHEMES[scheme].order), scene.line
-    if line is None or not line.soft or line.contact_exponent.is_integer():
-        return order
-    return min(order, line.contact_exponent + 1.0)
+    return order if line is None or line.smooth else min(order, line.contact_exponent + 1.0)
 
 
 def largest_step(scheme: StepSchemeName, stiffness: float) -> float:

@@ -89,8 +89,7 @@ class LineInMotion:
         masses[: line.first] = 0.0
         ledger = np.zeros(1, loop.LINE_LEDGER).view(np.recarray)[0]
         ledger.soft = line.soft
-        whole = float(line.contact_exponent).is_integer()
-        ledger.shortest_share = 1.0 if whole else loop.SHORTEST_SHARE
+        ledger.shortest_share = 1.0 if line.smooth else loop.SHORTEST_SHARE
         ledger.contact_mass = line.contact_mass
         ledger.strain_floor, ledger.strain_ceiling = allowed_strains(bond)
         bonds = np.delete(strains, line.gap)

@@ -17,7 +17,6 @@ from chaincor.workflows.engines.in_house.lines import loop
 from chaincor.workflows.engines.in_house.lines.bodies import LineInMotion
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.pieces import count_fragments
-from chaincor.workflows.errors import NoContactError
 
 Array = NDArray[np.float64]
 
@@ -41,8 +40,7 @@ def run_line(
     """
     Carry two bodies through their collision, step by step.
 
-    Parameters and errors are those of :func:`chaincor.workflows.engines.in_house.stepping.run`;
-    NoContactError where the bodies never meet.
+    Parameters and errors are those of :func:`chaincor.workflows.engines.in_house.stepping.run`.
     """
     line = scene.line
     assert line is not None
@@ -84,7 +82,7 @@ def _carry_out(
         if now < until:
             continue
         if ledger.contacts == 0:
-            _refuse_parting(scene, moving)
+            # The chain's mean comes nearer: a contact comes, soon or late.
             look = now + 1.0 / stiffness**0.5
             continue
         last = float(ledger.parted)
@@ -114,19 +112,6 @@ def advance_to(scene: Scene, moving: LineInMotion, goal: int, unresolved: str) -
             moving.time,
             f"take a smaller timestep than {unresolved}",
         )
-
-
-def _refuse_parting(scene: Scene, moving: LineInMotion) -> None:
-    """Refuse bodies that will never meet: they move apart, and nothing can bring them back."""
-    line = moving.line
-    watch = watch_of(scene)
-    if line.separation(moving.velocities) > 0.0:
-        ending = watch.look_at(moving.time, 0.0, moving.bodies())
-        if ending is not None:
-            raise NoContactError(
-                f"the bodies of initial {str(scene.initial)!r} move apart and never meet; expected "
-                "a chain that comes towards its target"
-            )
 
 
 def _outcome(
