@@ -26,6 +26,7 @@ FLOORS = {
         {"collision", "pictures"},
         {"accuracy"},
         {"result"},
+        {"bodies", "motion"},
         {"engines"},
         {"cli", "outputs", "run_progress"},
         {"durations", "errors", "measured", "versions"},
