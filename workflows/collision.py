@@ -10,7 +10,6 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
-from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
@@ -19,6 +18,7 @@ from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
@@ -76,8 +76,6 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
-    if scene.line is not None:
-        raise InputError("masses, targets, soft contacts and initial states cannot be run yet")
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
@@ -128,7 +126,7 @@ def _result(
     found: dict[str, Any],
     started: float,
 ) -> Collision:
-    v0, v_star = scene.impact_velocity, scene.bond.natural_speed
+    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
     eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
     scouted = found.get("scouting")
@@ -162,7 +160,11 @@ def _result(
         bond_max=bond_max,
         bond_range_source=source,
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
-        momentum_residual=abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses)),
+        momentum_residual=(
+            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
+            if line is None
+            else impulse_residual(line, outcome, v0)
+        ),
         ending=outcome.ending.kind,
         duration=outcome.duration,
         fragments=outcome.fragments,
@@ -178,12 +180,18 @@ def _result(
         contact_times=outcome.contact_times,
         contact_speeds=outcome.contact_speeds,
         mode_energies=np.asarray(
-            mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
+            mode_energies(
+                outcome.displacements,
+                outcome.velocities,
+                scene.bond.stiffness,
+                None if line is None else line.chain_masses,
+            )
         ),
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,
         replay=_replay(scene, outcome, found),
+        **bodies_after(scene, outcome),
     )
 
 

@@ -147,8 +147,8 @@ class ChainStatesReader(MemoryReader):
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         ts = super()._read_next_timestep(ts)
         state = self._states[ts.frame]
-        ts.data["vx"] = state.velocities
-        ts.data[DISPLACEMENT_COLUMN] = state.displacements
+        ts.data["vx"] = state.all_velocities
+        ts.data[DISPLACEMENT_COLUMN] = state.all_displacements
         ts.data[TIME_COLUMN] = np.full(self.n_atoms, state.time)
         ts.data["step"] = state.step
         ts.time = state.time
@@ -166,22 +166,23 @@ def universe_of_states(
     states : sequence of ChainState
         At least one.
     masses : ndarray of shape (n,)
-        Particle masses.
+        Particle masses; with a free target of shape (n + M,), the chain's first.
 
     Returns
     -------
     MDAnalysis.Universe
-        Atoms with ids from 1 on, masses, bonds between neighbours and no box; float64 columns
-        ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each frame.
+        Atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
+        and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
+        frame.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)
     universe.add_TopologyAttr("ids", np.arange(1, n + 1))
     universe.add_TopologyAttr("masses", masses)
-    universe.add_TopologyAttr("bonds", [(i, i + 1) for i in range(n - 1)])
+    universe.add_TopologyAttr("bonds", states[0].all_bonds)
     vectors = np.zeros((2, len(states), n, 3), dtype=np.float32)
-    vectors[0, :, :, 0] = [state.displacements + np.arange(n) for state in states]
-    vectors[1, :, :, 0] = [state.velocities for state in states]
+    vectors[0, :, :, 0] = [state.all_positions for state in states]
+    vectors[1, :, :, 0] = [state.all_velocities for state in states]
     universe.trajectory = ChainStatesReader(
         vectors[0],
         states=tuple(states),
