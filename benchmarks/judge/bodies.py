@@ -269,7 +269,12 @@ def _run(
             if now - begun > max(least, multiple * (times[hits - 1] - begun)) and not touching:
                 return DONE, now, hits, steps
         natural = share * _natural_step(y, inverse, gap, law, contact, touching)
-        if natural > 1e100:
+        if natural > 1e100 and touching:
+            # Free particles at their touch: as long as they take to turn.
+            energy = 0.5 * opening * opening / (inverse[gap] + inverse[first])
+            power = contact[1] + 1.0
+            natural = share * (energy * power / contact[0]) ** (1.0 / power) / abs(opening)
+        elif natural > 1e100:
             # Free particles: on to the contact, or long beyond any.
             natural = -1.5 * y[gap] / opening if opening < 0.0 else 2.0 * least
         step = natural
