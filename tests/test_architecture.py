@@ -47,7 +47,7 @@ FLOORS = {
         {"lines"},
         {"hard_sphere"},
         {"adaptive"},
-        {"adaptive_loops", "follow", "mode_flight"},
+        {"adaptive_loops", "adaptive_rates", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},
         {"finish", "kernels"},
