@@ -1,0 +1,335 @@
+"""A bond whose energy is given as a formula."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.check import find_kinks
+from chaincor.lammps_inputs.bonds.formula_code import (
+    SERIES_TERMS,
+    FormulaCode,
+    FormulaParameters,
+    formula_code,
+)
+from chaincor.lammps_inputs.bonds.formula_text import canonical_text
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import PotentialError
+
+# Digits with which rest and the series about it are found, and with which the formula is judged.
+_DIGITS = 40
+# Left out of the series at its end, as part of the force; the series is used no farther than this.
+_CUT, _FARTHEST = 1e-18, 0.25
+# The natural length is looked for, and allowed, between these strains.
+_NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
+# What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
+_LOST = 1e-11
+# A strain, and a relative difference of the stiffness, that are rounding.
+_ROUNDING = 1e-12
+
+
+class Formula(UserBond):
+    r"""
+    A bond given by a formula for its energy.
+
+    Natural length is where the force vanishes nearest to length 1; strains count from it, so that
+    a chain at rest has none, and U and -dU/ds are zero there. Near it a series of the force is
+    used, for which the formula is expanded with 40 digits: nothing cancels at any strain. Speeds,
+    energies and times are those of the formula. The speed scale v* is that of
+    :math:`U(x^*) = k (x^* - x_0)^2`, with the stiffness k and the natural length of the formula.
+
+    Parameters
+    ----------
+    text : str
+        U as a function of the strain ``s``, or the length ``r`` = 1 + s.
+    parameters : mapping
+        Values of the other names in it.
+
+    Attributes
+    ----------
+    text : str
+        The energy, in one way of many to write it.
+    given : dict
+        The parameters.
+    natural_length : float
+        Length at rest; for the engines, which know no other, it is 1.
+
+    Raises
+    ------
+    PotentialError
+        If it is no formula, it has no stable length near 1, kinks, or its digits cancel.
+    """
+
+    smooth = True
+    kinks = ()  # type: ignore[assignment]
+
+    def __init__(self, text: str, parameters: Mapping[str, float]) -> None:
+        self.text, self.given = canonical_text(text), dict(sorted(parameters.items()))
+        self._code = formula_code(self.text, tuple(self.given))
+        self._values = tuple(self.given.values()) or (0.0,)
+        self._functions = {
+            name: self._code.function(getattr(self._code, name))
+            for name in ("energy", "force", "curvature")
+        }
+        with np.errstate(all="ignore"):
+            rest = self._find_rest()
+            exact_rest, self._series = self._expand(rest)
+            self._rest = float(exact_rest)
+            self._near = _reach_of(self._series)
+            low, high = self._find_ends()
+            self._barrier = self._find_barrier(high)
+            low = self._find_inner_barrier(low)
+            offset = self._functions["energy"](self._rest, self._values)
+            if not math.isfinite(offset):
+                raise self._refuse("has no finite value at rest", "one at every length near 1")
+            self._offset = float(offset)
+            self._refuse_cancellation(exact_rest, low, min(high, self._barrier))
+            self._low, self._high = low, high
+            try:
+                super().__init__(
+                    self.energy, self.force, name="formula", strain_min=low, strain_max=high
+                )
+            except PotentialError as error:
+                raise self._refuse(
+                    f"is not smooth ({error})", "a formula without poles and jumps"
+                ) from None
+            found = find_kinks(self)
+        if found:
+            raise self._refuse(f"has a kink at strain {found[0]:.6g}", "a smooth formula")
+        if math.isfinite(self._barrier):
+            self.dissociation = math.inf
+
+    def __reduce__(self) -> tuple[Callable, tuple[Any, ...]]:
+        return formula_bond, (self.text, tuple(self.given.items()))
+
+    @property
+    def natural_length(self) -> float:
+        """Length at which the formula has its minimum; 1 to rounding where that is meant."""
+        return 1.0 if abs(self._rest) < _ROUNDING else 1.0 + self._rest
+
+    @property
+    def force_kernel(self) -> Callable:
+        """Compiled once for all values of the parameters."""
+        return self._code.kernel
+
+    @property
+    def users_force(self) -> None:  # type: ignore[override]
+        """None: there is a kernel."""
+        return
+
+    @property
+    def parameters(self) -> FormulaParameters:
+        """Of the kernel."""
+        return FormulaParameters(self._values, self._rest, self._near, self._series)
+
+    @property
+    def anharmonic_order(self) -> int | None:
+        """Order of the first term after the square that is more than rounding."""
+        terms = [abs(c) * self._near**k for k, c in enumerate(self._series)]
+        return next((k + 2 for k, t in enumerate(terms) if k and t > _ROUNDING * terms[0]), None)
+
+    @property
+    def barrier_strain(self) -> float:
+        """Strain at which a stretched bond is pulled no further back."""
+        return self._barrier
+
+    def energy(self, strain):
+        """Return U, zero at rest."""
+        orders = np.arange(2, len(self._series) + 2)
+        series = -np.asarray(self._series) / orders
+        return self._joined(strain, "energy", series, 2)
+
+    def force(self, strain):
+        """Return -dU/ds."""
+        return self._joined(strain, "force", np.asarray(self._series), 1)
+
+    def curvature(self, strain):
+        """Return U''."""
+        orders = np.arange(1, len(self._series) + 1)
+        return self._joined(strain, "curvature", -np.asarray(self._series) * orders, 0)
+
+    @property
+    def stiffness(self) -> float:
+        """U'' at rest."""
+        return -self._series[0]
+
+    def _joined(self, strain: Any, name: str, series: NDArray[np.float64], power: int) -> Any:
+        """Return a series in the strain near rest, times a power of it, and the formula beyond."""
+        s = np.asarray(strain, dtype=float)
+        x = np.clip(s, -self._near, self._near)
+        total = np.zeros_like(x)
+        for coefficient in series[::-1]:
+            total = total * x + coefficient
+        beyond = self._functions[name](self._rest + s, self._values)
+        if name == "energy":
+            beyond = beyond - self._offset
+        outside = (s < self._low) | (s > self._high)
+        beyond = np.where(outside, math.nan, beyond)
+        return np.where(np.abs(s) < self._near, x**power * total, beyond)[()]
+
+    _low, _high, _barrier = -math.inf, math.inf, math.inf
+
+    def _refuse(self, what: str, expected: str) -> PotentialError:
+        values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())
+        where = f" with {values}" if values else ""
+        return PotentialError(f"energy {self.text!a}{where} {what}; expected {expected}")
+
+    def _find_rest(self) -> tuple[float, float]:
+        """Return two strains between which the force falls through zero, nearest to zero."""
+        out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
+        strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
+        forces = np.asarray(self._functions["force"](strains, self._values), dtype=float)
+        forces = forces * np.ones_like(strains)
+        falls = (forces[:-1] > 0.0) & (forces[1:] < 0.0)
+        places = np.flatnonzero(falls)
+        if not len(places):
+            raise self._refuse(
+                "has no stable natural length: its force falls through zero nowhere from length "
+                f"{1.0 + _SHORTEST_REST:g} to {1.0 + _LONGEST_REST:g}",
+                "a minimum there: scale lengths so that it is near 1",
+            )
+        nearest = places[np.argmin(np.abs(strains[places] + strains[places + 1]))]
+        return float(strains[nearest]), float(strains[nearest + 1])
+
+    def _expand(self, bracket: tuple[float, float]) -> tuple[Any, tuple[float, ...]]:
+        """Return the strain at rest, with many digits, and the series of force over strain."""
+        import mpmath
+
+        with mpmath.workdps(_DIGITS):
+            values = [mpmath.mpf(value) for value in self._values]
+            force = self._code.function(self._code.force, mpmath)
+            try:
+                rest = mpmath.findroot(
+                    lambda s: force(s, values), bracket, solver="anderson", tol=1e-70, maxsteps=200
+                )
+                if not bracket[0] <= rest <= bracket[1]:
+                    raise ValueError
+                terms = mpmath.taylor(lambda s: force(s, values), rest, SERIES_TERMS + 1)
+                series = tuple(float(term) for term in terms[1:])
+            except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+                series = (math.nan,)
+        if not all(map(math.isfinite, series)) or not series[0] < 0.0:
+            raise self._refuse(
+                "has no stable natural length near 1", "a smooth minimum with positive stiffness"
+            )
+        return rest, series
+
+    def _find_ends(self) -> tuple[float, float]:
+        """Return the strains between which no base or argument changes its sign."""
+        from scipy.optimize import brentq
+
+        ends = [-(1.0 + self._rest), math.inf]
+        singular = [False, False]
+        far = np.geomspace(1e-6, 1e6, 6000)
+        outward = (-np.append(far[far < -ends[0]], -ends[0]), far)
+        for guard in self._code.guards:
+            function = self._code.function(guard)
+
+            def value(strain, function=function):
+                return function(self._rest + strain, self._values)
+
+            at_rest = value(0.0)
+            for side, strains in enumerate(outward):
+                changed = np.flatnonzero(~(np.asarray(value(strains)) * at_rest > 0.0))
+                if not len(changed):
+                    continue
+                first = int(changed[0])
+                inner = float(strains[first - 1]) if first else 0.0
+                outer = float(strains[first])
+                try:
+                    end = float(brentq(value, inner, outer, xtol=1e-15))
+                except ValueError:  # zero or no number at the end itself
+                    end = outer
+                nearer = abs(end) <= abs(ends[side])
+                if nearer:
+                    ends[side], singular[side] = end, True
+        low = ends[0]
+        if abs(low + 1.0) < _ROUNDING:
+            low = -1.0
+        # Of bonds whose energy is finite at no length the engines see for themselves.
+        return (low if singular[0] or low > -1.0 else -math.inf), ends[1]
+
+    def _find_barrier(self, high: float) -> float:
+        """Return the first stretched strain where the force pulls no longer."""
+        strains = np.geomspace(self._near, min(1e3, 0.999 * high), 4000)
+        forces = self.force(strains)
+        pushes = np.flatnonzero(forces > 1e-13 * self.stiffness)
+        if not len(pushes):
+            return math.inf
+        return self._zero_of_force(strains, int(pushes[0]))
+
+    def _find_inner_barrier(self, low: float) -> float:
+        """Return the end of the strains, or the first compressed one where the force pulls."""
+        end = 0.999 * min(1.0, -low)
+        if end <= self._near:
+            return low
+        strains = -np.geomspace(self._near, end, 2000)
+        pulls = np.flatnonzero(~(self.force(strains) > 0.0))
+        return self._zero_of_force(strains, int(pulls[0])) if len(pulls) else low
+
+    def _zero_of_force(self, strains: NDArray[np.float64], first: int) -> float:
+        from scipy.optimize import brentq
+
+        if first == 0:
+            return float(strains[0])
+        try:
+            return float(brentq(self.force, strains[first - 1], strains[first], xtol=1e-15))
+        except ValueError:
+            return float(strains[first - 1])
+
+    def _refuse_cancellation(self, rest: Any, low: float, high: float) -> None:
+        """Compare the force with one of many digits."""
+        import mpmath
+
+        out = np.geomspace(0.5 * self._near, 4.0, 12)
+        strains = np.concatenate((-out[out < 0.95 * min(1.0, -low)], out[out < 0.95 * high]))
+        found = self.force(strains)
+        with mpmath.workdps(_DIGITS):
+            values = [mpmath.mpf(value) for value in self._values]
+            function = self._code.function(self._code.force, mpmath)
+            for strain, force in zip(strains.tolist(), found.tolist(), strict=True):
+                try:
+                    exact = function(rest + mpmath.mpf(strain), values)
+                    size = max(abs(exact), 1e-3 * self.stiffness * abs(strain))
+                    lost = float(abs(force - exact) / size)
+                except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+                    lost = math.nan
+                if not lost <= _LOST:
+                    raise self._refuse(
+                        f"loses its digits: at strain {strain:.3g} the force in double precision "
+                        f"is off by {lost:.1g} of itself",
+                        f"{_LOST:g} at most: rewrite it without differences of large numbers",
+                    )
+
+
+def _reach_of(series: tuple[float, ...]) -> float:
+    """Return the strain up to which what is left out of the series is no part of the force."""
+    reach = _FARTHEST
+    for k in range(len(series) - 6, len(series)):
+        part = abs(series[k] / series[0])
+        if part > 0.0:
+            reach = min(reach, (_CUT / part) ** (1.0 / k))
+    return reach
+
+
+@lru_cache(maxsize=256)
+def formula_bond(text: str, parameters: tuple[tuple[str, float], ...]) -> Formula:
+    """
+    Return the bond of a formula, the same object each time.
+
+    Parameters
+    ----------
+    text : str
+        The energy.
+    parameters : tuple of (str, float)
+        Names and values.
+
+    Returns
+    -------
+    Formula
+        The bond.
+    """
+    return Formula(text, dict(parameters))
