@@ -32,9 +32,7 @@ from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
 
-PotentialName = Literal[
-    "harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"
-]
+PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.bonds.formula_code import (
     SERIES_TERMS,
-    FormulaCode,
     FormulaParameters,
     formula_code,
 )
@@ -25,6 +24,8 @@ _DIGITS = 40
 _CUT, _FARTHEST = 1e-18, 0.25
 # The natural length is looked for, and allowed, between these strains.
 _NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
+# Stiffnesses that are allowed.
+_SOFTEST, _STIFFEST = 1e-8, 1e8
 # What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
 _LOST = 1e-11
 # A strain, and a relative difference of the stiffness, that are rounding.
@@ -215,6 +216,11 @@ class Formula(UserBond):
             raise self._refuse(
                 "has no stable natural length near 1", "a smooth minimum with positive stiffness"
             )
+        if not _SOFTEST <= -series[0] <= _STIFFEST:
+            raise self._refuse(
+                f"has the stiffness {-series[0]:.3g} at rest",
+                f"one from {_SOFTEST:g} to {_STIFFEST:g}: scale energies so that it is near 1",
+            )
         return rest, series
 
     def _find_ends(self) -> tuple[float, float]:
@@ -222,7 +228,6 @@ class Formula(UserBond):
         from scipy.optimize import brentq
 
         ends = [-(1.0 + self._rest), math.inf]
-        singular = [False, False]
         far = np.geomspace(1e-6, 1e6, 6000)
         outward = (-np.append(far[far < -ends[0]], -ends[0]), far)
         for guard in self._code.guards:
@@ -243,14 +248,15 @@ class Formula(UserBond):
                     end = float(brentq(value, inner, outer, xtol=1e-15))
                 except ValueError:  # zero or no number at the end itself
                     end = outer
-                nearer = abs(end) <= abs(ends[side])
-                if nearer:
-                    ends[side], singular[side] = end, True
+                if abs(end) < abs(ends[side]):
+                    ends[side] = end
         low = ends[0]
         if abs(low + 1.0) < _ROUNDING:
             low = -1.0
-        # Of bonds whose energy is finite at no length the engines see for themselves.
-        return (low if singular[0] or low > -1.0 else -math.inf), ends[1]
+        # Where particles can meet, at finite energy or of longer bonds, engines see for themselves.
+        energy = self._functions["energy"](np.float64(self._rest + low), self._values)
+        holds = low == -1.0 and not math.isfinite(energy)
+        return (low if low > -1.0 or holds else -math.inf), ends[1]
 
     def _find_barrier(self, high: float) -> float:
         """Return the first stretched strain where the force pulls no longer."""

@@ -176,14 +176,11 @@ def _refuse_kinks(expression: "sympy.Expr", text: str) -> None:
 
 
 def _refuse_long(expression: "sympy.Expr", text: str) -> None:
-    count = 0
-    for _ in _walk(expression):
-        count += 1
-        if count > _MOST_OPERATIONS:
-            raise PotentialError(
-                f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations; "
-                "expected a shorter formula, with fewer factors and functions within functions"
-            )
+    if any(count > _MOST_OPERATIONS for count, _ in enumerate(_walk(expression))):
+        raise PotentialError(
+            f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations; "
+            "expected a shorter formula, with fewer factors and functions within functions"
+        )
 
 
 def _walk(expression: "sympy.Expr") -> Any:

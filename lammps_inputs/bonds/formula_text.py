@@ -122,9 +122,7 @@ def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
 
 def _parsed(text: str) -> ast.Expression:
     if len(text) > _LONGEST_TEXT:
-        raise _refused(
-            text, f"has {len(text)} characters", f"a formula of at most {_LONGEST_TEXT}"
-        )
+        raise _refused(text, f"has {len(text)} characters", f"a formula of at most {_LONGEST_TEXT}")
     other = _OTHER_CHARACTER.search(text)
     if other is not None:
         raise _refused(text, f"has the character {other[0]!a}", _expected())
@@ -202,7 +200,7 @@ class _Reader:
                 raise self._refuse(
                     f"calls '{name[:40]}'", f"a smooth function: {', '.join(FUNCTIONS)}"
                 )
-        raise self._refuse(f"has a {type(node).__name__.lower()} in it", _expected())
+        raise self._refuse(f"has {type(node).__name__} in it", _expected())
 
     def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
         numbers = not _is_symbolic(left) and not _is_symbolic(right)

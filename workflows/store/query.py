@@ -6,9 +6,10 @@ from typing import Any
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.schema import PLAIN_COLUMNS
+from chaincor.workflows.store.schema import PLAIN_COLUMNS, SCENE_KEYS
 
-_CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
+_PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
+_CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
 
 def query_rows(
@@ -27,8 +28,8 @@ def query_rows(
     store : Store
         The store.
     columns : sequence of str
-        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
-        text of the canonical scene.
+        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, ``parameters.a`` for
+        the parameter a of a formula, or ``scene``, the JSON text of the canonical scene.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
         ``failure=``, stands for a field that is not there.
@@ -93,6 +94,8 @@ def _number_or_text(value: str) -> float | str:
 
 
 def _quoted(name: str) -> str:
+    if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
+        return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
