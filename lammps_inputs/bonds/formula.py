@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -77,8 +77,8 @@ class Formula(UserBond):
         }
         with np.errstate(all="ignore"):
             rest = self._find_rest()
-            exact_rest, self._series = self._expand(rest)
-            self._rest = float(exact_rest)
+            self._exact_rest, self._series = self._expand(rest)
+            self._rest = float(self._exact_rest)
             self._near = _reach_of(self._series)
             low, high = self._find_ends()
             self._barrier = self._find_barrier(high)
@@ -87,7 +87,7 @@ class Formula(UserBond):
             if not math.isfinite(offset):
                 raise self._refuse("has no finite value at rest", "one at every length near 1")
             self._offset = float(offset)
-            self._refuse_cancellation(exact_rest, low, min(high, self._barrier))
+            self._refuse_cancellation(low, min(high, self._barrier))
             self._low, self._high = low, high
             try:
                 super().__init__(
@@ -136,6 +136,28 @@ class Formula(UserBond):
     def barrier_strain(self) -> float:
         """Strain at which a stretched bond is pulled no further back."""
         return self._barrier
+
+    @cached_property
+    def natural_speed(self) -> float | None:
+        """v*, with so many digits that the 13 that are kept are those of any processor."""
+        import mpmath
+
+        strain = self._find_compressed_strain()
+        if strain is None:
+            return None
+        with mpmath.workdps(_DIGITS):
+            values = [mpmath.mpf(value) for value in self._values]
+            energy = self._code.function(self._code.energy, mpmath)
+            offset = energy(self._exact_rest, values)
+
+            def excess(s):
+                return (energy(self._exact_rest + s, values) - offset) / (
+                    self.stiffness * s * s
+                ) - 1
+
+            near = (strain * (1.0 - 1e-9), strain * (1.0 + 1e-9))
+            root = mpmath.findroot(excess, near, solver="secant", tol=1e-40)
+            return float(f"{float(mpmath.sqrt(2 * self.stiffness) * abs(root)):.12e}")
 
     def energy(self, strain):
         """Return U, zero at rest."""
@@ -286,7 +308,7 @@ class Formula(UserBond):
         except ValueError:
             return float(strains[first - 1])
 
-    def _refuse_cancellation(self, rest: Any, low: float, high: float) -> None:
+    def _refuse_cancellation(self, low: float, high: float) -> None:
         """Compare the force with one of many digits."""
         import mpmath
 
@@ -298,7 +320,7 @@ class Formula(UserBond):
             function = self._code.function(self._code.force, mpmath)
             for strain, force in zip(strains.tolist(), found.tolist(), strict=True):
                 try:
-                    exact = function(rest + mpmath.mpf(strain), values)
+                    exact = function(self._exact_rest + mpmath.mpf(strain), values)
                     size = max(abs(exact), 1e-3 * self.stiffness * abs(strain))
                     lost = float(abs(force - exact) / size)
                 except (ValueError, ZeroDivisionError, OverflowError, TypeError):
