@@ -65,7 +65,7 @@ class Formula(UserBond):
     """
 
     smooth = True
-    kinks = ()  # type: ignore[assignment]
+    kinks = ()
 
     def __init__(self, text: str, parameters: Mapping[str, float]) -> None:
         self.text, self.given = canonical_text(text), dict(sorted(parameters.items()))
@@ -122,12 +122,12 @@ class Formula(UserBond):
         return
 
     @property
-    def parameters(self) -> FormulaParameters:
+    def parameters(self) -> FormulaParameters:  # type: ignore[override]
         """Of the kernel."""
         return FormulaParameters(self._values, self._rest, self._near, self._series)
 
     @property
-    def anharmonic_order(self) -> int | None:
+    def anharmonic_order(self) -> int | None:  # type: ignore[override]
         """Order of the first term after the square that is more than rounding."""
         terms = [abs(c) * self._near**k for k, c in enumerate(self._series)]
         return next((k + 2 for k, t in enumerate(terms) if k and t > _ROUNDING * terms[0]), None)

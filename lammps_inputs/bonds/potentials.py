@@ -268,7 +268,7 @@ class Morse(Potential):
         return MorseParameters(float(self.a))
 
     @property
-    def dissociation(self):
+    def dissociation(self):  # type: ignore[override]
         """The depth D = 1/(2 a^2)."""
         return 0.5 / self.a**2
 
