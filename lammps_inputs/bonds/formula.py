@@ -10,24 +10,20 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.bonds.formula_code import (
-    SERIES_TERMS,
     FormulaParameters,
     formula_code,
+)
+from chaincor.lammps_inputs.bonds.formula_rest import (
+    LOST,
+    expand,
+    lost_digits,
+    many_digits,
+    reach_of,
 )
 from chaincor.lammps_inputs.bonds.formula_text import canonical_text
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 
-# Digits with which rest and the series about it are found, and with which the formula is judged.
-_DIGITS = 40
-# Left out of the series at its end, as part of the force; the series is used no farther than this.
-_CUT, _FARTHEST = 1e-18, 0.25
-# The natural length is looked for, and allowed, between these strains.
-_NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
-# Stiffnesses that are allowed.
-_SOFTEST, _STIFFEST = 1e-8, 1e8
-# What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
-_LOST = 1e-11
 # A strain, and a relative difference of the stiffness, that are rounding.
 _ROUNDING = 1e-12
 
@@ -76,10 +72,9 @@ class Formula(UserBond):
             for name in ("energy", "force", "curvature")
         }
         with np.errstate(all="ignore"):
-            rest = self._find_rest()
-            self._exact_rest, self._series = self._expand(rest)
+            self._exact_rest, self._series = expand(self._code, self._values, self._refuse)
             self._rest = float(self._exact_rest)
-            self._near = _reach_of(self._series)
+            self._near = reach_of(self._series)
             low, high = self._find_ends()
             self._barrier = self._find_barrier(high)
             low = self._find_inner_barrier(low)
@@ -87,7 +82,16 @@ class Formula(UserBond):
             if not math.isfinite(offset):
                 raise self._refuse("has no finite value at rest", "one at every length near 1")
             self._offset = float(offset)
-            self._refuse_cancellation(low, min(high, self._barrier))
+            reach = (max(-1.0, low), min(high, self._barrier))
+            lost = lost_digits(
+                self._code, self._values, self._exact_rest, self.force, self._near, reach
+            )
+            if lost is not None:
+                raise self._refuse(
+                    f"loses its digits: at strain {lost[0]:.3g} the force in double precision is "
+                    f"off by {lost[1]:.1g} of itself",
+                    f"{LOST:g} at most: rewrite it without differences of large numbers",
+                )
             self._low, self._high = low, high
             try:
                 super().__init__(
@@ -140,24 +144,20 @@ class Formula(UserBond):
     @cached_property
     def natural_speed(self) -> float | None:
         """v*, with so many digits that the 13 that are kept are those of any processor."""
-        import mpmath
-
         strain = self._find_compressed_strain()
         if strain is None:
             return None
-        with mpmath.workdps(_DIGITS):
-            values = [mpmath.mpf(value) for value in self._values]
-            energy = self._code.function(self._code.energy, mpmath)
-            offset = energy(self._exact_rest, values)
+        digits, rest = many_digits(), self._exact_rest
+        values = [digits.mpf(value) for value in self._values]
+        energy = self._code.function(self._code.energy, digits)
+        offset = energy(rest, values)
 
-            def excess(s):
-                return (energy(self._exact_rest + s, values) - offset) / (
-                    self.stiffness * s * s
-                ) - 1
+        def excess(s: Any) -> Any:
+            return (energy(rest + s, values) - offset) / (self.stiffness * s * s) - 1
 
-            near = (strain * (1.0 - 1e-9), strain * (1.0 + 1e-9))
-            root = mpmath.findroot(excess, near, solver="secant", tol=1e-40)
-            return float(f"{float(mpmath.sqrt(2 * self.stiffness) * abs(root)):.12e}")
+        near = (strain * (1.0 - 1e-9), strain * (1.0 + 1e-9))
+        root = digits.findroot(excess, near, solver="secant", tol=1e-40)
+        return float(f"{float(digits.sqrt(2 * self.stiffness) * abs(root)):.12e}")
 
     def energy(self, strain):
         """Return U, zero at rest."""
@@ -199,51 +199,6 @@ class Formula(UserBond):
         values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())
         where = f" with {values}" if values else ""
         return PotentialError(f"energy {self.text!a}{where} {what}; expected {expected}")
-
-    def _find_rest(self) -> tuple[float, float]:
-        """Return two strains between which the force falls through zero, nearest to zero."""
-        out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
-        strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
-        forces = np.asarray(self._functions["force"](strains, self._values), dtype=float)
-        forces = forces * np.ones_like(strains)
-        falls = (forces[:-1] > 0.0) & (forces[1:] < 0.0)
-        places = np.flatnonzero(falls)
-        if not len(places):
-            raise self._refuse(
-                "has no stable natural length: its force falls through zero nowhere from length "
-                f"{1.0 + _SHORTEST_REST:g} to {1.0 + _LONGEST_REST:g}",
-                "a minimum there: scale lengths so that it is near 1",
-            )
-        nearest = places[np.argmin(np.abs(strains[places] + strains[places + 1]))]
-        return float(strains[nearest]), float(strains[nearest + 1])
-
-    def _expand(self, bracket: tuple[float, float]) -> tuple[Any, tuple[float, ...]]:
-        """Return the strain at rest, with many digits, and the series of force over strain."""
-        import mpmath
-
-        with mpmath.workdps(_DIGITS):
-            values = [mpmath.mpf(value) for value in self._values]
-            force = self._code.function(self._code.force, mpmath)
-            try:
-                rest = mpmath.findroot(
-                    lambda s: force(s, values), bracket, solver="anderson", tol=1e-70, maxsteps=200
-                )
-                if not bracket[0] <= rest <= bracket[1]:
-                    raise ValueError
-                terms = mpmath.taylor(lambda s: force(s, values), rest, SERIES_TERMS + 1)
-                series = tuple(float(term) for term in terms[1:])
-            except (ValueError, ZeroDivisionError, OverflowError, TypeError):
-                series = (math.nan,)
-        if not all(map(math.isfinite, series)) or not series[0] < 0.0:
-            raise self._refuse(
-                "has no stable natural length near 1", "a smooth minimum with positive stiffness"
-            )
-        if not _SOFTEST <= -series[0] <= _STIFFEST:
-            raise self._refuse(
-                f"has the stiffness {-series[0]:.3g} at rest",
-                f"one from {_SOFTEST:g} to {_STIFFEST:g}: scale energies so that it is near 1",
-            )
-        return rest, series
 
     def _find_ends(self) -> tuple[float, float]:
         """Return the strains between which no base or argument changes its sign."""
@@ -307,40 +262,6 @@ class Formula(UserBond):
             return float(brentq(self.force, strains[first - 1], strains[first], xtol=1e-15))
         except ValueError:
             return float(strains[first - 1])
-
-    def _refuse_cancellation(self, low: float, high: float) -> None:
-        """Compare the force with one of many digits."""
-        import mpmath
-
-        out = np.geomspace(0.5 * self._near, 4.0, 12)
-        strains = np.concatenate((-out[out < 0.95 * min(1.0, -low)], out[out < 0.95 * high]))
-        found = self.force(strains)
-        with mpmath.workdps(_DIGITS):
-            values = [mpmath.mpf(value) for value in self._values]
-            function = self._code.function(self._code.force, mpmath)
-            for strain, force in zip(strains.tolist(), found.tolist(), strict=True):
-                try:
-                    exact = function(self._exact_rest + mpmath.mpf(strain), values)
-                    size = max(abs(exact), 1e-3 * self.stiffness * abs(strain))
-                    lost = float(abs(force - exact) / size)
-                except (ValueError, ZeroDivisionError, OverflowError, TypeError):
-                    lost = math.nan
-                if not lost <= _LOST:
-                    raise self._refuse(
-                        f"loses its digits: at strain {strain:.3g} the force in double precision "
-                        f"is off by {lost:.1g} of itself",
-                        f"{_LOST:g} at most: rewrite it without differences of large numbers",
-                    )
-
-
-def _reach_of(series: tuple[float, ...]) -> float:
-    """Return the strain up to which what is left out of the series is no part of the force."""
-    reach = _FARTHEST
-    for k in range(len(series) - 6, len(series)):
-        part = abs(series[k] / series[0])
-        if part > 0.0:
-            reach = min(reach, (_CUT / part) ** (1.0 / k))
-    return reach
 
 
 @lru_cache(maxsize=256)
