@@ -98,8 +98,15 @@ def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> lis
         if not isinstance(value, int | float):
             raise StoreError(f"column '{name}' holds {value!r}; expected numbers along an axis")
     return [
-        _Row(tuple(values), {**json.loads(scene), "speed": speed}) for *values, speed, scene in rows
+        _Row(tuple(values), {**_plain(json.loads(scene)), "speed": speed})
+        for *values, speed, scene in rows
     ]
+
+
+def _plain(scene: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene with each parameter of its formula under a name of its own."""
+    parameters = scene.pop("parameters", {})
+    return scene | {f"parameters.{name}": value for name, value in parameters.items()}
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:

@@ -116,9 +116,9 @@ RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished
 # What can be shown, filtered, plotted and exported.
 PLAIN_COLUMNS = (
     *SCENE_COLUMNS,
-    *SCENE_KEYS,
     *RESULT_COLUMNS,
     *FAILURE_COLUMNS,
     *RECORD_COLUMNS,
+    *SCENE_KEYS,
 )
 FLAG_COLUMNS = ("tolerance_met", "crossed", "failure_stands")

@@ -9,7 +9,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
 from chaincor.workflows.errors import SweepError
 
@@ -72,7 +72,7 @@ class SweepPoints(Sequence[Scene]):
             fields["bond_file"] = self._folder / fields["bond_file"]
         try:
             return Scene(**fields)
-        except SceneError as error:
+        except (PotentialError, SceneError) as error:
             shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
             raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None
 
