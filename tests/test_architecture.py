@@ -47,7 +47,7 @@ FLOORS = {
         {"formula_code"},
         {"formula_text"},
         {"potential"},
-        {"check", "series"},
+        {"check", "exponential", "series"},
     ],
     "workflows/reproduce": [
         {"reproduction"},

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
 from chaincor.lammps_inputs.bonds.formula_text import FUNCTIONS, STRAIN, read_formula
 from chaincor.lammps_inputs.errors import PotentialError
 
@@ -95,17 +96,19 @@ class FormulaCode:
         for k in reversed(range(SERIES_TERMS)):
             horner = f"c[{k}] + x*({horner})"
         text = (
-            "def kernel(strain, parameters):\n"
+            "def enclose(exp, expm1):\n"
+            "  def kernel(strain, parameters):\n"
             "    p, c, near = parameters.given, parameters.series, parameters.near\n"
             "    x = minimum(maximum(strain, -near), near)\n"
             "    is_near = 1.0*(abs(strain) < near)\n"
             "    s = parameters.rest + strain\n"
             f"    return is_near*(x*({horner})) + (1.0 - is_near)*({self.force})\n"
+            "  return kernel\n"
         )
         known = {name: getattr(np, name) for name in (*FUNCTIONS, "minimum", "maximum", "abs")}
         scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
         exec(compile(text, f"<formula {digest}>", "exec"), scope)
-        kernel = scope["kernel"]
+        kernel = scope["enclose"](exponential, exp_less_one)
         # Compiled loops are told apart by qualified names, and found again on disk by their code.
         kernel.__qualname__ = f"formula_{digest}"
         return kernel

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one
 from chaincor.lammps_inputs.bonds.potential import LogLength, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
@@ -33,35 +34,6 @@ def lj_force(strain, _parameters):
     w2 = w * w
     w4 = w2 * w2
     return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
-
-
-# exp(x) - 1 of :func:`exp_less_one`: 1/ln 2; ln 2 in two parts, of which the first has few bits; a
-# number to which doubles can be added only rounded to integers; 1/2! to 1/13!, after which the
-# series is exact to 2e-17 up to ln(2)/2.
-_PER_LN_2 = 1.4426950408889634
-_LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-_TO_INTEGER = 1.5 * 2.0**52
-_A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
-    1.0 / math.factorial(k) for k in range(2, 14)
-)
-
-
-def exp_less_one(exponent):
-    """
-    Return exp(x) - 1 to an epsilon or so, of x above 709 what it is there.
-
-    It is written out, for no compiler vectorises a call of expm1: with x = k ln 2 + y and
-    abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is made of its bits.
-    """
-    x = np.minimum(np.maximum(exponent, -40.0), 709.0)  # exp(-40) is no part of 1
-    shifted = x * _PER_LN_2 + _TO_INTEGER
-    k = shifted - _TO_INTEGER
-    y = (x - k * _LN_2) - k * _LN_2_REST
-    high = _A8 + y * (_A9 + y * (_A10 + y * (_A11 + y * (_A12 + y * _A13))))
-    rest = _A2 + y * (_A3 + y * (_A4 + y * (_A5 + y * (_A6 + y * (_A7 + y * high)))))
-    bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
-    power_of_2 = bits.view(np.float64)
-    return (power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)
 
 
 class TodaParameters(NamedTuple):
