@@ -18,6 +18,7 @@ BONDS = (
     {"potential": "log"},
     {"potential": "power", "power_order": 4, "power_c": 1.0},
     {"potential": "toda"},
+    {"potential": "morse"},
     {"potential": "lj"},
     {"potential": "harmonic", "velocity": 0.1},
 )
