@@ -36,7 +36,14 @@ _first_root = njit(cache=True, error_model="numpy")(first_root)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving):
+def expand_path(
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    moving: Array,
+) -> Array:
     """
     Expand the path of particle 1 in time.
 
@@ -74,7 +81,7 @@ def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, movin
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def rotate(strain_modes, velocity_modes, omega, time):
+def rotate(strain_modes: Array, velocity_modes: Array, omega: Array, time: float) -> None:
     """
     Let all modes move freely, in place.
 
@@ -96,7 +103,16 @@ def rotate(strain_modes, velocity_modes, omega, time):
 
 
 @njit(cache=True, error_model="numpy")
-def fly(strain_modes, velocity_modes, omega, shape, wall_distance, window, flown, longest):
+def fly(
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    window: float,
+    flown: float,
+    longest: float,
+) -> tuple[float, float, float]:
     """
     Move the chain to its next contact, or for a given time.
 

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.mode_flight import TERMS, fly
+
+Array = NDArray[np.float64]
 
 PROVED, MORE = range(2)
 
@@ -19,7 +22,9 @@ _CONTACT_WORK = 2.0
 
 
 @njit(cache=True, error_model="numpy")
-def taylor_window(strain_modes, velocity_modes, omega, shape, wall_distance):
+def taylor_window(
+    strain_modes: Array, velocity_modes: Array, omega: Array, shape: Array, wall_distance: float
+) -> float:
     r"""
     Return how long a Taylor series of the gap holds.
 
@@ -42,7 +47,9 @@ def taylor_window(strain_modes, velocity_modes, omega, shape, wall_distance):
 
 
 @njit(cache=True, error_model="numpy")
-def proof_time(strain_modes, velocity_modes, omega, shape, wall_distance):
+def proof_time(
+    strain_modes: Array, velocity_modes: Array, omega: Array, shape: Array, wall_distance: float
+) -> float:
     """Return the time from when on no contact can come; inf where the bodies do not part."""
     opening = shape[0] * velocity_modes[0]
     if not opening > 0.0:
@@ -56,9 +63,19 @@ def proof_time(strain_modes, velocity_modes, omega, shape, wall_distance):
 
 @njit(cache=True, error_model="numpy")
 def bounce(
-    strain_modes, velocity_modes, omega, shape, wall_distance, exchange, flown, work, speeds,
-    flights, strain_record, velocity_record,
-):  # fmt: skip
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    exchange: float,
+    flown: float,
+    work: float,
+    speeds: Array,
+    flights: Array,
+    strain_record: Array,
+    velocity_record: Array,
+) -> tuple[int, int, float, float]:
     """
     Fly from contact to contact.
 
