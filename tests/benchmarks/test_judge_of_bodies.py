@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.bars.line_scenes import draw_line_scene
-from benchmarks.judge.bodies import Bodies, Bonds, Unsure, judge, run_once
+from benchmarks.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_once
 from benchmarks.judge.lines import bodies_of, bonds_of, draw, judge_scene
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -79,6 +79,16 @@ def test_soft_single_particles_keep_their_energy(exponent):
         assert found.seen.contacts == 1
 
 
+@pytest.mark.parametrize("potential", ["lj", "toda", "log", "morse"])
+def test_laws_keep_the_energy_that_the_package_counts(potential):
+    scene = Scene(potential=potential, particles=8, speed=0.5, masses=[1, 3], target_particles=2)
+    seen = judge(bonds_of(scene), bodies_of(scene), closer=CLOSE).seen
+    energy = 0.5 * scene.line.masses @ seen.velocities**2
+    energy += float(np.sum(scene.bond.energy(np.delete(seen.strains, scene.line.gap))))
+    arriving = 0.5 * scene.line.masses @ scene.line.velocities**2
+    assert energy == pytest.approx(arriving, rel=1e-11)
+
+
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0])
 def test_soft_chains_agree_over_steps_and_keep_their_energy(exponent):
     scene = Scene(
@@ -106,7 +116,7 @@ def test_draws_are_valid_and_of_all_kinds(tmp_path):
     scenes = [draw(1, index, None, tmp_path) for index in range(80)]
     assert all(scene.line is not None for scene in scenes)
     assert {scene.engine for scene in scenes} == {"lammps", "reference"}
-    assert {scene.potential for scene in scenes} == {"harmonic", "lj", "toda", "log", "power"}
+    assert {scene.potential for scene in scenes} == set(KINDS)
     for key in ("masses", "target_particles", "contact", "initial", "compression"):
         assert 5 < sum(getattr(scene, key) is not None for scene in scenes) < 75
     again = draw_line_scene(np.random.default_rng([1, 0, 0]), tmp_path)
