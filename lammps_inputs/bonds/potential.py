@@ -38,7 +38,7 @@ class LogLength:
 
 class Potential(ABC):
     """
-    A bond between neighbours, with natural length 1.
+    A bond between neighbours, whose natural length counts as 1.
 
     Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
     (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
@@ -162,6 +162,11 @@ class Potential(ABC):
     @property
     def stiffness(self) -> float:
         """U''(1): 1 for every named potential."""
+        return 1.0
+
+    @property
+    def natural_length(self) -> float:
+        """Length of a bond at rest in the user's own units; the engines count it as 1."""
         return 1.0
 
     @cached_property

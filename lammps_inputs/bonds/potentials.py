@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one
 from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
@@ -37,41 +38,36 @@ def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
 
 
-# exp(x) - 1 of :func:`toda_force`: 1/ln 2; ln 2 in two parts, of which the first has few bits; a
-# number to which doubles can be added only rounded to integers; 1/2! to 1/13!, after which the
-# series is exact to 2e-17 up to ln(2)/2.
-_PER_LN_2 = 1.4426950408889634
-_LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-_TO_INTEGER = 1.5 * 2.0**52
-_A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
-    1.0 / math.factorial(k) for k in range(2, 14)
-)
-
-
 class TodaParameters(NamedTuple):
     """Steepness b."""
 
     b: float
 
 
-def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
-    """
-    Return (exp(-b s) - 1)/b to an epsilon or so, at any strain.
+class MorseParameters(NamedTuple):
+    """Inverse width a."""
 
-    The exponential is written out, for no compiler vectorises a call of expm1: with
-    x = k ln 2 + y and abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is
-    made of its bits. Beyond exp(709) the force stays what it is there.
-    """
-    b = parameters.b
-    x = np.minimum(np.maximum(-b * strain, -40.0), 709.0)  # exp(-40) is no part of 1
-    shifted = x * _PER_LN_2 + _TO_INTEGER
-    k = shifted - _TO_INTEGER
-    y = (x - k * _LN_2) - k * _LN_2_REST
-    high = _A8 + y * (_A9 + y * (_A10 + y * (_A11 + y * (_A12 + y * _A13))))
-    rest = _A2 + y * (_A3 + y * (_A4 + y * (_A5 + y * (_A6 + y * (_A7 + y * high)))))
-    bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
-    power_of_2 = bits.view(np.float64)
-    return ((power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)) / b
+    a: float
+
+
+def _exponential_kernels(expm1: Callable) -> tuple[Callable, Callable]:
+    """Return the kernels of toda and morse bonds, which close over what they call."""
+
+    def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
+        """Return (exp(-b s) - 1)/b."""
+        return expm1(-parameters.b * strain) / parameters.b
+
+    def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
+        """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
+        e = expm1(np.minimum(-parameters.a * strain, 350.0))
+        return e * (1.0 + e) / parameters.a
+
+    # Compiled loops are told apart by qualified names.
+    toda_force.__qualname__, morse_force.__qualname__ = "toda_force", "morse_force"
+    return toda_force, morse_force
+
+
+toda_force, morse_force = _exponential_kernels(exp_less_one)
 
 
 def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
@@ -224,6 +220,60 @@ class Toda(Potential):
 
 
 @dataclass(frozen=True)
+class Morse(Potential):
+    """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
+
+    a: float = 6.0
+
+    name = "morse"
+    smooth = True
+    force_kernel = staticmethod(morse_force)
+
+    def __post_init__(self) -> None:
+        """Refuse an a that is not a positive number, or whose square is none."""
+        if not _SMALLEST <= self.a <= _LARGEST:
+            raise PotentialError(
+                f"morse_a is {self.a!r}; expected a positive number from {_SMALLEST:g} to "
+                f"{_LARGEST:g}, such as 6"
+            )
+
+    @property
+    def parameters(self) -> MorseParameters:
+        """Of the kernel: a."""
+        return MorseParameters(float(self.a))
+
+    @property
+    def dissociation(self) -> float:  # type: ignore[override]
+        """The depth D = 1/(2 a^2)."""
+        return 0.5 / self.a**2
+
+    def energy(self, strain: ArrayLike) -> Array:
+        """Return expm1(-a s)^2/(2 a^2)."""
+        return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
+
+    def lammps_energy(self, strain: str) -> str:
+        """Return the formula of U."""
+        return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
+
+    def curvature(self, strain: ArrayLike) -> Array:
+        """Return e^-as (2 e^-as - 1)."""
+        decay = np.exp(-self.a * np.asarray(strain, dtype=float))
+        return decay * (2.0 * decay - 1.0)
+
+    @property
+    def convex_strain(self) -> float:
+        """The inflection, ln(2)/a."""
+        return math.log(2.0) / self.a
+
+    def _find_compressed_strain(self) -> float | None:
+        """Scale the root at a = 1: U(s; a) = U(a s; 1)/a^2."""
+        if self.a == 1.0:
+            return super()._find_compressed_strain()
+        root = Morse(1.0)._find_compressed_strain()
+        return None if root is None else root / self.a
+
+
+@dataclass(frozen=True)
 class Logarithmic(Potential):
     """U = s - ln(1 + s)."""
 
@@ -321,5 +371,5 @@ class Power(Potential):
 
 
 NAMED_POTENTIALS: dict[str, type[Potential]] = {
-    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Logarithmic, Power)
+    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
 }

@@ -38,7 +38,7 @@ class UserBond(Potential):
         bond is not stable, or the functions do not return numbers.
     """
 
-    anharmonic_order = None
+    anharmonic_order: int | None = None
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
     def __init__(

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import FunctionType
+from types import CellType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -170,7 +170,13 @@ class LoopCompiler:
             function.__globals__,
             function.__name__,
             function.__defaults__,
-            function.__closure__,
+            tuple(CellType(self._known(cell.cell_contents)) for cell in function.__closure__ or ()),
         )
         copy.__qualname__ = f"{function.__qualname__.removesuffix(self.label)}{self.label}"
         return copy
+
+    def _known(self, value: Any) -> Any:
+        """Register what a force calls; what was registered here bears the label."""
+        if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
+            return value
+        return self.register(value)

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.mode_flight import TERMS, Array, fly
+from chaincor.workflows.engines.in_house.mode_flight import TERMS, fly
+
+Array = NDArray[np.float64]
 
 PROVED, MORE = range(2)
 
@@ -60,10 +63,19 @@ def proof_time(
 
 @njit(cache=True, error_model="numpy")
 def bounce(
-    strain_modes: Array, velocity_modes: Array, omega: Array, shape: Array, wall_distance: float,
-    exchange: float, flown: float, work: float, speeds: Array, flights: Array,
-    strain_record: Array, velocity_record: Array,
-) -> tuple[int, int, float, float]:  # fmt: skip
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    exchange: float,
+    flown: float,
+    work: float,
+    speeds: Array,
+    flights: Array,
+    strain_record: Array,
+    velocity_record: Array,
+) -> tuple[int, int, float, float]:
     """
     Fly from contact to contact.
 
