@@ -72,7 +72,7 @@ def write_job(
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:
     if isinstance(scene.dump_frames, str):
         return "contacts"
-    return scene.particles / scene.dump_frames
+    return scene.particles / (scene.bond.stiffness**0.5 * scene.dump_frames)
 
 
 def scout_job(scene: Scene) -> Scouting | None:

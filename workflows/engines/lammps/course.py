@@ -72,7 +72,8 @@ class ChainCollision:
         dumped = scene.dump is not None and frame_interval is None
         self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
         if dumped and not isinstance(scene.dump_frames, str):
-            frame_interval = scene.particles / scene.dump_frames
+            crossing = scene.particles / scene.bond.stiffness**0.5
+            frame_interval = crossing / scene.dump_frames
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []

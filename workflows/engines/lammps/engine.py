@@ -24,7 +24,7 @@ from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, Ver
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
 from chaincor.workflows.engines.lammps.meeting import Meeting, meeting_of
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
@@ -52,8 +52,6 @@ _UNSEEN: float = measured("unseen_stretch")
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
 _LARGEST_FLOOR = 0.1
-# A stable integration does not double the energy.
-_MOST_ENERGY = 2.0
 
 
 def run(
@@ -232,7 +230,7 @@ def _is_impossible(scene: Scene, length: float) -> bool:
     longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
-    return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * energy
+    return float(scene.bond.energy(np.array(length - 1.0))) > MOST_ENERGY_GROWTH * energy
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:

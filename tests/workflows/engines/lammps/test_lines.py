@@ -298,7 +298,7 @@ def soft_scene(exponent, **fields):
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.0])
 def test_steps_keep_their_order_in_a_soft_contact(exponent):
-    """A step across the kink of the force would be of order q + 1 at best."""
+    """Across the kink of its force a step would be of order q + 1 at best, or first at q = 1."""
     scene = soft_scene(
         exponent, particles=6, masses=(1, 2), target_particles=4, contact_stiffness=0.5
     )
