@@ -35,7 +35,7 @@ def states(result):
 
 
 def write_dump(path, frames, columns, *, shift=0.0, order=None, masses=None):
-    """Write frames as LAMMPS does; `order` numbers the particles otherwise, chain first at first."""
+    """Write frames as LAMMPS does; `order` are the ids of the particles, the chain's first."""
     n, targets = frames.displacements.shape[1], frames.targets
     ids = np.arange(1, n + targets + 1) if order is None else np.asarray(order)
     text = []
@@ -125,7 +125,7 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
         FULL,
         masses=MASSES,
     )
-    with pytest.raises(InputError, match="move apart with .* in the first frame"):
+    with pytest.raises(InputError, match=r"move apart with .* in the first frame"):
         analyze_two_bodies(last, 4)
 
 
