@@ -26,6 +26,8 @@ from chaincor.lammps_inputs.scene import Scene
 
 # A body has changed its momentum where that differs by more than rounding of this many additions.
 _ROUNDINGS = 64.0
+# Digits of the shortest formats of dumps.
+_SAME_SPEED = 1e-4
 # Sound crosses the longer body and comes back within twice its length over its speed.
 _CROSSINGS = 2.0
 
@@ -207,8 +209,9 @@ def analyze_two_bodies(
     """
     dump = open_trajectory(job.dump)
     first = dump.first()
-    if job.scene is not None:
-        bond = bond or Scene.from_file(job.scene).bond
+    scene = None if job.scene is None else Scene.from_file(job.scene)
+    if scene is not None:
+        bond = bond or scene.bond
     layout = BodiesLayout.from_frame(
         first, targets, declared_masses(job.data, job.scripts, job.logs)
     )
@@ -218,6 +221,11 @@ def analyze_two_bodies(
         raise InputError(
             f"the bodies move apart with {-v0:.6g} in the first frame; expected a dump that begins "
             "before they meet, with the chain at larger x than the target"
+        )
+    if scene is not None and abs(v0 / scene.impact_velocity - 1.0) > _SAME_SPEED:
+        raise InputError(
+            f"the bodies come together with {v0:.9g} in the first frame, in {job.scene} with "
+            f"{scene.impact_velocity:.9g}; expected a dump of that job from before the first contact"
         )
     last, changed, count = first, opening, 0
     small = _ROUNDINGS * np.finfo(float).eps * layout.size * v0 * float(np.sum(layout.masses[0]))

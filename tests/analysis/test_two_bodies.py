@@ -31,7 +31,11 @@ def result():
 
 @pytest.fixture(scope="module")
 def states(result):
-    return result.replay.record(0.5)
+    # The first frame of the in-house engine is that after the first contact; LAMMPS's one before.
+    frames = result.replay.record(0.5)
+    frames.velocities[0] = -SCENE.impact_velocity
+    frames.target_velocities[0] = 0.0
+    return frames
 
 
 def write_dump(path, frames, columns, *, shift=0.0, order=None, masses=None):
@@ -127,6 +131,14 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
     )
     with pytest.raises(InputError, match=r"move apart with .* in the first frame"):
         analyze_two_bodies(last, 4)
+
+
+def test_a_dump_that_begins_after_the_first_contact_is_not_that_of_the_scene(states, tmp_path):
+    late = type(states)(*(getattr(states, f)[1:] for f in states.__dataclass_fields__))
+    job = write_dump(tmp_path / "d", late, FULL, masses=MASSES)
+    (tmp_path / "scene.toml").write_text(SCENE.to_toml())
+    with pytest.raises(InputError, match=r"come together with .* in the first frame, .* with"):
+        analyze_two_bodies(Job(job.dump, scene=tmp_path / "scene.toml"), 4)
 
 
 def test_a_run_cut_short_says_so(states, tmp_path):
