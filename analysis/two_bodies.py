@@ -225,7 +225,7 @@ def analyze_two_bodies(
     if scene is not None and abs(v0 / scene.impact_velocity - 1.0) > _SAME_SPEED:
         raise InputError(
             f"the bodies come together with {v0:.9g} in the first frame, in {job.scene} with "
-            f"{scene.impact_velocity:.9g}; expected a dump of that job from before the first contact"
+            f"{scene.impact_velocity:.9g}; expected a dump of that job from before their contact"
         )
     last, changed, count = first, opening, 0
     small = _ROUNDINGS * np.finfo(float).eps * layout.size * v0 * float(np.sum(layout.masses[0]))
