@@ -8,6 +8,16 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
+# What only bonds of one potential have.
+BOND_KEYS = {
+    "toda_b": "toda",
+    "morse_a": "morse",
+    "power_order": "power",
+    "power_c": "power",
+    "bond_file": "table",
+    "energy": "formula",
+    "parameters": "formula",
+}
 NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
@@ -29,15 +39,15 @@ def check_together(scene: "Scene") -> None:
 
 
 def _check_parameters(scene: "Scene") -> None:
-    owners = {"toda_b": "toda", "power_order": "power", "power_c": "power"}
-    owners["bond_file"] = "table"
-    for key, owner in owners.items():
+    for key, owner in BOND_KEYS.items():
         if getattr(scene, key) is not None and scene.potential != owner:
             raise ValueError(f"{key} goes with potential '{owner}', not '{scene.label}'")
     if scene.potential == "power" and (scene.power_order is None or scene.power_c is None):
         raise ValueError("potential 'power' needs power_order and power_c")
     if scene.potential == "table" and scene.bond_file is None:
         raise ValueError("potential 'table' needs bond_file")
+    if scene.potential == "formula" and scene.energy is None:
+        raise ValueError("potential 'formula' needs energy, such as \"D*(1-exp(-a*s))^2\"")
     _ = scene.bond  # raises for impossible parameters
 
 

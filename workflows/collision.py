@@ -10,6 +10,8 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
+from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
@@ -29,6 +31,8 @@ from chaincor.workflows.versions import versions
 
 # A collision of a day is seldom meant.
 MOST_SECONDS = 86400.0
+# Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
+_ROUNDED = 1e-9
 
 
 def collide(
@@ -137,6 +141,7 @@ def _result(
             bond_min = min(bond_min, scouted["bond_min"])
             bond_max = max(bond_max, scouted["bond_max"])
             source = "in-house scouting run, every step, and LAMMPS at contacts"
+    longer = scene.bond.natural_length - 1.0
     total = bar.total
     met = None if asked is None or total is None else total <= asked
     return Collision(
@@ -156,8 +161,8 @@ def _result(
         velocity=v0,
         speed=None if v_star is None else v0 / v_star,
         v_star=v_star,
-        bond_min=bond_min,
-        bond_max=bond_max,
+        bond_min=bond_min + longer,
+        bond_max=bond_max + longer,
         bond_range_source=source,
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
         momentum_residual=(
@@ -190,9 +195,21 @@ def _result(
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,
+        **_bond_fields(scene.bond),
         replay=_replay(scene, outcome, found),
         **bodies_after(scene, outcome),
     )
+
+
+def _bond_fields(bond: Potential) -> dict[str, Any]:
+    """Return what results say of bonds that are not in the usual units, or a formula."""
+    fields: dict[str, Any] = {}
+    if isinstance(bond, Formula):
+        fields |= {"energy": bond.text, "parameters": dict(bond.given)}
+    for name in ("stiffness", "natural_length"):
+        if abs(getattr(bond, name) - 1.0) > _ROUNDED:
+            fields[name] = float(getattr(bond, name))
+    return fields
 
 
 def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:

@@ -21,6 +21,8 @@ ARRAY_FIELDS = (
     "velocities",
     "displacements",
 )
+# Only of bonds that need them.
+BOND_FIELDS = ("energy", "parameters", "stiffness", "natural_length")
 _NOT_PLAIN = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
 
 
@@ -131,6 +133,10 @@ class Collision(Bodies, Motion):
         Versions of chaincor and of the libraries behind the number.
     details : dict
         What only some runs have: certificate of the table, choice of numerics, scouting.
+    energy, parameters : str or None, dict or None
+        Of a bond by formula, else None; None is left out of the JSON, as below.
+    stiffness, natural_length : float or None
+        U'' and length of a bond at rest; None where they are 1.
     replay : Replay or None
         The run as it can be carried out again, to see the motion; None in results made by hand.
     contact_times, contact_speeds : ndarray of shape (contacts,)
@@ -181,6 +187,10 @@ class Collision(Bodies, Motion):
     velocities: NDArray[np.float64] = field(repr=False)
     displacements: NDArray[np.float64] = field(repr=False)
     details: dict[str, Any] = field(default_factory=dict, repr=False)
+    energy: str | None = None
+    parameters: dict[str, float] | None = None
+    stiffness: float | None = None
+    natural_length: float | None = None
     replay: Replay | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
@@ -195,6 +205,9 @@ class Collision(Bodies, Motion):
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
+        for name in BOND_FIELDS:
+            if plain[name] is None:
+                del plain[name]
         return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:

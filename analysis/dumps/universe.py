@@ -10,11 +10,13 @@ every column into ``ts.data`` as the float64 that was written.
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import MDAnalysis
 import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.memory import MemoryReader
+from MDAnalysis.coordinates.timestep import Timestep
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN, ChainState
@@ -45,7 +47,7 @@ class ChainDumpReader(ReaderBase):
     format = "CHAINDUMP"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
 
-    def __init__(self, filename, **kwargs):
+    def __init__(self, filename: Any, **kwargs: Any) -> None:
         super().__init__(filename, **kwargs)
         self._dump = Dump(self.filename)
         self._frames: Iterator[DumpFrame] = iter(())
@@ -59,27 +61,27 @@ class ChainDumpReader(ReaderBase):
         """Number of whole frames."""
         return len(self._offsets)
 
-    def close(self):
+    def close(self) -> None:
         """Let go of the file."""
         self._frames = iter(())
 
-    def _reopen(self):
+    def _reopen(self) -> None:
         self._frames = self._dump.frames()
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
         self.ts.frame = -1
 
-    def _read_frame(self, frame):
+    def _read_frame(self, frame: int) -> Timestep:
         self._frames = self._dump.frames(start=self._offsets[frame])
         self.ts.frame = frame - 1
         return self._read_next_timestep()
 
-    def _read_next_timestep(self, ts=None):
+    def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         frame = next(self._frames, None)
         if frame is None:
             raise EOFError
         return self._fill(frame)
 
-    def _fill(self, frame: DumpFrame):
+    def _fill(self, frame: DumpFrame) -> Timestep:
         ts = self.ts
         ts.frame += 1
         for name in frame.columns:
@@ -134,13 +136,15 @@ class ChainStatesReader(MemoryReader):
     format = "CHAINSTATES"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
 
-    def __init__(self, coordinate_array, *, states: Sequence[ChainState], **kwargs):
+    def __init__(
+        self, coordinate_array: NDArray[np.float64], *, states: Sequence[ChainState], **kwargs: Any
+    ) -> None:
         self._states = states
         super().__init__(coordinate_array, **kwargs)
         # For copies; the base class does not declare it.
         self._kwargs = {**self._kwargs, "states": states}  # type: ignore[has-type]
 
-    def _read_next_timestep(self, ts=None):
+    def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         ts = super()._read_next_timestep(ts)
         state = self._states[ts.frame]
         ts.data["vx"] = state.all_velocities

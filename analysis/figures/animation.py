@@ -1,14 +1,18 @@
 """A collision as a moving picture: particles on their line, and how fast each one goes."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure
 from chaincor.lammps_inputs.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
 
 _FRAMES_PER_SECOND = 25
 
@@ -100,7 +104,7 @@ def animate_collision(
     lower.grid(visible=False)
     caption = upper.set_title(title, loc="left", fontsize=10)
 
-    def draw(k):
+    def draw(k: int) -> tuple["Artist", ...]:
         line.set_data(x[k], v[k])
         points.set_offsets(np.column_stack((x[k], v[k])))
         points.set_array(v[k])
@@ -120,5 +124,7 @@ def animate_collision(
     return path
 
 
-def _interpolate(times, values, moments):
+def _interpolate(
+    times: NDArray[np.float64], values: NDArray[np.float64], moments: NDArray[np.float64]
+) -> NDArray[np.float64]:
     return np.column_stack([np.interp(moments, times, column) for column in values.T])

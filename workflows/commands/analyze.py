@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
+from chaincor.workflows.commands.scene_options import NamedNumbers
 
 if TYPE_CHECKING:
     from chaincor.analysis.results import CollisionAnalysis
@@ -31,13 +32,18 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--potential",
-    type=click.Choice([*NAMED_POTENTIALS, "table"]),
+    type=click.Choice(POTENTIAL_NAMES),
     help="bond potential [default: that of scene.toml]",
 )
 @click.option("--toda-b", type=float, metavar="B", help="steepness b of the toda bond")
+@click.option("--morse-a", type=float, metavar="A", help="inverse width a of the morse bond")
 @click.option("--power-order", type=int, metavar="R", help="order of the power bond")
 @click.option("--power-c", type=float, metavar="C", help="coefficient of the power bond")
 @click.option("--bond-file", type=click.Path(path_type=Path), help="bond table, for table")
+@click.option("--energy", metavar="TEXT", help="U as a formula of s or r, for formula")
+@click.option(
+    "--parameters", type=NamedNumbers(), metavar="NAME=X,...", help="its other names' values"
+)
 @click.option(
     "--velocity",
     type=click.FloatRange(min=0.0, min_open=True),

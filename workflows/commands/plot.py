@@ -107,7 +107,9 @@ def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> lis
         if one := ONE_MASS.fullmatch(name):
             _leave_out(scenes, one[1], int(one[2]))
     return [
-        _Row(tuple(values), {k: _comparable(v) for k, v in scene.items()} | {"speed": speed})
+        _Row(
+            tuple(values), {k: _comparable(v) for k, v in _plain(scene).items()} | {"speed": speed}
+        )
         for (*values, speed, _), scene in zip(rows, scenes, strict=True)
     ]
 
@@ -134,6 +136,12 @@ def _comparable(value: Any) -> Any:
     if isinstance(value, list):
         return ", ".join("..." if item is None else str(item) for item in value)
     return value
+
+
+def _plain(scene: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene with each parameter of its formula under a name of its own."""
+    parameters = scene.pop("parameters", {})
+    return scene | {f"parameters.{name}": value for name, value in parameters.items()}
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:

@@ -9,7 +9,7 @@ import click
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
-from chaincor.workflows.validation.comparison import Validation
+from chaincor.workflows.validation.comparison import USER_TIMEOUT, Validation
 
 
 @click.command()
@@ -23,7 +23,7 @@ from chaincor.workflows.validation.comparison import Validation
     "--timeout",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="S",
-    help="seconds your function may take [default: 600]",
+    help=f"seconds your function may take [default: {USER_TIMEOUT:g}]",
 )
 @click.option(
     "--grid",
@@ -73,7 +73,7 @@ def validate(
         if against is None:
             results.append(validation.validate(each))
         else:
-            results.append(validation.validate_user(each, against, timeout=timeout or _TIMEOUT))
+            results.append(validation.validate_user(each, against, timeout=timeout or USER_TIMEOUT))
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 
@@ -91,8 +91,6 @@ def validate(
         ctx.exit(1)
 
 
-# Seconds.
-_TIMEOUT = 600.0
 # Letters of a value in a headline.
 _LONGEST = 30
 

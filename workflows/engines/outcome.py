@@ -10,6 +10,10 @@ from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
 
+# A stable integration does not double the energy: far more than any step that resolves its bonds
+# can be off.
+MOST_ENERGY_GROWTH = 2.0
+
 
 @dataclass(frozen=True)
 class Frames:

@@ -11,7 +11,7 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pictures.recording import record_motion
 
-POTENTIALS = ("harmonic", "lj", "toda", "log")
+POTENTIALS = ("harmonic", "lj", "morse", "toda", "log")
 SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FRAMES = 120
 # Displacements and velocities travel as 16-bit whole numbers: a picture shows a thousand steps.

@@ -6,8 +6,9 @@ from typing import Any
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.schema import BODY_COLUMNS, PLAIN_COLUMNS
+from chaincor.workflows.store.schema import BODY_COLUMNS, PLAIN_COLUMNS, SCENE_KEYS
 
+_PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
 
@@ -28,8 +29,9 @@ def query_rows(
         The store.
     columns : sequence of str
         Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
-        text of the canonical scene; ``masses.2`` is the mass of particle 2 of the chain, counted
-        from the contact outward, ``target_masses.1`` that of the target's first particle.
+        text of the canonical scene; ``parameters.a`` is the parameter a of a formula, ``masses.2``
+        the mass of particle 2 of the chain, counted from the contact outward,
+        ``target_masses.1`` that of the target's first particle.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
         ``failure=``, stands for a field that is not there.
@@ -103,6 +105,8 @@ def _quoted(name: str) -> str:
         return BODY_COLUMNS[name]
     if one := ONE_MASS.fullmatch(name):
         return _mass(one[1], int(one[2]))
+    if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
+        return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'

@@ -80,6 +80,8 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 SCHEMA_VERSION = len(MIGRATIONS)
 
 SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
+# Of bonds that few scenes have: taken out of the scene's JSON.
+SCENE_KEYS = ("morse_a", "energy", "parameters")
 # Fields of a result that have a column of their own; the others go to `details`.
 RESULT_COLUMNS = (
     "velocity",
@@ -139,5 +141,6 @@ PLAIN_COLUMNS = (
     *FAILURE_COLUMNS,
     *RECORD_COLUMNS,
     *BODY_COLUMNS,
+    *SCENE_KEYS,
 )
 FLAG_COLUMNS = ("tolerance_met", "crossed", "failure_stands")

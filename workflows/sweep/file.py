@@ -10,7 +10,7 @@ import numpy as np
 from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_file import MASSES_READ, from_folder, read_scene_fields
 from chaincor.workflows.errors import SweepError
-from chaincor.workflows.sweep.points import SweepPoints, merged
+from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints, merged
 
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
@@ -51,9 +51,10 @@ def read_sweep(path: Path | str) -> Sweep:
     path : pathlib.Path or str
         A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
         ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
-        a list of lists), or a list of tables that set several fields at once;
-        ``zip = [["particles", "speed"]]`` makes axes move together; ``store`` and ``arrays`` say
-        what is kept and where. Relative paths are taken from the file's folder.
+        a list of lists), or a list of tables that set several fields at once; an axis
+        ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes
+        axes move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are
+        taken from the file's folder.
 
     Returns
     -------
@@ -84,6 +85,8 @@ def read_sweep(path: Path | str) -> Sweep:
                 "use arrays = true beside [scene], or --keep-jobs DIR"
             )
     base = from_folder(base, path.parent)
+    inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
+    axes |= {f"{PARAMETER_AXIS}{name}": axis for name, axis in inner.items()}
     values = {name: _axis_values(name, axis) for name, axis in axes.items()}
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
@@ -110,7 +113,7 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     """Return what each value of an axis sets."""
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
         return axis
-    if name not in Scene.model_fields:
+    if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
             f"axis '{name}' is not a field of a scene; expected one of "
             f"{', '.join(Scene.model_fields)}, or a list of tables that set several"

@@ -23,6 +23,9 @@ _EXTREME_SHARE, _ROUNDING = 0.08, 1e-12
 SHARPER = 0.1
 SHARPEST = 1e-11
 
+# Seconds that a user's function may take where nothing else is said.
+USER_TIMEOUT = 600.0
+
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
@@ -219,7 +222,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
 
 
 def validate_user(
-    scene: Scene, against: str, tolerance: float | None = None, timeout: float = 600.0
+    scene: Scene, against: str, tolerance: float | None = None, timeout: float = USER_TIMEOUT
 ) -> Validation:
     """
     Compare a user's own integrator with the in-house one.
