@@ -4,6 +4,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 import tomli_w
 from pydantic import (
     BaseModel,
@@ -26,8 +27,12 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Toda,
 )
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene_bodies import chain_masses, line_of, read_masses
 from chaincor.lammps_inputs.scene_file import parse_toml, read_scene_fields
 from chaincor.lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
+from chaincor.lammps_inputs.scene_identity import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
@@ -38,8 +43,10 @@ Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]
 Scheme = Literal["verlet", "order4", "order6", "order8"]
 TableStyle = Literal["linear", "spline"]
+Contact = Literal["hard", "power"]
 
 PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Masses = Annotated[tuple[PositiveFloat, ...], Field(min_length=1)]
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
@@ -94,6 +101,38 @@ class Scene(BaseModel):
     particles: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
         default=100, description="number of particles in the chain"
     )
+    masses: Masses | None = Field(
+        default=None,
+        description="masses of the particles, from the contact outward, repeated along the chain: "
+        "1,2 or a file of numbers [default: 1]",
+    )
+    target_particles: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(
+        default=None,
+        description="in place of the wall a free body at rest: so many particles with the same "
+        "bonds",
+    )
+    target_masses: Masses | None = Field(
+        default=None, description="its masses, from the contact outward [default: 1]"
+    )
+    contact: Contact | None = Field(
+        default=None,
+        description="hard bodies, or soft ones that repel with K d^q of their overlap d "
+        "[default: hard]",
+    )
+    contact_stiffness: PositiveFloat | None = Field(
+        default=None, description="K of contact power [default: 1]"
+    )
+    contact_exponent: Annotated[float, Field(ge=1, le=9)] | None = Field(
+        default=None, description="q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]"
+    )
+    initial: Path | None = Field(
+        default=None,
+        description="state the chain comes with: CSV file with a row a particle, columns position "
+        "or strain, velocity, mass",
+    )
+    compression: Annotated[float, Field(gt=-1, lt=1)] | None = Field(
+        default=None, description="by which part all bonds of the chain are shorter at first"
+    )
     speed: PositiveFloat | None = Field(
         default=None, description="impact speed in units of v* [default: 0.4]"
     )
@@ -143,7 +182,12 @@ class Scene(BaseModel):
         names = ", ".join(POTENTIAL_NAMES)
         raise ValueError(f"expected one of {names}")
 
-    @field_validator("particles", "power_order", "table_points", mode="before")
+    @field_validator("masses", "target_masses", mode="before")
+    @classmethod
+    def _read_masses(cls, value: Any) -> Any:
+        return read_masses(value)
+
+    @field_validator("particles", "target_particles", "power_order", "table_points", mode="before")
     @classmethod
     def _refuse_bool_count(cls, value: Any) -> Any:
         if isinstance(value, bool):
@@ -151,7 +195,17 @@ class Scene(BaseModel):
         return value
 
     @field_validator(
-        "speed", "velocity", "tolerance", "timestep", "toda_b", "morse_a", "power_c", mode="before"
+        "speed",
+        "velocity",
+        "tolerance",
+        "timestep",
+        "toda_b",
+        "morse_a",
+        "power_c",
+        "contact_stiffness",
+        "contact_exponent",
+        "compression",
+        mode="before",
     )
     @classmethod
     def _refuse_bool_number(cls, value: Any) -> Any:
@@ -171,7 +225,7 @@ class Scene(BaseModel):
     def _check_parameters(cls, value: Any) -> Any:
         return None if value is None else check_parameters(value)
 
-    @field_validator("bond_file", "dump", "save", "arrays", mode="after")
+    @field_validator("bond_file", "initial", "dump", "save", "arrays", mode="after")
     @classmethod
     def _refuse_null_character(cls, value: Path | None) -> Path | None:
         if value is not None and "\0" in str(value):
@@ -209,13 +263,41 @@ class Scene(BaseModel):
 
     @property
     def impact_velocity(self) -> float:
-        """v0 > 0 in absolute units; the chain arrives with velocity -v0."""
+        """v0 > 0 in absolute units; the chain's centre of mass arrives with velocity -v0."""
+        if self.initial_state is not None and self.initial_state.velocities is not None:
+            masses = chain_masses(self)
+            return -float(masses @ self.initial_state.velocities) / float(np.sum(masses))
         if self.velocity is not None:
             return self.velocity
         scale = self.bond.natural_speed
         if scale is None:
             return DEFAULT_HARMONIC_VELOCITY
         return (DEFAULT_SPEED if self.speed is None else self.speed) * scale
+
+    @cached_property
+    def initial_state(self) -> InitialState | None:
+        """What the chain comes with, where a file says so."""
+        return None if self.initial is None else read_initial_state(self.initial)
+
+    @cached_property
+    def line(self) -> Line | None:
+        """Both bodies, where this is more than a cold chain of unit masses before a hard wall."""
+        return line_of(self)
+
+    @property
+    def fast_stiffness(self) -> float:
+        """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
+        return self.bond.stiffness / (1.0 if self.line is None else self.line.lightest)
+
+    @property
+    def slow_stiffness(self) -> float:
+        """U''(1) over the mean mass of the slower body: sound crosses bonds at its root."""
+        return self.bond.stiffness / (1.0 if self.line is None else self.line.mean_mass)
+
+    @property
+    def span(self) -> int:
+        """Particles of the longer body, which sound has to cross."""
+        return max(self.particles, self.target_particles or 0)
 
     @property
     def explicit(self) -> bool:

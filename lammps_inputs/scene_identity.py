@@ -9,12 +9,14 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene_bodies import BODY_KEYS, body_fields
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 DEFAULT_TOLERANCE = 1e-6
-OUTPUT_KEYS = ("dump", "dump_frames", "save", "arrays", "error")
+FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
+OUTPUT_KEYS = (*FILE_KEYS, "error")
 
 
 def canonical_fields(scene: "Scene") -> dict[str, Any]:
@@ -42,6 +44,9 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
         fields["parameters"] = scene.bond.given
     if scene.bond_file is not None:
         fields["bond_file"] = hashlib.sha256(scene.bond_file.read_bytes()).hexdigest()
+    for key in BODY_KEYS:
+        fields.pop(key, None)
+    fields |= body_fields(scene)
     if not scene.explicit and scene.tolerance is None:
         fields["tolerance"] = DEFAULT_TOLERANCE
     if scene.explicit and not scene.error:
@@ -53,10 +58,16 @@ def plain_fields(scene: "Scene") -> dict[str, Any]:
     """Return the fields that were set, as TOML and JSON know them, with paths as text."""
     values = {key: getattr(scene, key) for key in type(scene).model_fields}
     return {
-        key: str(value) if isinstance(value, Path) else value
+        key: _plain(value)
         for key, value in values.items()
         if key in scene.model_fields_set and value is not None
     }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return list(value)
+    return str(value) if isinstance(value, Path) else value
 
 
 def hash_of(fields: dict[str, Any]) -> str:

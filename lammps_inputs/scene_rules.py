@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
+import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -21,6 +22,10 @@ NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
 
+LARGEST_MASS_RATIO = 1e12
+# Energies, too, are to be numbers.
+LARGEST_MASS = 1e30
+
 # Shorter steps would take days to the end of the smallest collision, and drown in rounding.
 SHORTEST_TIMESTEP = 1e-9
 
@@ -28,6 +33,7 @@ SHORTEST_TIMESTEP = 1e-9
 def check_together(scene: "Scene") -> None:
     """Refuse fields, each valid by itself, that do not go together: ValueError, one line."""
     _check_parameters(scene)
+    _check_bodies(scene)
     _check_speed(scene)
     _check_numerics(scene)
 
@@ -45,14 +51,99 @@ def _check_parameters(scene: "Scene") -> None:
     _ = scene.bond  # raises for impossible parameters
 
 
+def _check_bodies(scene: "Scene") -> None:
+    if scene.masses is not None and len(scene.masses) > scene.particles:
+        raise ValueError(
+            f"masses has {len(scene.masses)} numbers; expected {scene.particles} at most, one for "
+            "each particle"
+        )
+    if scene.target_masses is not None:
+        if scene.target_particles is None:
+            raise ValueError("target_masses goes with target_particles: give both")
+        if len(scene.target_masses) > scene.target_particles:
+            raise ValueError(
+                f"target_masses has {len(scene.target_masses)} numbers; expected "
+                f"{scene.target_particles} at most, one for each particle of the target"
+            )
+    for key in ("contact_stiffness", "contact_exponent"):
+        if getattr(scene, key) is not None and scene.contact != "power":
+            raise ValueError(f"{key} goes with contact 'power'")
+    state = scene.initial_state
+    if state is not None:
+        if len(state.strains) + 1 != scene.particles:
+            raise ValueError(
+                f"initial has {len(state.strains) + 1} particles, and the chain {scene.particles}; "
+                "expected a row for each"
+            )
+        if scene.compression is not None:
+            raise ValueError("initial and compression are both given; give one")
+        if state.masses is not None and scene.masses is not None:
+            raise ValueError("initial has masses, and masses are given: drop one")
+        strained = _is_impossible(scene, state.strains)
+        if np.any(strained):
+            bond = int(np.argmax(strained))
+            raise ValueError(
+                f"initial has a bond of length {1.0 + state.strains[bond]:g} between particles "
+                f"{bond + 1} and {bond + 2}, where a {scene.label} bond is not defined or does not "
+                "hold"
+            )
+    if scene.compression is not None and _is_impossible(scene, np.array([-scene.compression]))[0]:
+        raise ValueError(
+            f"compression is {scene.compression:g}: a {scene.label} bond of length "
+            f"{1.0 - scene.compression:g} is not defined or does not hold"
+        )
+    _check_masses(scene)
+
+
+def _is_impossible(scene: "Scene", strains: NDArray[np.float64]) -> NDArray[np.bool_]:
+    bond = scene.bond
+    longest = min(bond.strain_max, bond.barrier_strain)
+    return (strains <= bond.strain_min) | (strains >= longest)
+
+
+def _check_masses(scene: "Scene") -> None:
+    state = scene.initial_state
+    given = [scene.masses, scene.target_masses, None if state is None else state.masses]
+    if all(masses is None for masses in given):
+        return
+    # Of what is not given, 1.
+    if given[0] is None and given[2] is None:
+        given.append((1.0,))
+    if given[1] is None and scene.target_particles is not None:
+        given.append((1.0,))
+    bounds = [(np.min(masses), np.max(masses)) for masses in given if masses is not None]
+    least, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
+    if largest / LARGEST_MASS_RATIO > least:
+        raise ValueError(
+            f"masses are {least:g} to {largest:g}; expected a ratio of at most "
+            f"{LARGEST_MASS_RATIO:g}, of which numbers keep a few digits"
+        )
+    if not (largest <= LARGEST_MASS and least >= 1.0 / LARGEST_MASS):
+        raise ValueError(
+            f"masses are {least:g} to {largest:g}; expected {1.0 / LARGEST_MASS:g} to "
+            f"{LARGEST_MASS:g}: divide all by one of them, which changes units alone"
+        )
+
+
 def _check_speed(scene: "Scene") -> None:
     if scene.speed is not None and scene.velocity is not None:
         raise ValueError("speed and velocity are both given; give one")
+    state = scene.initial_state
+    if state is not None and state.velocities is not None:
+        for key in ("speed", "velocity"):
+            if getattr(scene, key) is not None:
+                raise ValueError(f"{key} is given, and initial has velocities: drop one")
+        if not scene.impact_velocity > 0.0:
+            raise ValueError(
+                f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}; "
+                "expected one towards the target, which is less than 0"
+            )
     if scene.speed is not None and scene.bond.natural_speed is None:
         raise ValueError(
             f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
         )
-    if not 1e-150 < scene.impact_velocity < 1e150:
+    largest = 1e150 if scene.line is None else 1e120
+    if not 1.0 / largest < scene.impact_velocity < largest:
         raise ValueError(
             f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
             "floating point can square"
@@ -66,7 +157,7 @@ def _check_numerics(scene: "Scene") -> None:
             "error is False, and the numerics are chosen by an error bar; expected explicit ones "
             "beside it, such as scheme and timestep: drop one or give the other"
         )
-    if isinstance(scene.bond, Harmonic):
+    if scene.bond.is_harmonic:
         for key in ("table", "table_points"):
             if getattr(scene, key) is not None:
                 raise ValueError(
@@ -85,15 +176,18 @@ def _check_numerics(scene: "Scene") -> None:
                 )
         if scene.wall == "reflect":
             raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+    if scene.wall == "reflect" and (scene.target_particles is not None or scene.contact == "power"):
+        raise ValueError("wall 'reflect' is a rigid, hard wall; expected no target, contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
         raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
-        if scene.timestep < SHORTEST_TIMESTEP / scene.bond.stiffness**0.5:
+        stiffness = scene.fast_stiffness
+        if scene.timestep < SHORTEST_TIMESTEP / stiffness**0.5:
             raise ValueError(
                 f"timestep is {scene.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
                 "shorter one would not come to an end"
             )
-        limit = VERLET_STABILITY_LIMIT / (2.0 * scene.bond.stiffness**0.5)
+        limit = VERLET_STABILITY_LIMIT / (2.0 * stiffness**0.5)
         if scene.timestep >= limit:
             raise ValueError(
                 f"timestep is {scene.timestep:g}; expected less than {limit:g}, where the "

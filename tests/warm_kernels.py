@@ -11,9 +11,9 @@ from multiprocessing import get_context
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house import adaptive, stepping
 
-# From the one that takes longest; fast log chains take the adaptive steps as well.
+# From the one that takes longest.
 BONDS = (
     {"potential": "log"},
     {"potential": "power", "power_order": 4, "power_c": 1.0},
@@ -29,10 +29,7 @@ def compile_loops(fields: dict) -> None:
     scene = Scene(particles=5, **fields)
     for scheme in ("order8", "extrapolated14"):
         stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
-    if fields["potential"] == "log":
-        from chaincor.workflows.collision import collide
-
-        collide(scene.replace(engine="reference", speed=3.0), tolerance=1e-6)
+    adaptive.run(scene, 1e-6)
 
 
 def main() -> None:

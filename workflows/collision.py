@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import momentum_residual, restitution
+from chaincor.analysis.restitution import momentum_residual
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
@@ -18,7 +18,9 @@ from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
@@ -108,14 +110,10 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     found = scouting_details(scouted)
     step = None
     if others:
-        eta = _restitution(scene, outcome)
-        step = proof_error(numerics.wall, [_restitution(scene, run) - eta for run in others])
+        eta = eta_of(scene, outcome)
+        step = proof_error(numerics.wall, [eta_of(scene, run) - eta for run in others])
         found["spread"] = spread_of(scene, outcome, others[0])
     return outcome, error_bar(outcome, scene, step), found
-
-
-def _restitution(scene: Scene, outcome: Outcome) -> float:
-    return float(restitution(outcome.velocities, scene.impact_velocity))
 
 
 @cache
@@ -132,8 +130,8 @@ def _result(
     found: dict[str, Any],
     started: float,
 ) -> Collision:
-    v0, v_star = scene.impact_velocity, scene.bond.natural_speed
-    eta = _restitution(scene, outcome)
+    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
+    eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
     scouted = found.get("scouting")
     bond_min, bond_max, source = outcome.bond_min, outcome.bond_max, "every step"
@@ -167,7 +165,11 @@ def _result(
         bond_max=bond_max + longer,
         bond_range_source=source,
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
-        momentum_residual=abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses)),
+        momentum_residual=(
+            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
+            if line is None
+            else impulse_residual(line, outcome, v0)
+        ),
         ending=outcome.ending.kind,
         duration=outcome.duration,
         fragments=outcome.fragments,
@@ -183,13 +185,19 @@ def _result(
         contact_times=outcome.contact_times,
         contact_speeds=outcome.contact_speeds,
         mode_energies=np.asarray(
-            mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
+            mode_energies(
+                outcome.displacements,
+                outcome.velocities,
+                scene.bond.stiffness,
+                None if line is None else line.chain_masses,
+            )
         ),
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,
         **_bond_fields(scene.bond),
         replay=_replay(scene, outcome, found),
+        **bodies_after(scene, outcome),
     )
 
 

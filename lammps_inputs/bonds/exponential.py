@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ _A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
 def _exponentials() -> tuple[Callable, Callable]:
     """Return both functions; what they call they close over, as compiled loops need it."""
 
-    def parts(exponent):
+    def parts(exponent: Any) -> tuple[Any, Any]:
         """
         Return 2^k and exp(y) - 1, whose x = k ln 2 + y with abs(y) <= ln(2)/2.
 
@@ -34,12 +35,12 @@ def _exponentials() -> tuple[Callable, Callable]:
         bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
         return bits.view(np.float64), y + y * y * rest
 
-    def exponential(exponent):
+    def exponential(exponent: Any) -> Any:
         """Return exp(x) to two epsilon or so."""
         power_of_2, less = parts(exponent)
         return power_of_2 + power_of_2 * less
 
-    def exp_less_one(exponent):
+    def exp_less_one(exponent: Any) -> Any:
         """Return exp(x) - 1 to two epsilon or so."""
         power_of_2, less = parts(exponent)
         return (power_of_2 - 1.0) + power_of_2 * less

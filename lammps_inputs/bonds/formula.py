@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.bonds.formula_code import (
@@ -21,6 +21,7 @@ from chaincor.lammps_inputs.bonds.formula_rest import (
     reach_of,
 )
 from chaincor.lammps_inputs.bonds.formula_text import canonical_text
+from chaincor.lammps_inputs.bonds.potential import Array
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 
@@ -159,17 +160,17 @@ class Formula(UserBond):
         root = digits.findroot(excess, near, solver="secant", tol=1e-40)
         return float(f"{float(digits.sqrt(2 * self.stiffness) * abs(root)):.12e}")
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return U, zero at rest."""
         orders = np.arange(2, len(self._series) + 2)
         series = -np.asarray(self._series) / orders
         return self._joined(strain, "energy", series, 2)
 
-    def force(self, strain):
+    def force(self, strain: ArrayLike) -> Array:
         """Return -dU/ds."""
         return self._joined(strain, "force", np.asarray(self._series), 1)
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return U''."""
         orders = np.arange(1, len(self._series) + 1)
         return self._joined(strain, "curvature", -np.asarray(self._series) * orders, 0)
@@ -210,7 +211,7 @@ class Formula(UserBond):
         for guard in self._code.guards:
             function = self._code.function(guard)
 
-            def value(strain, function=function):
+            def value(strain: Any, function: Callable = function) -> Any:
                 return function(self._rest + strain, self._values)
 
             at_rest = value(0.0)

@@ -8,8 +8,11 @@ from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
+
+Array = NDArray[np.float64]
 
 
 class NoParameters(NamedTuple):
@@ -66,7 +69,7 @@ class Potential(ABC):
     energy_offset: float = 0.0
 
     @abstractmethod
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """
         Return U as a function of the strain.
 
@@ -81,7 +84,7 @@ class Potential(ABC):
             Energy, zero at s = 0.
         """
 
-    def force(self, strain):
+    def force(self, strain: ArrayLike) -> Array:
         """
         Return -dU/dr.
 
@@ -100,7 +103,7 @@ class Potential(ABC):
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     @abstractmethod
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """
         Return U''.
 
@@ -210,7 +213,7 @@ class Potential(ABC):
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
         from scipy.optimize import brentq
 
-        def excess(strain):
+        def excess(strain: float) -> float:
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
@@ -266,7 +269,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
 _GRID = 64
 
 
-def bond_strains(bond: Potential, energy: float) -> tuple[float, float]:
+def strain_range(bond: Potential, energy: float) -> tuple[float, float]:
     """
     Return the strains between which a bond must be if it holds no more than an energy.
 

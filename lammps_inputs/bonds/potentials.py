@@ -4,26 +4,28 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.bonds.exponential import exp_less_one
-from chaincor.lammps_inputs.bonds.potential import LogLength, Potential
+from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
 
 # Force kernels: -dU/dr as a function of the strain and the potential's parameters. They use only
 # arithmetic and NumPy functions that a compiler for scalars also knows, so that the same text
 # serves arrays here and compiled loops in the integrators.
+Strain = TypeVar("Strain", float, Array)
 
 
-def harmonic_force(strain, _parameters):
+def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """Return -s."""
     return -strain
 
 
-def lj_force(strain, _parameters):
+def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """
     Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
 
@@ -51,11 +53,11 @@ class MorseParameters(NamedTuple):
 def _exponential_kernels(expm1: Callable) -> tuple[Callable, Callable]:
     """Return the kernels of toda and morse bonds, which close over what they call."""
 
-    def toda_force(strain, parameters):
+    def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
         """Return (exp(-b s) - 1)/b."""
         return expm1(-parameters.b * strain) / parameters.b
 
-    def morse_force(strain, parameters):
+    def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
         """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
         e = expm1(np.minimum(-parameters.a * strain, 350.0))
         return e * (1.0 + e) / parameters.a
@@ -68,12 +70,12 @@ def _exponential_kernels(expm1: Callable) -> tuple[Callable, Callable]:
 toda_force, morse_force = _exponential_kernels(exp_less_one)
 
 
-def log_force(strain, _parameters):
+def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """Return 1/r - 1 = -s/(1 + s)."""
     return -strain / (1.0 + strain)
 
 
-def log_force_of_log_length(log_length, _parameters):
+def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
     """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
     force = np.expm1(-log_length)
     return force, 1.0 + force
@@ -104,7 +106,7 @@ def power_force(order: int) -> Callable:
     """
     exponent = order - 2
 
-    def kernel(strain, parameters):
+    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
         return -strain * (1.0 + order * parameters.c * strain**exponent)
 
     # Compiled loops are told apart by qualified names.
@@ -125,23 +127,23 @@ class Harmonic(Potential):
     force_kernel = staticmethod(harmonic_force)
 
     @property
-    def anharmonic_order(self):
+    def anharmonic_order(self) -> int | None:
         """None: there is no anharmonic term."""
         return None
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s^2/2."""
         return 0.5 * np.square(strain)
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"0.5*{strain}*{strain}"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return 1."""
         return np.ones_like(np.asarray(strain, dtype=float))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         return None
 
 
@@ -155,21 +157,21 @@ class LennardJones(Potential):
     strain_min = -1.0
     dissociation = 1.0 / 72.0
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-6 log1p(s))^2/72."""
         return np.square(np.expm1(-6.0 * np.log1p(strain))) / 72.0
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(1.0-(1.0+{strain})^-6)^2/72.0"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return (13 r^-14 - 7 r^-8)/6."""
         r = 1.0 + np.asarray(strain, dtype=float)
         return (13.0 * r**-14.0 - 7.0 * r**-8.0) / 6.0
 
     @property
-    def convex_strain(self):
+    def convex_strain(self) -> float:
         """The inflection at r^6 = 13/7."""
         return (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
 
@@ -184,7 +186,7 @@ class Toda(Potential):
     smooth = True
     force_kernel = staticmethod(toda_force)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse a b that is not a positive number, or whose square is none."""
         if not _SMALLEST <= self.b <= _LARGEST:
             raise PotentialError(
@@ -193,27 +195,28 @@ class Toda(Potential):
             )
 
     @property
-    def parameters(self):
+    def parameters(self) -> TodaParameters:
         """Of the kernel: b."""
         return TodaParameters(float(self.b))
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return (expm1(-b s) + b s)/b^2."""
         return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return exp(-b s)."""
         return np.exp(-self.b * np.asarray(strain, dtype=float))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         """Scale the root at b = 1: U(s; b) = U(b s; 1)/b^2."""
         if self.b == 1.0:
             return super()._find_compressed_strain()
-        return Toda(1.0)._find_compressed_strain() / self.b
+        root = Toda(1.0)._find_compressed_strain()
+        return None if root is None else root / self.b
 
 
 @dataclass(frozen=True)
@@ -226,7 +229,7 @@ class Morse(Potential):
     smooth = True
     force_kernel = staticmethod(morse_force)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse an a that is not a positive number, or whose square is none."""
         if not _SMALLEST <= self.a <= _LARGEST:
             raise PotentialError(
@@ -235,38 +238,39 @@ class Morse(Potential):
             )
 
     @property
-    def parameters(self):
+    def parameters(self) -> MorseParameters:
         """Of the kernel: a."""
         return MorseParameters(float(self.a))
 
     @property
-    def dissociation(self):  # type: ignore[override]
+    def dissociation(self) -> float:  # type: ignore[override]
         """The depth D = 1/(2 a^2)."""
         return 0.5 / self.a**2
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-a s)^2/(2 a^2)."""
         return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return e^-as (2 e^-as - 1)."""
         decay = np.exp(-self.a * np.asarray(strain, dtype=float))
         return decay * (2.0 * decay - 1.0)
 
     @property
-    def convex_strain(self):
+    def convex_strain(self) -> float:
         """The inflection, ln(2)/a."""
         return math.log(2.0) / self.a
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         """Scale the root at a = 1: U(s; a) = U(a s; 1)/a^2."""
         if self.a == 1.0:
             return super()._find_compressed_strain()
-        return Morse(1.0)._find_compressed_strain() / self.a
+        root = Morse(1.0)._find_compressed_strain()
+        return None if root is None else root / self.a
 
 
 @dataclass(frozen=True)
@@ -279,19 +283,19 @@ class Logarithmic(Potential):
     strain_min = -1.0
 
     @property
-    def log_length(self):
+    def log_length(self) -> LogLength:
         """U = r - 1 - ln r = e^y - 1 - y at y = ln r."""
         return LogLength(log_force_of_log_length, expm1_minus_x)
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s - log1p(s)."""
         return x_minus_log1p(strain)
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}-ln(1.0+{strain})"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return r^-2."""
         return (1.0 + np.asarray(strain, dtype=float)) ** -2.0
 
@@ -306,7 +310,7 @@ class Power(Potential):
     name = "power"
     smooth = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
@@ -319,36 +323,36 @@ class Power(Potential):
             )
 
     @property
-    def force_kernel(self):
+    def force_kernel(self) -> Callable:
         """The kernel of this order."""
         return power_force(int(self.order))
 
     @property
-    def parameters(self):
+    def parameters(self) -> PowerParameters:
         """Of the kernel, which knows the order: c."""
         return PowerParameters(float(self.c))
 
     @property
-    def anharmonic_order(self):
+    def anharmonic_order(self) -> int | None:
         """The order itself."""
         return self.order
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s^2 (1/2 + c s^(order - 2))."""
         s = np.asarray(strain, dtype=float)
         return s * s * (0.5 + self.c * s ** (self.order - 2))
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return 1 + order (order - 1) c s^(order - 2)."""
         s = np.asarray(strain, dtype=float)
         return 1.0 + self.order * (self.order - 1) * self.c * s ** (self.order - 2)
 
     @property
-    def convex_strain(self):
+    def convex_strain(self) -> float:
         """Odd orders soften when stretched: U'' = 0 here."""
         if self.order % 2 == 0:
             return math.inf
@@ -361,7 +365,7 @@ class Power(Potential):
             return math.inf
         return (-self.order * self.c) ** (-1.0 / (self.order - 2))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         """Solve |c| |s|^(order - 2) = 1/2 in closed form."""
         return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
 

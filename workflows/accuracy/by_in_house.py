@@ -13,13 +13,12 @@ from chaincor.workflows.accuracy.convergence import jitter, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, is_smooth, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.measured import measured
 
@@ -53,9 +52,11 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     `noise` is the jitter of eta, where that matters; `known` the collision followed to its end at
     some step, else that is done here.
     """
-    if scene.bond.is_harmonic:
+    if modal.serves(scene):
         return _at_once(scene, modal.run(scene), 0.0)
     if sharpness(scene) <= SHARPEST_FIXED:
+        return _meet_with_fixed_steps(scene, goal, noise, known)
+    if scene.line is not None:
         return _meet_with_fixed_steps(scene, goal, noise, known)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)
@@ -85,9 +86,9 @@ def _meet_with_fixed_steps(
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
-    if not scene.bond.smooth:
+    if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
-    order, share = STEP_SCHEMES[scheme].order, COARSER_SHARE[scheme]
+    order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
     reachable = max(goal, floor)
@@ -127,7 +128,8 @@ def _meet_with_fixed_steps(
     if best is None:
         raise refusals[-1]
     error, fine, proof = best
-    if followed is None and fine is not known and fine.timestep is not None:
+    assert fine.timestep is not None
+    if followed is None and fine is not known:
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
@@ -135,9 +137,10 @@ def _meet_with_fixed_steps(
         # No order of convergence holds here: the truth may be wherever one of these runs went.
         error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
-    quiet = quiet_time(scene.particles, scene.bond.stiffness)
-    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet and fine.timestep is not None:
+    quiet = quiet_time(scene.span, scene.slow_stiffness)
+    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet:
         # What comes after a long silence of a chain that broke amplifies rounding.
+        assert fine.timestep is not None
         noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
         if max(noise, error) > goal:
             # Where roundings decide how hard it is, they may decide whether another one comes.

@@ -19,9 +19,10 @@ from chaincor.workflows.accuracy.error_bars import (
 )
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
-from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, sharpness
 from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import jitter_error, rounding_error
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
@@ -57,7 +58,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     numerics = choose_numerics(scene, reachable, truth, scouting)
     chosen = time.perf_counter() - started
     tries: list[dict[str, Any]] = []
-    order = COMPOSITIONS[numerics.scheme].order
+    order = effective_order(scene, numerics.scheme)
     for attempt in range(_MOST_REFINEMENTS):
         h = numerics.timestep
         last = attempt == _MOST_REFINEMENTS - 1
@@ -106,7 +107,7 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
 def _yardstick(scene: Scene, tolerance: float) -> Converged:
     """Return the in-house eta that steps are chosen by."""
     goal = TRUTH_SHARE * tolerance
-    if scene.bond.is_harmonic:
+    if serves(scene):
         return exact_modes(scene)
     sharp = sharpness(scene)
     if sharp > SHARPEST_LAMMPS:
@@ -181,7 +182,8 @@ def _verlet_numerics(
 
 def _least_step(scene: Scene, scouting: Scouting) -> float:
     """Return the smallest Verlet step of a run that comes to an end within minutes."""
-    return scouting.last_contact_time * scene.particles / _MOST_BOND_STEPS
+    particles = scene.particles + (scene.target_particles or 0)
+    return scouting.last_contact_time * particles / _MOST_BOND_STEPS
 
 
 def _usual_schemes(tolerance: float) -> list[Scheme]:

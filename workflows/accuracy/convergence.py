@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.accuracy.step_guess import guess_step, is_smooth
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import CrossingError, RunError
@@ -55,7 +55,7 @@ def converge(scene: Scene, goal: float) -> Converged:
     stopped the finest run, or that steps cannot become small enough.
     """
     scheme: StepSchemeName = "order8"
-    if not scene.bond.smooth:
+    if not is_smooth(scene):
         found = refine(scene, goal, scheme)
         eta = eta_of(scene, found.fine)
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
@@ -109,12 +109,15 @@ def exact_modes(scene: Scene) -> Converged:
 
 def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome) -> float:
     """Return how much eta of a run changes for impact velocities a few units of rounding away."""
-    worst = 0.0
+    worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
-        velocity = scene.impact_velocity * (1.0 + ulps * sys.float_info.epsilon)
-        nudged = scene.replace(speed=None, velocity=velocity)
-        other = run_in_house(nudged, scheme, step, plain)
-        worst = max(worst, abs(eta_of(nudged, other) - eta_of(scene, plain)))
+        change = 1.0 + ulps * sys.float_info.epsilon
+        nudged = scene
+        if scene.line is None:
+            nudged = scene.replace(speed=None, velocity=change * scene.impact_velocity)
+        # Given velocities are not changed: another step rounds everything as well.
+        other = run_in_house(nudged, scheme, step if scene.line is None else change * step, plain)
+        worst = max(worst, abs(eta_of(nudged, other) - eta))
     return worst
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error, rounding_of
 from chaincor.workflows.measured import measured
@@ -65,8 +66,13 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where the
     end is proved or argued.
     """
-    gained = outcome.ending.missed_momentum / scene.particles
-    mean = abs(float(np.mean(outcome.velocities)))
+    line = scene.line
+    if line is None:
+        gained = outcome.ending.missed_momentum / scene.particles
+        mean = abs(float(np.mean(outcome.velocities)))
+    else:
+        gained = outcome.ending.missed_momentum / line.reduced_mass
+        mean = abs(relative_velocity(line, outcome))
     return (2.0 * mean + gained) * gained / scene.impact_velocity**2
 
 
@@ -94,18 +100,20 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
     where the numbers of contacts differ.
     """
     v0, stiffness = scene.impact_velocity, scene.bond.stiffness
-    energy = 0.5 * scene.particles * v0**2
+    masses = None if scene.line is None else scene.line.chain_masses
+    energy = 0.5 * v0**2 * (scene.particles if masses is None else float(np.sum(masses)))
     pairs = {
         "contact_times": (
             first.contact_times,
             second.contact_times,
-            scene.particles / stiffness**0.5,
+            scene.span / scene.slow_stiffness**0.5,
         ),
         "contact_speeds": (first.contact_speeds, second.contact_speeds, v0),
         "velocities": (first.velocities, second.velocities, v0),
+        "target_velocities": (first.target_velocities, second.target_velocities, v0),
         "mode_energies": (
-            mode_energies(first.displacements, first.velocities, stiffness),
-            mode_energies(second.displacements, second.velocities, stiffness),
+            mode_energies(first.displacements, first.velocities, stiffness, masses),
+            mode_energies(second.displacements, second.velocities, stiffness, masses),
             energy,
         ),
     }

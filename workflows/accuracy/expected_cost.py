@@ -12,6 +12,7 @@ from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.errors import CostError
 
 # Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
@@ -40,17 +41,19 @@ def expected_seconds(scene: Scene) -> float:
     holds, may take some times longer.
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
-    duration = 2.2 * scene.particles / math.sqrt(scene.bond.stiffness)
+    duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
+    if scene.line is not None:
+        duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
     if scene.explicit:
         return _given_seconds(scene, duration)
     goal = asked_tolerance(scene)
     assert goal is not None
     sharp = sharpness(scene)
-    modal = _MODAL_PAIR * scene.particles**2 if scene.bond.is_harmonic else 0.0
+    modal = _MODAL_PAIR * scene.span**2 if serves(scene) else 0.0
     if scene.engine == "reference":
         if modal:
             return _IN_HOUSE_SECONDS + modal
-        if sharp > SHARPEST_FIXED:
+        if sharp > SHARPEST_FIXED and scene.line is None:
             return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(sharp)
         return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
     if sharp > SHARPEST_LAMMPS:
@@ -92,7 +95,7 @@ def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
 
 
 def _in_house_stage(scene: Scene) -> float:
-    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.particles
+    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * (scene.particles + (scene.target_particles or 0))
 
 
 def _order8_step(scene: Scene, goal: float) -> float:

@@ -2,7 +2,10 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
@@ -15,8 +18,17 @@ _CONFIRMATIONS = 4
 
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
-    """Return the restitution of an outcome."""
-    return float(restitution(outcome.velocities, scene.impact_velocity))
+    """Return the restitution of an outcome: of relative translation, where the target is free."""
+    line = scene.line
+    if line is None:
+        return float(restitution(outcome.velocities, scene.impact_velocity))
+    return (relative_velocity(line, outcome) / scene.impact_velocity) ** 2
+
+
+def relative_velocity(line: Line, outcome: Outcome) -> float:
+    """Return how fast the bodies part: the chain's centre of mass against the target's."""
+    target = outcome.target_velocities[::-1] if line.targets else np.zeros(1)
+    return line.separation(np.concatenate((target, outcome.velocities)))
 
 
 def run_in_house(

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
-from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, sharpness
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -70,7 +70,7 @@ def meets_kinks(scene: Scene) -> bool:
     if not kinks or scene.particles == 1:
         return False
     try:
-        step = _FIRST_STEP / (scene.bond.stiffness**0.5 * sharpness(scene))
+        step = _FIRST_STEP / (scene.fast_stiffness**0.5 * sharpness(scene))
         outcome = run_in_house(scene, "verlet", step)
     except RunError:
         return True
@@ -83,7 +83,7 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(scene.bond, parts).compiled:
-        steps = _MOST_BOND_STEPS / scene.particles
+        steps = _MOST_BOND_STEPS / (scene.particles + (scene.target_particles or 0))
     return duration * parts.evaluations / steps
 
 
@@ -98,11 +98,12 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     kinked = meets_kinks(scene)
     if kinked:
         scheme = "verlet"
-    share = _share(scheme, kinked)
+    soft = scene.line is not None and not scene.line.smooth
+    share = _share(scheme, kinked or soft)
     reachable = max(goal - floor, floor, 1e-15)
     step = 0.5 * guess_step(scene, scheme, 0.5 * reachable / share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
-    crossings = 2.0 * scene.particles / scene.bond.stiffness**0.5
+    crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, scheme, crossings))
     best: tuple[float, Outcome, Outcome] | None = None
     tries: list[dict[str, float]] = []
@@ -124,7 +125,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
         seconds += sum(run.seconds for run in runs)
         found.append([eta_of(scene, run) for run in runs])
         error = share * float(np.max(np.abs(np.subtract(found[-1][1:], found[-1][0]))))
-        order = _observed_order(tries, step, error, STEP_SCHEMES[scheme].order)
+        order = _observed_order(tries, step, error, effective_order(scene, scheme))
         tries.append({"timestep": step, "step_error": error})
         stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
         if best is None or error < best[0]:
@@ -135,7 +136,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
         if step <= least:
             break
         lost = lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
-        if scheme != "verlet" and lost == 2:
+        if scheme != "verlet" and lost == 2 and not soft:
             scheme, kinked = "verlet", True
             share, stalled = _share(scheme, kinked), 0
             step /= STEP_SCHEMES["order8"].evaluations
@@ -157,10 +158,10 @@ def _share(scheme: StepSchemeName, kinked: bool) -> float:
     return max(COARSER_SHARE[scheme], _SEEMINGLY_SMOOTH_SHARE)
 
 
-def _observed_order(tries: list[dict[str, float]], step: float, error: float, most: int) -> float:
+def _observed_order(tries: list[dict[str, float]], step: float, error: float, most: float) -> float:
     """Return the order by which errors fell from the last try to this one."""
     if not tries or not math.isfinite(tries[-1]["step_error"]) or error <= 0.0:
-        return float(most)
+        return most
     last = tries[-1]
     fell = math.log(max(last["step_error"], 1e-300) / error)
-    return min(max(fell / math.log(last["timestep"] / step), 1.5), float(most))
+    return min(max(fell / math.log(last["timestep"] / step), 1.5), most)

@@ -9,6 +9,7 @@ from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_hous
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
 from chaincor.workflows.accuracy.convergence import jitter
 from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
@@ -60,7 +61,7 @@ def _bar(found: Answer) -> float:
 
 def _steps_are_fixed(scene: Scene) -> bool:
     """Return whether eta comes from fixed steps, whose rounding a collision may amplify."""
-    if scene.bond.is_harmonic:
+    if serves(scene):
         return False  # no chaos
     sharpest = SHARPEST_LAMMPS if scene.engine == "lammps" else SHARPEST_FIXED
     return sharpness(scene) <= sharpest

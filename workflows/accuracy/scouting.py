@@ -10,6 +10,8 @@ from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
+from chaincor.workflows.engines.in_house.lines.following import line_bonds_in_flight
+from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.errors import RunError
 
@@ -71,7 +73,7 @@ class Scouting:
         longest = self.flight_max
         nearly_broken = scene.bond.energy(longest - 1.0) >= 0.6 * scene.bond.dissociation
         if self.fragments > 1 or nearly_broken:
-            flight = 2.0 * look_interval(scene.particles, scene.bond.stiffness)
+            flight = 2.0 * look_interval(scene.span, scene.slow_stiffness)
             longest = 1.0 + 1.2 * (longest - 1.0) + 2.0 * scene.impact_velocity * flight
         return self.flight_min, longest
 
@@ -85,12 +87,13 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
     """
     outcome = found.outcome
     shortest, longest = outcome.bond_min, outcome.bond_max
-    if scene.particles > 1 and not scene.bond.is_harmonic:
+    if scene.span > 1 and not scene.bond.is_harmonic:
         if fly_on is None:
-            fly_on = _ASKED_WITHIN * PATIENCE / scene.bond.stiffness**0.5
+            fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5
             if scene.dump is not None and scene.dump_frames != "contacts":
-                fly_on = max(fly_on, quiet_time(scene.particles, scene.bond.stiffness))
-        low, high = bonds_in_flight(scene, outcome, fly_on)
+                fly_on = max(fly_on, quiet_time(scene.span, scene.slow_stiffness))
+        flight = bonds_in_flight if scene.line is None else line_bonds_in_flight
+        low, high = flight(scene, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
     return Scouting(
         bond_min=outcome.bond_min,
@@ -115,7 +118,7 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     """
     if scene.engine != "lammps":
         return None
-    if scene.bond.is_harmonic:
+    if serves(scene):
         return scouting_from(exact_modes(scene), scene)
     if sharpness(scene) > _SHARPEST:
         return None

@@ -3,7 +3,10 @@
 import math
 from functools import lru_cache
 
+import numpy as np
+
 from chaincor.lammps_inputs.bonds.potential import Potential, compressed_strain
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -27,6 +30,8 @@ def sharpness(scene: Scene) -> float:
 
     That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
+    if scene.line is not None:
+        return _sharpness_of_line(scene, scene.line)
     if scene.particles == 1:
         return 1.0
     # A user's own object need not be hashable.
@@ -43,11 +48,47 @@ def _sharpness(bond: Potential, impact_velocity: float) -> float:
     return math.sqrt(max(1.0, curvature / bond.stiffness))
 
 
+def _sharpness_of_line(scene: Scene, line: Line) -> float:
+    """Return the same for bonds and a contact that unequal particles compress."""
+    v0, pairs = scene.impact_velocity, line.masses[1:] * line.masses[:-1]
+    with np.errstate(invalid="ignore"):
+        reduced = pairs / (line.masses[1:] + line.masses[:-1])
+    bonds = np.delete(reduced, line.gap)
+    sharpest = 1.0
+    if len(bonds):
+        strain = compressed_strain(scene.bond, 2.0 * float(np.max(bonds)) * v0**2)
+        strain = min(strain, float(np.min(np.delete(line.strains, line.gap))))
+        sharpest = max(sharpest, float(scene.bond.curvature(strain)) / scene.bond.stiffness)
+    if line.soft:
+        q, stiffness = line.contact_exponent, line.contact_stiffness
+        # Two particles that meet at 2 v0.
+        overlap = (2.0 * (q + 1.0) * line.contact_mass * v0**2 / stiffness) ** (1.0 / (q + 1.0))
+        contact = q * stiffness * overlap ** (q - 1.0) / line.contact_mass
+        sharpest = max(sharpest, contact / scene.fast_stiffness)
+    return math.sqrt(sharpest)
+
+
+def is_smooth(scene: Scene) -> bool:
+    """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
+    return scene.bond.smooth and (scene.line is None or scene.line.smooth)
+
+
+def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
+    """
+    Return by which power of the step errors fall at least.
+
+    A soft contact of a power q that is no whole number costs an error of order q + 1 where the
+    bodies touch and part; steps graded there make it small, but not of another order.
+    """
+    order, line = float(STEP_SCHEMES[scheme].order), scene.line
+    return order if line is None or line.smooth else min(order, line.contact_exponent + 1.0)
+
+
 def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     """
     Return the largest step that is stable with the chain's fastest mode.
 
-    `stiffness` is U''(1).
+    `stiffness` is U''(1) over the smallest mass.
     """
     if scheme not in COMPOSITIONS:
         return _LARGEST_EXTRAPOLATED / stiffness**0.5
@@ -59,5 +100,5 @@ def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
     """Guess the step that meets an error."""
     order = STEP_SCHEMES[scheme].order
     usual = USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
-    stable = largest_step(scheme, scene.bond.stiffness)
-    return min(stable, usual / scene.bond.stiffness**0.5) / sharpness(scene)
+    stable = largest_step(scheme, scene.fast_stiffness)
+    return min(stable, usual / scene.fast_stiffness**0.5) / sharpness(scene)

@@ -6,8 +6,7 @@ from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
-from chaincor.workflows.accuracy.step_guess import guess_step, largest_step
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step
 from chaincor.workflows.errors import RunError
 
 # An estimate from one step is taken with this reserve: the next step's error is a different draw,
@@ -44,7 +43,7 @@ def estimate_step(
 
     None where even a much smaller step does not run.
     """
-    order = STEP_SCHEMES[scheme].order
+    order = effective_order(scene, scheme)
     step = guess_step(scene, scheme, goal)
     for _ in range(_MOST_TRIES):
         try:
@@ -54,7 +53,7 @@ def estimate_step(
             step *= 0.4
             continue
         growth = (_RESERVE * goal / max(error, 1e-17)) ** (1.0 / order)
-        return min(largest_step(scheme, scene.bond.stiffness), step * min(max(growth, 0.1), 3.0))
+        return min(largest_step(scheme, scene.fast_stiffness), step * min(max(growth, 0.1), 3.0))
     return None
 
 
@@ -62,7 +61,7 @@ def find_step(
     scene: Scene, scheme: StepSchemeName, goal: float, truth: Converged, start: float
 ) -> float | None:
     """Return a step whose error is within a goal, near the largest; None if none was found."""
-    order = STEP_SCHEMES[scheme].order
+    order = effective_order(scene, scheme)
     step = start
     for _ in range(_MOST_TRIES):
         error = error_near(scene, scheme, step, truth)

@@ -16,6 +16,8 @@ from chaincor.lammps_inputs.scene_rules import BOND_KEYS
 def _plain_types(annotation: Any) -> list[Any]:
     """Take Optional and Annotated apart."""
     origin = get_origin(annotation)
+    if origin is tuple:
+        return [tuple]
     if origin is Annotated:
         return _plain_types(get_args(annotation)[0])
     if origin in (Union, types.UnionType):
@@ -86,6 +88,7 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         Path: (None, "FILE"),
         str: (None, "TEXT"),
         dict: (NamedNumbers(), "NAME=X,..."),
+        tuple: (None, "LIST|FILE"),
     }
     option_type, metavar = types_and_names[get_origin(kind) or kind]
     if words:

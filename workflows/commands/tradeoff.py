@@ -6,15 +6,15 @@ from typing import Any
 
 import click
 
+from chaincor.lammps_inputs.scene import FILE_KEYS
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
-_FILES = ("dump", "dump_frames", "save", "arrays")
 
 
 @click.command()
-@scene_options(*_OWN, *_FILES)
+@scene_options(*_OWN, *FILE_KEYS)
 @click.option(
     "-o",
     "--output",
@@ -63,7 +63,7 @@ def tradeoff(
     from chaincor.workflows.tradeoff.study_progress import study_progress
 
     scene = scene_from(scene_file, options)
-    unused = [key for key in (*_OWN, *_FILES) if key in scene.model_fields_set]
+    unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]
     if unused:
         click.echo(
             f"chaincor: note: a study measures every setting and writes no files of a single run; "

@@ -1,6 +1,8 @@
 """How long a collision is followed, and the watch that looks for its end."""
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ from chaincor.workflows.engines.ending import (
 )
 from chaincor.workflows.engines.pieces import find_pieces
 
+Array = NDArray[np.float64]
+
 # A collision is followed for so many times its own length and a few times that of one sound
 # crossing, and for so many crossings however late contacts come.
 FOLLOWED_TIMES = 21.0
@@ -30,45 +34,38 @@ LOOK_GROWTH = 1.4
 
 
 def longest_collision(particles: int, stiffness: float, last_contact: float) -> float:
-    """
-    Return how long a collision is followed.
-
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    stiffness : float
-        U''(1).
-    last_contact : float
-        Time of the last contact so far.
-
-    Returns
-    -------
-    float
-        Time after the first contact at which an end is open, if it is not argued.
-    """
+    """Return the time after the first contact at which an end not argued is open."""
     crossing = (particles + 5.0) / stiffness**0.5
     followed = FOLLOWED_TIMES * last_contact + LEAST_CROSSINGS * crossing
     return min(followed, MOST_CROSSINGS * crossing)
 
 
 def look_interval(particles: int, stiffness: float) -> float:
-    """
-    Return the time between two looks for the end while contacts follow one another.
-
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    float
-        A tenth of the time sound takes to cross the chain and a little more.
-    """
+    """Return the time between two looks for the end while contacts follow one another."""
     return (particles + 10.0) / stiffness**0.5 / LOOKS_PER_CROSSING
+
+
+class Body(NamedTuple):
+    """
+    A body that leaves another: the chain, or a free target.
+
+    Attributes
+    ----------
+    first_displacement : float
+        How far its particle at the contact is from a plane between both bodies; for the chain at a
+        wall, from that.
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one, from the contact outward.
+    velocities : ndarray of shape (n,)
+        Relative to that plane, positive away from it.
+    masses : ndarray of shape (n,) or None
+        None where all are 1.
+    """
+
+    first_displacement: float
+    strains: Array
+    velocities: Array
+    masses: Array | None = None
 
 
 class EndWatch:
@@ -81,15 +78,18 @@ class EndWatch:
         Particles of the chain.
     bond : Potential
         The bonds' potential.
+    stiffness : float, optional
+        U''(1) over the mean mass; that of the bond by default.
     """
 
-    def __init__(self, particles: int, bond: Potential) -> None:
+    def __init__(self, particles: int, bond: Potential, stiffness: float | None = None) -> None:
         self._bond = bond
         self._particles = particles
-        self._quiet = quiet_time(particles, bond.stiffness)
+        self._stiffness = bond.stiffness if stiffness is None else stiffness
+        self._quiet = quiet_time(particles, self._stiffness)
         self._last_contact = -math.inf
         self._calm_since = 0.0
-        self._first_size = 0
+        self._first_sizes: tuple[int, ...] = ()
         self._arrival = 0.0
 
     def look(
@@ -97,11 +97,11 @@ class EndWatch:
         now: float,
         last_contact: float,
         first_displacement: float,
-        strains: NDArray[np.float64],
-        velocities: NDArray[np.float64],
+        strains: Array,
+        velocities: Array,
     ) -> Ending | None:
         """
-        Look at a state.
+        Look at a chain of equal masses that leaves a wall.
 
         Parameters
         ----------
@@ -115,69 +115,75 @@ class EndWatch:
         Ending or None
             None where the chain must be followed on.
         """
-        if last_contact != self._last_contact:
-            self._last_contact = self._calm_since = last_contact
-            self._first_size, self._arrival = self._particles, 0.0
-        bond = self._bond
-        late = now > self.followed_until(last_contact)
-        if float(np.sum(velocities)) <= 0.0:
-            return None
-        pieces = find_pieces(first_displacement, strains, velocities, bond)
-        risk = return_risk(pieces, bond)
-        if risk == 0.0:
-            return Ending("proved")
-        size = int(pieces.sizes[0])
-        if risk > RISK_ALLOWED or size != self._first_size:
-            self._calm_since = now
-        self._first_size = size
-        if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
-            return Ending("argued")
-        if not late:
-            return None
-        speed = float(pieces.speeds[0])
-        if speed > 0.0:
-            at_stake = evaporation(pieces, bond) if risk > RISK_AT_STAKE else 0.0
-            return Ending("argued", momentum_at_stake=at_stake)
-        if speed < 0.0:
-            arrival = now + 1.1 * float(pieces.displacements[0]) / -speed
-            crossing = self._particles / bond.stiffness**0.5
-            if now < arrival < ARRIVAL_CROSSINGS * crossing:
-                self._arrival = arrival
-                return None
-        return Ending("open", approach(pieces))
+        return self.look_at(now, last_contact, [Body(first_displacement, strains, velocities)])
 
-    def followed_until(self, last_contact: float) -> float:
+    def look_at(self, now: float, last_contact: float, bodies: Sequence[Body]) -> Ending | None:
         """
-        Return until when the collision is followed.
+        Look at one body that leaves the wall, or at two that leave each other.
 
-        Parameters
-        ----------
-        last_contact : float
-            Time of the last contact so far.
-
-        Returns
-        -------
-        float
-            Time since the first contact; later where a piece is under way to the wall.
-        """
-        longest = longest_collision(self._particles, self._bond.stiffness, last_contact)
-        return max(longest, self._arrival)
-
-    def next_look(self, now: float, last_contact: float) -> float:
-        """
-        Return when to look again.
+        No contact comes where neither body comes back to one plane between them, wherever that is
+        and however fast it moves.
 
         Parameters
         ----------
         now, last_contact : float
-            As in :meth:`look`.
+            Time, and time of the last contact so far.
+        bodies : sequence of Body
+            The chain, and a target if it is free.
 
         Returns
         -------
-        float
-            A time so much later that looks cost little, but not past the moment of an argument.
+        Ending or None
+            None where they must be followed on.
         """
+        bond = self._bond
+        if last_contact != self._last_contact:
+            self._last_contact = self._calm_since = last_contact
+            self._first_sizes, self._arrival = tuple(len(body.velocities) for body in bodies), 0.0
+        late = now > self.followed_until(last_contact)
+        if sum(_mean_velocity(body) for body in bodies) <= 0.0:
+            return None
+        parted = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
+        risk = min(1.0, sum(return_risk(pieces, bond) for pieces in parted))
+        if risk == 0.0:
+            return Ending("proved")
+        sizes = tuple(int(pieces.sizes[0]) for pieces in parted)
+        if risk > RISK_ALLOWED or sizes != self._first_sizes:
+            self._calm_since = now
+        self._first_sizes = sizes
+        if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
+            return Ending("argued")
+        if not late:
+            return None
+        speed = sum(float(pieces.speeds[0]) for pieces in parted)
+        if speed > 0.0:
+            at_stake = 0.0
+            if risk > RISK_AT_STAKE:
+                at_stake = sum(evaporation(pieces, bond) for pieces in parted)
+            return Ending("argued", momentum_at_stake=at_stake)
+        if speed < 0.0:
+            apart = sum(float(pieces.displacements[0]) for pieces in parted)
+            arrival = now + 1.1 * apart / -speed
+            crossing = self._particles / self._stiffness**0.5
+            if now < arrival < ARRIVAL_CROSSINGS * crossing:
+                self._arrival = arrival
+                return None
+        return Ending("open", approach(*parted))
+
+    def followed_until(self, last_contact: float) -> float:
+        """Return until when the collision is followed; later with a piece under way to the wall."""
+        longest = longest_collision(self._particles, self._stiffness, last_contact)
+        return max(longest, self._arrival)
+
+    def next_look(self, now: float, last_contact: float) -> float:
+        """Return when to look again: seldom, but not past the moment of an argument."""
         later = last_contact + LOOK_GROWTH * (now - last_contact)
         argued = self._calm_since + self._quiet * (1.0 + 1e-12)
         calm = self._calm_since < now
         return argued if calm and now < argued < later else later
+
+
+def _mean_velocity(body: Body) -> float:
+    if body.masses is None:
+        return float(np.mean(body.velocities))
+    return float(np.sum(body.masses * body.velocities)) / float(np.sum(body.masses))

@@ -127,53 +127,56 @@ def return_risk(pieces: Pieces, bond: Potential) -> float:
     float
         0 where it is proved that it does not; 1 while the first piece, or the chain, approaches.
     """
-    momentum = float(pieces.sizes @ pieces.speeds)
-    size, speed = int(pieces.sizes[0]), float(pieces.speeds[0])
+    momentum = float(pieces.weights @ pieces.speeds)
+    size, speed, lever = int(pieces.sizes[0]), float(pieces.speeds[0]), pieces.lever
     if momentum <= 0.0 or speed <= 0.0:
         return 1.0
     if size == 1:
         return pieces.return_risk
     energy, displacement = float(pieces.energies[0]), float(pieces.displacements[0])
-    free = energy - 0.5 * speed * speed * size / (size - 1)
-    if displacement > 0.0 and reach(bond, free, size) < displacement:
+    free = energy - 0.5 * speed * speed * lever.whole / lever.rest * lever.mass
+    if displacement > 0.0 and reach(bond, free, lever) < displacement:
         return pieces.return_risk
     breaking = breaking_energy(bond)
-    if free < breaking or displacement < reach(bond, PAID * breaking, size):
+    if free < breaking or displacement < reach(bond, PAID * breaking, lever):
         return 1.0  # not yet far enough: no bond need break
-    alone = escape_risk(bond, energy, size, speed, VIBRATIONS * float(pieces.sizes.sum()))
+    alone = escape_risk(bond, energy, lever, speed, VIBRATIONS * float(pieces.sizes.sum()))
     return min(1.0, pieces.return_risk + alone)
 
 
-def approach(pieces: Pieces) -> float:
+def approach(*bodies: Pieces) -> float:
     r"""
     Return the largest momentum that a first piece which approaches the wall can be given there.
 
-    It turns round with all its energy at most: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`.
+    It turns round with all its energy at most: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`. Of two
+    bodies, m is the reduced mass of the first pieces, V their relative velocity and I the sum.
 
     Parameters
     ----------
-    pieces : Pieces
-        From :func:`find_pieces`.
+    *bodies : Pieces
+        From :func:`find_pieces`; of the target too, where it is free.
 
     Returns
     -------
     float
         Momentum.
     """
-    size, speed = float(pieces.sizes[0]), float(pieces.speeds[0])
-    internal = 0.0 if size == 1.0 else float(pieces.energies[0])
-    return size * abs(speed) + math.sqrt(2.0 * size * internal + (size * speed) ** 2)
+    masses = [float(pieces.weights[0]) for pieces in bodies]
+    mass = masses[0] if len(masses) == 1 else 1.0 / sum(1.0 / each for each in masses)
+    speed = sum(float(pieces.speeds[0]) for pieces in bodies)
+    internal = sum(float(pieces.energies[0]) for pieces in bodies if pieces.sizes[0] > 1)
+    return mass * abs(speed) + math.sqrt(2.0 * mass * internal + (mass * speed) ** 2)
 
 
 def evaporation(pieces: Pieces, bond: Potential) -> float:
     r"""
     Return the largest momentum that a part thrown out by a piece would be given at the wall.
 
-    Of the m particles :math:`m'` move at :math:`w` relative to the others, with the energy
+    Of the mass m a part :math:`m'` moves at :math:`w` relative to the others, with the energy
     :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`, and hit the wall at
     :math:`w (m - m')/m - V`, or pieces before them, which hand that on. Of the energy that
-    breaking leaves, :math:`I - E`, which is shared freely, one motion gets more than
-    :math:`(I - E)(1 - q^{1/(m-2)})` with the probability q.
+    breaking leaves, :math:`I - E`, which is shared freely, one motion of n particles gets more than
+    :math:`(I - E)(1 - q^{1/(n-2)})` with the probability q.
 
     Parameters
     ----------
@@ -192,13 +195,14 @@ def evaporation(pieces: Pieces, bond: Potential) -> float:
     # The others matter where they may disturb the first.
     count = 1 if pieces.return_risk <= RISK_ALLOWED else len(pieces.sizes)
     largest = 0.0
-    for size, speed, energy in zip(
-        pieces.sizes[:count], pieces.speeds[:count], pieces.energies[:count], strict=True
-    ):
-        thrown = np.arange(1.0, size)
+    begin = 0
+    for j in range(count):
+        size, mass = int(pieces.sizes[j]), float(pieces.weights[j])
+        thrown = np.cumsum(pieces.masses[begin : begin + size])[:-1]
+        begin += size
         part = 1.0 - UNLIKELY ** (1.0 / (size - 2)) if size > 2 else 1.0
-        free = 2.0 * part * max(float(energy) - paid, 0.0)
-        hit = np.sqrt(free * (size - thrown) / (thrown * size)) - speed
+        free = 2.0 * part * max(float(pieces.energies[j]) - paid, 0.0)
+        hit = np.sqrt(free * (mass - thrown) / (thrown * mass)) - float(pieces.speeds[j])
         largest = max(largest, float(np.max(2.0 * thrown * hit, initial=0.0)))
     return largest
 

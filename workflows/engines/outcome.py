@@ -1,13 +1,18 @@
 """What an engine returns: the raw outcome of one collision, before any analysis."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
+
+# A stable integration does not double the energy: far more than any step that resolves its bonds
+# can be off.
+MOST_ENERGY_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -23,11 +28,43 @@ class Frames:
         u_i = x_i - (i - 1).
     velocities : ndarray of shape (frames, n)
         Velocities, positive away from the wall.
+    target_displacements, target_velocities : ndarray of shape (frames, M), or None
+        The same of a free target, from the contact outward, along x as the chain's.
     """
 
     times: NDArray[np.float64]
     displacements: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    target_displacements: NDArray[np.float64] | None = None
+    target_velocities: NDArray[np.float64] | None = None
+
+    def state(self, frame: int) -> ChainState:
+        """Return both bodies in one frame, counted from 0."""
+        chain = float(self.times[frame]), self.displacements[frame], self.velocities[frame]
+        if self.target_displacements is None or self.target_velocities is None:
+            return ChainState(frame, *chain)
+        target = self.target_displacements[frame], self.target_velocities[frame]
+        return ChainState(frame, *chain, *target)
+
+    @property
+    def targets(self) -> int:
+        """Particles of a free target."""
+        return 0 if self.target_displacements is None else self.target_displacements.shape[1]
+
+    def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return displacements and velocities of all, from a target's far end to the chain's."""
+        if self.target_displacements is None or self.target_velocities is None:
+            return self.displacements, self.velocities
+        return (
+            np.hstack((self.target_displacements[:, ::-1], self.displacements)),
+            np.hstack((self.target_velocities[:, ::-1], self.velocities)),
+        )
+
+    def until(self, end: float) -> "Frames":
+        """Return the frames up to a time."""
+        shown = self.times <= end
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{k: v[shown] for k, v in arrays.items() if v is not None})
 
 
 @dataclass(frozen=True)
@@ -70,6 +107,9 @@ class Outcome:
         Whether particles passed through each other (harmonic chains, in-house only).
     frames : Frames or None
         Snapshots, where they were asked for.
+    target_displacements, target_velocities : ndarray of shape (M,)
+        State of a free target, from the contact outward, both along x as the chain's; empty for
+        the wall.
     numerics : Numerics or None
         All settings of a run by LAMMPS.
     details : dict
@@ -96,5 +136,7 @@ class Outcome:
     force_evaluations: int
     crossed: bool = False
     frames: Frames | None = None
+    target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
     numerics: Numerics | None = None
     details: dict[str, Any] = field(default_factory=dict)

@@ -2,20 +2,24 @@ r"""
 Bounds on one piece of a chain: how far its end particle gets, and how likely it is thrown out.
 
 Inside a piece, the end particle is displaced from where the mean has it by
-:math:`D = \sum_i w_i s_i` with weights :math:`w_i = i/m`. With :math:`\kappa` the smallest
+:math:`D = \sum_i w_i s_i`, in which :math:`w_i` is the part of the mass beyond bond i; with equal
+masses :math:`w_i = i/m`. With :math:`\kappa` the smallest
 :math:`2 U/s^2` that bonds of energy I or less can have, Cauchy and Schwarz give
 :math:`D^2 \le 2 I \sum_i w_i^2/\kappa`, and where U is convex, Jensen
-:math:`U(D/W) \le I w_{m-1}/W` with :math:`W = \sum_i w_i`. A piece whose energy suffices to break
+:math:`U(D/W) \le I w_{m-1}/W` with the largest of them, :math:`w_{m-1}`, and
+:math:`W = \sum_i w_i`. A piece whose energy suffices to break
 a bond is bounded otherwise: what lies farther out than the displacement that costs 0.9 of a broken
 bond has only the rest of the energy to move with.
 """
 
 import math
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
+from chaincor.lammps_inputs.bonds.potential import Potential, strain_range
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
 PAID = 0.9
@@ -44,7 +48,52 @@ def breaking_energy(bond: Potential) -> float:
     return min(bond.dissociation, bond.barrier)
 
 
-def reach(bond: Potential, energy: float, particles: int) -> float:
+class Lever(NamedTuple):
+    """
+    How the bonds of a piece move one of its end particles against its mean.
+
+    Attributes
+    ----------
+    particles : int
+        Of the piece.
+    total, squares : float
+        Sum of the weights w_i, and of their squares.
+    largest : float
+        The largest of them.
+    mass, whole : float
+        Of the end particle, and of the piece.
+    """
+
+    particles: int
+    total: float
+    squares: float
+    largest: float
+    mass: float
+    whole: float
+
+    @classmethod
+    def of_equal(cls, particles: int) -> "Lever":
+        """Return that of equal masses, 1 each."""
+        squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
+        largest = (particles - 1) / particles
+        return cls(particles, 0.5 * (particles - 1), squares, largest, 1.0, float(particles))
+
+    @classmethod
+    def of(cls, masses: NDArray[np.float64]) -> "Lever":
+        """Return that of the first particle of a piece with these masses."""
+        whole = float(np.sum(masses))
+        weights = np.cumsum(masses[:0:-1]) / whole
+        largest = float(np.max(weights, initial=0.0))
+        total, squares = float(np.sum(weights)), float(weights @ weights)
+        return cls(len(masses), total, squares, largest, float(masses[0]), whole)
+
+    @property
+    def rest(self) -> float:
+        """Mass of all but the end particle."""
+        return self.whole - self.mass
+
+
+def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     Return how far an end particle can get from where the mean of its piece has it.
 
@@ -54,26 +103,25 @@ def reach(bond: Potential, energy: float, particles: int) -> float:
         The bonds' potential.
     energy : float
         All energy that the bonds can have.
-    particles : int
-        Particles of the piece.
+    lever : Lever
+        Of the end particle.
 
     Returns
     -------
     float
         inf where the energy suffices to break a bond.
     """
-    if particles == 1 or energy <= 0.0:
+    if lever.particles == 1 or energy <= 0.0:
         return 0.0
     if energy >= breaking_energy(bond):
         return math.inf
     longest, softest = _extent(bond, _on_ladder(bond, energy))
-    squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
-    total = 0.5 * (particles - 1)
+    total = lever.total
     far = total * longest
     if softest > 0.0:
-        far = min(far, math.sqrt(2.0 * energy * squares / softest))
+        far = min(far, math.sqrt(2.0 * energy * lever.squares / softest))
     if longest <= bond.convex_strain:
-        mean = energy * (particles - 1) / (particles * total)
+        mean = energy * lever.largest / total
         far = min(far, total * _extent(bond, _on_ladder(bond, mean))[0])
     return far
 
@@ -88,7 +136,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
 @lru_cache(maxsize=8192)
 def _extent(bond: Potential, energy: float) -> tuple[float, float]:
     """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
-    lowest, longest = bond_strains(bond, energy)
+    lowest, longest = strain_range(bond, energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
     with np.errstate(divide="ignore"):  # a bond compressed to nothing
@@ -97,12 +145,13 @@ def _extent(bond: Potential, energy: float) -> tuple[float, float]:
 
 
 def escape_risk(
-    bond: Potential, energy: float, particles: int, speed: float, patience: float
+    bond: Potential, energy: float, lever: Lever, speed: float, patience: float
 ) -> float:
     r"""
     Estimate how likely a piece is to throw its end particle out with a speed.
 
-    The energy that takes is :math:`E^* = U(\infty) + \frac12 u^2 \frac{m}{m-1}`. Less than that is
+    The energy that takes is :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with the
+    masses :math:`m_1` of the particle and M of the piece. Less than that is
     a proof. More is judged as unimolecular decay is: of m - 1 vibrations that share the energy I
     freely, one has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration;
     and a piece that decays at all does so with that much in
@@ -116,8 +165,8 @@ def escape_risk(
         The bonds' potential.
     energy : float
         Internal energy.
-    particles : int
-        Particles of the piece.
+    lever : Lever
+        Of the end particle.
     speed : float
         Relative to the mean of the piece; no escape is possible with less than none.
     patience : float
@@ -128,19 +177,19 @@ def escape_risk(
     float
         Between 0 and 1.
     """
-    if particles == 1:
+    if lever.particles == 1:
         return 0.0
     if speed <= 0.0:
         return 1.0
     breaking = breaking_energy(bond)
     needed = breaking
     if math.isinf(bond.barrier):
-        needed += 0.5 * speed * speed * particles / (particles - 1)
+        needed += 0.5 * speed * speed * lever.whole / lever.rest * lever.mass
     if energy < needed:
         return 0.0
     if breaking == 0.0:
         return 1.0
-    freedoms = particles - 2
+    freedoms = lever.particles - 2
     decays = math.exp(freedoms * math.log1p(-needed / energy)) if energy > needed else 0.0
     part = (energy - needed) / (energy - breaking)
     times = energy / breaking

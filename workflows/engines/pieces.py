@@ -10,7 +10,8 @@ inflection, where the pull falls with the length. If the gap at a cut never gets
 .. math:: J \le \int_0^\infty U'(g + w t)\,dt = \frac{U(\infty) - U(g)}{w}
 
 at most, and since no particle moves faster in the frame of its piece than
-:math:`\sqrt{2 I}`, where I is the internal energy, :math:`\sqrt{2 I}` grows by J at most. Where the
+:math:`\sqrt{2 I/m}`, where I is the internal energy and m its mass, :math:`\sqrt{2 I}` grows by
+:math:`J/\sqrt m` at most. Where the
 gaps so worsened still grow as was assumed, they do so for ever: a proof.
 """
 
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.piece_bounds import PAID, VIBRATIONS, escape_risk, reach
+from chaincor.workflows.engines.piece_bounds import PAID, VIBRATIONS, Lever, escape_risk, reach
 
 Array = NDArray[np.float64]
 
@@ -42,21 +43,30 @@ class Pieces:
     ----------
     sizes : ndarray of shape (pieces,)
         Particles in each.
+    masses : ndarray of shape (n,)
+        Of all particles.
+    weights : ndarray of shape (pieces,)
+        Masses of the pieces.
     speeds : ndarray of shape (pieces,)
         Centre-of-mass velocities, positive away from the wall.
     energies : ndarray of shape (pieces,)
         Internal energies, with what pulls across the cuts can ever add.
     displacements : ndarray of shape (pieces,)
         Mean of x_i - (i - 1).
+    lever : Lever
+        Of particle 1 in the first piece.
     return_risk : float
         How likely the others are to disturb the first piece so that it meets the wall again: 0
         where that is ruled out.
     """
 
     sizes: NDArray[np.int64]
+    masses: Array
+    weights: Array
     speeds: Array
     energies: Array
     displacements: Array
+    lever: Lever
     return_risk: float
 
 
@@ -65,6 +75,7 @@ def find_pieces(
     strains: Array,
     velocities: Array,
     bond: Potential,
+    masses: Array | None = None,
 ) -> Pieces:
     """
     Cut a chain into as many pieces as move apart.
@@ -79,6 +90,8 @@ def find_pieces(
         Particle velocities, positive away from the wall.
     bond : Potential
         The bonds' potential.
+    masses : ndarray of shape (n,), optional
+        Of the particles; 1 by default.
 
     Returns
     -------
@@ -86,7 +99,7 @@ def find_pieces(
         One at least. Pieces that approach, or whose motion does not break the bond between them,
         are taken as one.
     """
-    chain = _Chain(first_displacement, strains, velocities, bond)
+    chain = _Chain(first_displacement, strains, velocities, bond, masses)
     cuts = np.empty(0, dtype=np.int64)
     if math.isfinite(bond.dissociation):
         cuts = np.flatnonzero(strains > bond.convex_strain)
@@ -111,6 +124,7 @@ class _Cutting:
 
     cuts: NDArray[np.int64]
     sizes: NDArray[np.int64]
+    weights: Array
     speeds: Array
     means: Array
     energies: Array
@@ -121,7 +135,16 @@ class _Cutting:
 class _Chain:
     """A state, with what all its partitions need."""
 
-    def __init__(self, first: float, strains: Array, velocities: Array, bond: Potential) -> None:
+    def __init__(
+        self,
+        first: float,
+        strains: Array,
+        velocities: Array,
+        bond: Potential,
+        masses: Array | None,
+    ) -> None:
+        self.equal = masses is None
+        self.masses = np.ones(len(velocities)) if masses is None else masses
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond
         self.patience = VIBRATIONS * len(velocities)
@@ -133,89 +156,126 @@ class _Chain:
         bond = self.bond
         starts = np.concatenate(([0], cuts + 1))
         sizes = np.diff(np.append(starts, len(self.velocities)))
-        speeds = np.add.reduceat(self.velocities, starts) / sizes
-        means = np.add.reduceat(self.displacements, starts) / sizes
+        weights = np.add.reduceat(self.masses, starts)
+        speeds = np.add.reduceat(self.masses * self.velocities, starts) / weights
+        means = np.add.reduceat(self.masses * self.displacements, starts) / weights
         inner = self.bond_energies.copy()
         inner[cuts] = 0.0
         with np.errstate(over="ignore"):
-            motion = 0.5 * (self.velocities - np.repeat(speeds, sizes)) ** 2
+            motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
             energies = ENERGY_MARGIN * np.add.reduceat(motion + inner, starts)
         if len(cuts) == 0:
             none = np.empty(0)
-            return _Cutting(cuts, sizes, speeds, means, energies, none.astype(bool), none)
+            apart = none.astype(bool)
+            return _Cutting(cuts, sizes, weights, speeds, means, energies, apart, none)
         opening = np.diff(speeds)
-        reduced = 1.0 / (1.0 / sizes[:-1] + 1.0 / sizes[1:])
+        reduced = 1.0 / (1.0 / weights[:-1] + 1.0 / weights[1:])
         binding = 0.5 * reduced * opening * np.abs(opening)
         binding += self.bond_energies[cuts] - bond.dissociation
         binding = np.where(opening > 0.0, binding, np.minimum(binding, -np.abs(opening)))
-        gaps, growths = self._gaps(cuts, sizes, means, speeds[:-1], speeds[1:], energies)
+        levers = self._levers(starts, sizes)
+        gaps, growths = self._gaps(cuts, levers, means, speeds[:-1], speeds[1:], energies)
         kept = _LEFT * growths
         apart = (gaps >= bond.convex_strain) & (kept > 0.0)
         pulls = _RESERVE * self._pull(gaps, kept, apart)
-        worse = self._worsened(energies, pulls)
+        worse = self._worsened(energies, pulls, levers)
         later, slower = self._gaps(
             cuts,
-            sizes,
+            levers,
             means,
-            speeds[:-1] + pulls / sizes[:-1],
-            speeds[1:] - pulls / sizes[1:],
+            speeds[:-1] + pulls / weights[:-1],
+            speeds[1:] - pulls / weights[1:],
             worse,
         )
         apart &= (later >= bond.convex_strain) & (slower >= kept)
         apart &= self._pull(later, kept, apart) <= pulls
         # Where nothing is proved, the pull is that of the present motion.
         present = self._pull(self.strains[cuts], _LEFT * opening, opening > 0.0)
-        worse = self._worsened(energies, np.where(apart, pulls, present))
-        return _Cutting(cuts, sizes, speeds, means, worse, apart, binding)
+        worse = self._worsened(energies, np.where(apart, pulls, present), levers)
+        return _Cutting(cuts, sizes, weights, speeds, means, worse, apart, binding)
 
     def judge(self, cutting: _Cutting) -> Pieces:
         """Work out how likely what happens at any cut is to reach the wall."""
         speeds, energies = cutting.speeds, cutting.energies
+        starts = np.concatenate(([0], cutting.cuts + 1))
+        levers = self._levers(starts, cutting.sizes)
         disturbed = 0.0
         for k in range(len(cutting.cuts) - 1, -1, -1):
             risk = 0.0
             if not cutting.apart[k]:
                 opening = float(speeds[k + 1] - speeds[k])
                 risk = max(
-                    self._escape(float(energies[j]), int(cutting.sizes[j]), opening)
-                    for j in (k, k + 1)
+                    self._escape(float(energy), lever, opening)
+                    for energy, lever in (
+                        (energies[k], levers[k][1]),
+                        (energies[k + 1], levers[k + 1][0]),
+                    )
                 )
             if disturbed > 0.0:
                 risk += disturbed * self._group_escape(cutting.cuts[k] + 1, float(speeds[k]))
             disturbed = min(risk, 1.0)
         if disturbed > 0.0:
             disturbed *= self._group_escape(0, 0.0)
-        return Pieces(cutting.sizes, speeds, energies, cutting.means, disturbed)
+        return Pieces(
+            cutting.sizes,
+            self.masses,
+            cutting.weights,
+            speeds,
+            energies,
+            cutting.means,
+            levers[0][0],
+            disturbed,
+        )
 
-    def _escape(self, energy: float, particles: int, speed: float) -> float:
-        return escape_risk(self.bond, energy, particles, speed, self.patience)
+    def _levers(
+        self, starts: NDArray[np.int64], sizes: NDArray[np.int64]
+    ) -> list[tuple[Lever, Lever]]:
+        """Return those of both ends of every piece."""
+        if self.equal:
+            return [(Lever.of_equal(size),) * 2 for size in sizes.tolist()]
+        pieces = [self.masses[a : a + m] for a, m in zip(starts, sizes, strict=True)]
+        return [(Lever.of(piece), Lever.of(piece[::-1])) for piece in pieces]
+
+    def _escape(self, energy: float, lever: Lever, speed: float) -> float:
+        return escape_risk(self.bond, energy, lever, speed, self.patience)
 
     def _group_escape(self, start: int, speed: float) -> float:
         """Return the risk that all from a particle on, taken as one, throw one back to a speed."""
-        velocities = self.velocities[start:]
-        mean = float(np.mean(velocities))
-        energy = 0.5 * float(np.sum((velocities - mean) ** 2))
+        velocities, masses = self.velocities[start:], self.masses[start:]
+        mean = float(np.sum(masses * velocities)) / float(np.sum(masses))
+        energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
         energy += float(np.sum(self.bond_energies[start:]))
-        return self._escape(ENERGY_MARGIN * energy, len(velocities), mean - speed)
+        lever = Lever.of_equal(len(velocities)) if self.equal else Lever.of(masses)
+        return self._escape(ENERGY_MARGIN * energy, lever, mean - speed)
 
-    def _gaps(self, cuts, sizes, means, behind, ahead, energies) -> tuple[Array, Array]:
+    def _gaps(
+        self,
+        cuts: NDArray[np.int64],
+        levers: list[tuple[Lever, Lever]],
+        means: Array,
+        behind: Array,
+        ahead: Array,
+        energies: Array,
+    ) -> tuple[Array, Array]:
         """Return strains of the cut bonds, and their growth, that no motion can fall below."""
-        ends = np.array([self._end(*each) for each in zip(energies, sizes, strict=True)])
-        fixed, escape = ends[:, 0], ends[:, 1]
+        far = zip(energies[:-1], levers[:-1], strict=True)
+        near = zip(energies[1:], levers[1:], strict=True)
+        last = np.array([self._end(float(energy), lever[1]) for energy, lever in far])
+        first = np.array([self._end(float(energy), lever[0]) for energy, lever in near])
         # Displacements now, where they are beyond what is reckoned with.
-        back = np.maximum(fixed[:-1], self.displacements[cuts] - means[:-1])
-        front = np.maximum(fixed[1:], means[1:] - self.displacements[cuts + 1])
+        back = np.maximum(last[:, 0], self.displacements[cuts] - means[:-1])
+        front = np.maximum(first[:, 0], means[1:] - self.displacements[cuts + 1])
         gaps = (means[1:] - front) - (means[:-1] + back)
-        return gaps, ahead - behind - escape[1:] - escape[:-1]
+        return gaps, ahead - behind - first[:, 1] - last[:, 1]
 
-    def _end(self, energy: float, particles: int) -> tuple[float, float]:
+    def _end(self, energy: float, lever: Lever) -> tuple[float, float]:
         """Return how far an end particle gets, and how fast it leaves beyond that."""
         bond = self.bond
-        if energy < PAID * bond.dissociation or particles == 1:
-            return reach(bond, energy, int(particles)), 0.0
+        if energy < PAID * bond.dissociation or lever.particles == 1:
+            return reach(bond, energy, lever), 0.0
         paid = PAID * bond.dissociation
-        rest = 2.0 * (energy - paid) * (particles - 1) / particles
-        return reach(bond, paid, int(particles)), math.sqrt(rest)
+        rest = 2.0 * (energy - paid) * lever.rest / lever.whole / lever.mass
+        return reach(bond, paid, lever), math.sqrt(rest)
 
     def _pull(self, gaps: Array, growths: Array, where: NDArray[np.bool_]) -> Array:
         """Return the momentum that the pull across gaps gives in all the future."""
@@ -224,18 +284,21 @@ class _Chain:
         return np.where(where, (bond.dissociation - bond.energy(gaps)) / growths, 0.0)
 
     @staticmethod
-    def _worsened(energies: Array, pulls: Array) -> Array:
+    def _worsened(energies: Array, pulls: Array, levers: list[tuple[Lever, Lever]]) -> Array:
         """Return internal energies with what pulls from both sides add."""
-        sides = np.append(0.0, pulls) + np.append(pulls, 0.0)
+        first, last = (np.array([lever[end].mass for lever in levers]) ** -0.5 for end in (0, 1))
+        sides = np.append(0.0, pulls) * first + np.append(pulls, 0.0) * last
         return 0.5 * (np.sqrt(2.0 * energies) + sides) ** 2
 
 
-def count_fragments(strains: Array, velocities: Array, bond: Potential) -> int:
+def count_fragments(
+    strains: Array, velocities: Array, bond: Potential, masses: Array | None = None
+) -> int:
     """
     Return how many connected pieces a chain has at a moment.
 
     A bond counts as broken while it stretches and the energy of the relative motion of its ends
-    (reduced mass 1/2) plus U exceeds dissociation.
+    (of equal masses 1: reduced mass 1/2) plus U exceeds dissociation.
 
     Parameters
     ----------
@@ -245,6 +308,8 @@ def count_fragments(strains: Array, velocities: Array, bond: Potential) -> int:
         Particle velocities.
     bond : Potential
         The bonds' potential.
+    masses : ndarray of shape (n,), optional
+        Of the particles; 1 by default.
 
     Returns
     -------
@@ -254,6 +319,7 @@ def count_fragments(strains: Array, velocities: Array, bond: Potential) -> int:
     if math.isinf(bond.dissociation):
         return 1
     opening = np.diff(velocities)
-    relative = 0.25 * opening**2 + bond.energy(strains)
+    reduced = 0.5 if masses is None else 1.0 / (1.0 / masses[1:] + 1.0 / masses[:-1])
+    relative = 0.5 * reduced * opening**2 + bond.energy(strains)
     broken = (strains > 0.0) & (opening > 0.0) & (relative > bond.dissociation)
     return 1 + int(np.count_nonzero(broken))

@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import RunError
 
@@ -30,6 +33,14 @@ class Replay:
     numerics: Numerics | None
     accuracy: float | None
 
+    @property
+    def masses(self) -> NDArray[np.float64]:
+        """Of all particles: the chain's, then those of a free target."""
+        line = self.scene.line
+        if line is None:
+            return np.ones(self.scene.particles)
+        return np.concatenate((line.chain_masses, line.target_masses))
+
     def record(self, interval: float) -> Frames:
         """
         Carry the collision out again, and keep frames.
@@ -50,7 +61,7 @@ class Replay:
             If the run was the limit of hard spheres, which has no motion of bonds; otherwise as
             the engine.
         """
-        scene = self.scene.without("dump", "dump_frames", "save", "arrays")
+        scene = self.scene.without(*FILE_KEYS)
         frames = self._run(scene, interval).frames
         assert frames is not None
         return frames

@@ -44,7 +44,9 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
         The arithmetic's floor, which grows with n, and for absolute coordinates n eps/v0 times
         what was measured.
     """
-    n, v0 = scene.particles, scene.impact_velocity
+    n = scene.particles + (scene.target_particles or 0)
+    # A displacement is of order v0 times the time of a vibration.
+    v0 = scene.impact_velocity / scene.slow_stiffness**0.5
     arithmetic = ARITHMETIC_FLOOR * n
     if engine != "lammps":
         return arithmetic
@@ -96,5 +98,6 @@ def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
         The jitter with a reserve; for LAMMPS, times how much more coarsely coordinates are rounded
         than strains.
     """
-    coarser = scene.particles / scene.impact_velocity if engine == "lammps" else 1.0
+    n = scene.particles + (scene.target_particles or 0)
+    coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0
     return JITTER_SENSITIVITY * jitter * coarser

@@ -6,7 +6,7 @@ from typing import Any
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.schema import PLAIN_COLUMNS, SCENE_KEYS
+from chaincor.workflows.store.schema import BODY_COLUMNS, PLAIN_COLUMNS, SCENE_KEYS
 
 _PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
@@ -28,8 +28,10 @@ def query_rows(
     store : Store
         The store.
     columns : sequence of str
-        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, ``parameters.a`` for
-        the parameter a of a formula, or ``scene``, the JSON text of the canonical scene.
+        Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
+        text of the canonical scene; ``masses.2`` is the mass of particle 2 of the chain, counted
+        from the contact outward, ``target_masses.1`` that of the target's first particle,
+        ``parameters.a`` the parameter a of a formula.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
         ``failure=``, stands for a field that is not there.
@@ -93,9 +95,29 @@ def _number_or_text(value: str) -> float | str:
         return {"true": 1.0, "false": 0.0}.get(value.lower(), value)
 
 
+# A mass of one particle: which body, and which of its particles, counted from 1.
+ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
+
+
 def _quoted(name: str) -> str:
+    """Return what stands for a column in a query."""
     if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
         return f"json_extract(scene, '$.{name}')"
+    if name in BODY_COLUMNS:
+        return BODY_COLUMNS[name]
+    if one := ONE_MASS.fullmatch(name):
+        return _mass(one[1], int(one[2]))
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
+
+
+def _mass(masses: str, particle: int) -> str:
+    """Return the mass of one particle: lists repeat; a chain that names none has masses 1."""
+    place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
+    body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
+    return (
+        f"CASE WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
+        f"WHEN json_type(scene, '$.{masses}') IS NULL THEN {absent} "
+        f"WHEN json_type(scene, '$.{masses}') = 'array' THEN json_extract(scene, {place}) END"
+    )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
+from chaincor.lammps_inputs.scene_file import from_folder
 from chaincor.workflows.errors import SweepError
 
 # An axis over the key drops these from the base scene, which they would contradict.
@@ -68,10 +69,8 @@ class SweepPoints(Sequence[Scene]):
         dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
         fields = {key: value for key, value in self.base.items() if key not in dropped} | point
         _fold_parameters(fields)
-        if isinstance(fields.get("bond_file"), str):
-            fields["bond_file"] = self._folder / fields["bond_file"]
         try:
-            return Scene(**fields)
+            return Scene(**from_folder(fields, self._folder))
         except (PotentialError, SceneError) as error:
             shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
             raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None

@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
-from chaincor.lammps_inputs.bonds.potential import bond_strains
+from chaincor.lammps_inputs.bonds.potential import strain_range
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.workflows.engines.piece_bounds import escape_risk, reach
+from chaincor.workflows.engines.piece_bounds import Lever, escape_risk, reach
 from chaincor.workflows.engines.pieces import count_fragments, find_pieces
 
 LJ = LennardJones()
@@ -61,7 +61,7 @@ class TestPieces:
 @pytest.mark.parametrize("bond", BONDS, ids=NAMES)
 @pytest.mark.parametrize("energy", [1e-6, 1e-3, 0.01, 0.1])
 def test_the_strains_of_an_energy(bond, energy):
-    shortest, longest = bond_strains(bond, energy)
+    shortest, longest = strain_range(bond, energy)
 
     def missing(strain):
         return float(bond.energy(strain)) - energy
@@ -102,7 +102,7 @@ def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
         )
         if float(np.sum(bond.energy(found.x))) <= energy * (1.0 + 1e-9):
             farthest = max(farthest, float(weights @ found.x))
-    bound = reach(bond, energy, particles)
+    bound = reach(bond, energy, Lever.of_equal(particles))
     assert farthest > 0.3 * scale
     assert farthest <= bound * (1.0 + 1e-9)
     # A bound that says something; of one spring it is the amplitude itself, to the grid's 1e-3.
@@ -112,9 +112,9 @@ def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
 
 
 def test_reach_ends_where_bonds_may_break():
-    assert reach(LJ, LJ.dissociation, 3) == math.inf
-    assert reach(LJ, 1.0, 1) == 0.0
-    assert math.isfinite(reach(LJ, 0.999 * LJ.dissociation, 3))
+    assert reach(LJ, LJ.dissociation, Lever.of_equal(3)) == math.inf
+    assert reach(LJ, 1.0, Lever.of_equal(1)) == 0.0
+    assert math.isfinite(reach(LJ, 0.999 * LJ.dissociation, Lever.of_equal(3)))
 
 
 @pytest.mark.parametrize("particles", [2, 3, 7])
@@ -133,16 +133,16 @@ def test_the_least_energy_of_an_escape(particles, speed):
     )
     least = LJ.dissociation + found.fun * speed**2
     step = 1e-6 * (least - LJ.dissociation)
-    assert escape_risk(LJ, least - step, particles, speed, 1e9) == 0.0
-    assert escape_risk(LJ, 1.5 * least, particles, speed, 1e9) > 0.0
-    assert escape_risk(LJ, least, particles, 0.0, 1.0) == 1.0
+    assert escape_risk(LJ, least - step, Lever.of_equal(particles), speed, 1e9) == 0.0
+    assert escape_risk(LJ, 1.5 * least, Lever.of_equal(particles), speed, 1e9) > 0.0
+    assert escape_risk(LJ, least, Lever.of_equal(particles), 0.0, 1.0) == 1.0
 
 
 def test_a_bond_over_its_barrier_brings_particle_1_back_at_any_speed():
     # Two particles have one bond, which holds all the energy again and again.
     bond = Power(3, -1.0)
-    assert escape_risk(bond, 1.01 * bond.barrier, 2, 100.0, 1.0) == 1.0
-    assert escape_risk(bond, 0.99 * bond.barrier, 2, 0.01, 1e9) == 0.0
+    assert escape_risk(bond, 1.01 * bond.barrier, Lever.of_equal(2), 100.0, 1.0) == 1.0
+    assert escape_risk(bond, 0.99 * bond.barrier, Lever.of_equal(2), 0.01, 1e9) == 0.0
 
 
 def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
@@ -152,14 +152,14 @@ def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
     shares = np.random.default_rng(2).dirichlet(np.ones(particles - 1), 100_000)
     often = float(np.mean(shares[:, 0] > needed / energy))
     deviation = math.sqrt(often / len(shares))
-    risk = escape_risk(LJ, energy, particles, speed, 1.0)
+    risk = escape_risk(LJ, energy, Lever.of_equal(particles), speed, 1.0)
     assert risk == pytest.approx(often, abs=4.0 * deviation)
 
 
 def test_the_risk_never_falls_with_energy_or_patience():
     energies = np.linspace(0.01, 0.2, 60)
     for patience in (1.0, 600.0):
-        risks = [escape_risk(LJ, energy, 6, 0.1, patience) for energy in energies]
+        risks = [escape_risk(LJ, energy, Lever.of_equal(6), 0.1, patience) for energy in energies]
         assert np.all(np.diff(risks) >= 0.0)
         assert 0.0 == risks[0] < risks[-1] <= 1.0
 

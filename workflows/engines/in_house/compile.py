@@ -72,7 +72,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
-    def function(strain, _parameters):
+    def function(strain: float, _parameters: tuple[float, ...]) -> float:
         return single(strain)
 
     return ScalarForce(function, bond.parameters, keep=False)
@@ -135,6 +135,14 @@ class LoopCompiler:
         # Inlined: a call that hands arrays over costs as much as a short loop.
         return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
 
+    def register_long(self, function: Callable) -> Callable:
+        """
+        Register a function that works for so long that calls of it cost nothing.
+
+        Written out wherever it is called, it would take the compiler twice the time.
+        """
+        return register_jitable(**OPTIONS)(self._own(function))
+
     def compile(self, function: Callable) -> Callable:
         """
         Compile a function that Python calls.
@@ -153,8 +161,12 @@ class LoopCompiler:
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)
+        code = function.__code__
+        # Pickled alike whether it was just compiled, where both names of its file are one object,
+        # or loaded as bytecode, where they are not.
+        file = function.__globals__.get("__file__", code.co_filename)
         copy = FunctionType(
-            function.__code__,
+            code.replace(co_filename=file),
             function.__globals__,
             function.__name__,
             function.__defaults__,

@@ -15,7 +15,7 @@ from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.finish import strain_error, unfinished_error
 
 # Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
-_STEP = 0.3
+STEP = 0.3
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def follow(
     """
     bond = scene.bond
     stiffest = max(float(bond.curvature(shortest - 1.0)), bond.stiffness)
-    step = _STEP / math.sqrt(stiffest)
+    step = STEP / math.sqrt(stiffest)
     stepper = Stepper.of(bond, "order8", step)
     chain = Chain.in_flight(scene, stepper.scheme, displacements, velocities)
     chain.ledger.last_contact = last_contact - now

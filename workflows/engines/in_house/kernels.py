@@ -13,7 +13,7 @@ from chaincor.workflows.engines.in_house.stages import array_stages, looped_stag
 from chaincor.workflows.engines.schemes import StepScheme
 
 # Loops of so many forces stay loaded: named ones come back from disk, others are compiled again.
-_KEPT = 64
+KEPT = 64
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
     return _kernels_for(bond, scheme.build_leap)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=KEPT)
 def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
@@ -67,7 +67,7 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
         coast = _compile_coast(force.function, force.keep)
         return Kernels(advance, coast, force.parameters, compiled=True)
 
-    def first_force(strain, _parameters):
+    def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
     stages = array_stages(bond)
@@ -75,7 +75,7 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
     return Kernels(advance, build_coast(stages), bond.parameters, compiled=False)
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=KEPT)
 def _compile(function: Callable, keep: bool, build_leap: Callable) -> Callable:
     # Per function, not per bond: toda bonds of any steepness share their loops.
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
@@ -85,7 +85,7 @@ def _compile(function: Callable, keep: bool, build_leap: Callable) -> Callable:
     return compiler.compile(build_motion(kernel, register(build_leap(stages)), stages, register))
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=KEPT)
 def _compile_coast(function: Callable, keep: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)

@@ -22,6 +22,7 @@ from chaincor.workflows.engines.in_house.finish import (
     strain_error,
     unfinished_error,
 )
+from chaincor.workflows.engines.in_house.lines.running import run_line
 from chaincor.workflows.engines.outcome import Frames, Outcome
 
 # A run that is compared with another goes on for so long after the other's last contact, in units
@@ -73,6 +74,8 @@ def run(
     TimestepError
         If the step is too large for the bonds it must resolve.
     """
+    if scene.line is not None:
+        return run_line(scene, numerics, frame_interval, known, follow)
     if scene.particles == 1:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
     stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)

@@ -1,0 +1,119 @@
+"""The state a chain comes with, from a CSV file: positions or strains, velocities, masses."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.small_file import read_small_file
+
+Array = NDArray[np.float64]
+
+# Larger numbers have no squares.
+_LARGEST = 1e100
+_PLACES = ("position", "strain")
+COLUMNS = (*_PLACES, "velocity", "mass")
+
+
+@dataclass(frozen=True, eq=False)
+class InitialState:
+    """
+    What a chain comes with, from the contact outward.
+
+    Attributes
+    ----------
+    gap : float
+        Distance of particle 1 from the target.
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+    velocities : ndarray of shape (n,) or None
+        Positive away from the target; None where the scene's speed is that of all.
+    masses : ndarray of shape (n,) or None
+        None where the scene says.
+    """
+
+    gap: float
+    strains: Array
+    velocities: Array | None
+    masses: Array | None
+
+
+def read_initial_state(path: Path) -> InitialState:
+    """
+    Read the state of a chain.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        A CSV file with a header and a row for each particle, that nearest the target first.
+        Columns: ``position``, the distance from the target (the wall at x = 0), or ``strain``, how
+        much farther the particle is from the one before than it is at rest (in the first row: its
+        distance from the target); ``velocity``, positive away from the target, and ``mass``, which
+        may be left out.
+
+    Returns
+    -------
+    InitialState
+        The state.
+
+    Raises
+    ------
+    SceneError
+        One line that names the file, the row and what is wrong.
+    """
+    columns = _read_columns(path)
+    if "position" in columns:
+        positions = columns["position"]
+        places = np.concatenate((positions[:1], np.diff(positions) - 1.0))
+    else:
+        places = columns["strain"]
+    if places[0] < 0.0:
+        raise SceneError(
+            f"initial {str(path)!r} has particle 1 at {places[0]:g}, inside the target; expected "
+            "0 or more"
+        )
+    shortest = int(np.argmin(places[1:])) if len(places) > 1 else 0
+    if len(places) > 1 and places[1 + shortest] <= -1.0:
+        raise SceneError(
+            f"initial {str(path)!r} has no room between particles {shortest + 1} and "
+            f"{shortest + 2}; expected positions that rise from the target outward"
+        )
+    masses = columns.get("mass")
+    if masses is not None and np.min(masses) <= 0.0:
+        raise SceneError(f"initial {str(path)!r} has a mass of {np.min(masses):g}; expected > 0")
+    return InitialState(float(places[0]), places[1:], columns.get("velocity"), masses)
+
+
+def _read_columns(path: Path) -> dict[str, Array]:
+    try:
+        lines = read_small_file(path).splitlines()
+        rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise SceneError(f"cannot read initial {str(path)!r}: {reason}") from None
+    names = [cell.strip() for cell in rows[0]] if rows else []
+    unknown = [name for name in names if name not in COLUMNS]
+    if unknown or len(set(names)) < len(names) or sum(name in _PLACES for name in names) != 1:
+        raise SceneError(
+            f"initial {str(path)!r} has the columns {', '.join(names)[:80]!r}; expected a "
+            "header with position or strain, and velocity, mass or neither"
+        )
+    if len(rows) < 2:
+        raise SceneError(f"initial {str(path)!r} has no particles; expected a row for each")
+    values = []
+    for number, row in enumerate(rows[1:], 1):
+        try:
+            if len(row) != len(names):
+                raise ValueError
+            values.append([float(cell) for cell in row])
+            if not np.all(np.abs(values[-1]) <= _LARGEST):
+                raise ValueError
+        except ValueError:
+            raise SceneError(
+                f"initial {str(path)!r} has {','.join(row)[:60]!r} for particle {number}; expected "
+                f"{len(names)} numbers, of {_LARGEST:g} at most: {', '.join(names)}"
+            ) from None
+    return dict(zip(names, np.array(values).T, strict=True))

@@ -1,0 +1,137 @@
+r"""
+Two bodies on a line: a chain, and the target it hits, which is one line with a contact in it.
+
+All particles stand along x, from the far end of the target to the far end of the chain, neighbours
+joined by bonds, but for one gap: there lies the contact. The rigid wall is a target of one particle
+with infinite mass, whose inverse, 0, is all that the motion needs. What both bodies come with
+(strains, velocities, the gap) is data.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    r"""
+    All particles of a collision, along x.
+
+    Attributes
+    ----------
+    masses : ndarray of shape (N,)
+        Along x: the target from its far end to the contact, then the chain; inf for a rigid wall.
+    first : int
+        Where particle 1 of the chain stands: the number of particles of the target.
+    strains : ndarray of shape (N - 1,)
+        At the start: bond lengths less one; at ``first - 1`` the gap, which is not negative.
+    velocities : ndarray of shape (N,)
+        At the start, along x: the chain comes with negative ones.
+    contact_stiffness : float
+        K of the repulsion :math:`K d^q` of an overlap d; 0 for hard bodies.
+    contact_exponent : float
+        q.
+    """
+
+    masses: Array
+    first: int
+    strains: Array
+    velocities: Array
+    contact_stiffness: float = 0.0
+    contact_exponent: float = 1.5
+
+    @property
+    def soft(self) -> bool:
+        """Whether the bodies overlap when they meet."""
+        return self.contact_stiffness > 0.0
+
+    @property
+    def smooth(self) -> bool:
+        """Whether the contact has all derivatives while it lasts: hard, or of a whole power."""
+        return not self.soft or float(self.contact_exponent).is_integer()
+
+    @property
+    def rigid(self) -> bool:
+        """Whether the target is the wall."""
+        return bool(np.isinf(self.masses[0]))
+
+    @property
+    def gap(self) -> int:
+        """Where among the strains the gap is."""
+        return self.first - 1
+
+    @property
+    def targets(self) -> int:
+        """Particles of the target; 0 for the wall."""
+        return 0 if self.rigid else self.first
+
+    @cached_property
+    def inverse_masses(self) -> Array:
+        """1/m along x."""
+        return 1.0 / self.masses
+
+    @property
+    def chain_masses(self) -> Array:
+        """Of the chain, from the contact outward."""
+        return self.masses[self.first :]
+
+    @property
+    def target_masses(self) -> Array:
+        """Of the target, from the contact outward; empty for the wall."""
+        return self.masses[: self.targets][::-1]
+
+    @cached_property
+    def contact_mass(self) -> float:
+        """Reduced mass of the two particles that meet."""
+        return float(1.0 / (self.inverse_masses[self.gap] + self.inverse_masses[self.first]))
+
+    @cached_property
+    def reduced_mass(self) -> float:
+        """Of the two bodies."""
+        inverse = 1.0 / float(np.sum(self.chain_masses))
+        if not self.rigid:
+            inverse += 1.0 / float(np.sum(self.target_masses))
+        return 1.0 / inverse
+
+    @cached_property
+    def lightest(self) -> float:
+        """Mass of the lightest particle that has a bond, or meets a soft body."""
+        return float(np.min(self._bonded()))
+
+    @cached_property
+    def mean_mass(self) -> float:
+        """Mean mass of a particle of the slower body: sound crosses that at sqrt(k/m)."""
+        bodies = [self.chain_masses] + ([self.target_masses] if self.targets > 1 else [])
+        return max(float(np.mean(masses)) for masses in bodies)
+
+    def _bonded(self) -> Array:
+        whole = self.soft or self.targets > 1
+        masses = self.masses if whole and not self.rigid else self.chain_masses
+        if len(self.chain_masses) == 1 and not self.soft and self.targets > 1:
+            masses = self.target_masses
+        return masses
+
+    def separation(self, velocities: Array) -> float:
+        r"""
+        Return how fast the bodies move apart.
+
+        Parameters
+        ----------
+        velocities : ndarray of shape (N,)
+            Along x.
+
+        Returns
+        -------
+        float
+            Velocity of the chain's centre of mass less that of the target's.
+        """
+        chain = self.chain_masses
+        speed = float(chain @ velocities[self.first :]) / float(np.sum(chain))
+        if not self.rigid:
+            target = self.masses[: self.first]
+            speed -= float(target @ velocities[: self.first]) / float(np.sum(target))
+        return speed

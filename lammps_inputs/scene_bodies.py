@@ -1,0 +1,149 @@
+"""What collides, beyond a cold chain of unit masses and a hard wall: from a scene to a line."""
+
+import hashlib
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.small_file import read_small_file
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
+
+BODY_KEYS = (
+    "masses",
+    "target_particles",
+    "target_masses",
+    "contact",
+    "contact_stiffness",
+    "contact_exponent",
+    "initial",
+    "compression",
+)
+DEFAULT_CONTACT_STIFFNESS = 1.0
+DEFAULT_CONTACT_EXPONENT = 1.5
+# Lists of masses longer than this are known by their hash.
+_LONGEST_LIST = 64
+
+
+def read_masses(value: Any) -> Any:
+    """
+    Return masses as a list: from one, from a text such as ``1,2``, or from a file of numbers.
+
+    ValueError, one line, where a text is neither.
+    """
+    if isinstance(value, bool):
+        raise ValueError("expected masses, such as 1,2")
+    if isinstance(value, int | float):
+        return [value]
+    if isinstance(value, np.ndarray):
+        return value.ravel().tolist()
+    if isinstance(value, list | tuple) and any(isinstance(mass, bool) for mass in value):
+        raise ValueError("expected masses, such as 1,2")
+    if not isinstance(value, str | Path):
+        return value
+    if isinstance(value, str) and (masses := masses_in(value)) is not None:
+        return masses
+    try:
+        text = read_small_file(Path(value))
+        return [float(part) for part in text.replace(",", " ").split()]
+    except (OSError, ValueError):
+        raise ValueError(
+            "expected numbers with commas between them, such as 1,2, or a file of numbers"
+        ) from None
+
+
+def masses_in(text: str) -> list[float] | None:
+    """Return the masses in a text such as ``1,2``; None where it is none of them."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        return None
+
+
+def chain_masses(scene: "Scene") -> NDArray[np.float64]:
+    """Return the masses of the chain's particles, of shape (n,), from the contact outward."""
+    state = scene.initial_state
+    if state is not None and state.masses is not None:
+        return state.masses
+    return np.resize(np.array(scene.masses or (1.0,)), scene.particles)
+
+
+def line_of(scene: "Scene") -> Line | None:
+    """Return both bodies of a scene; None where the plain engines know all that it asks for."""
+    if not given_bodies(scene):
+        return None
+    masses, target = chain_masses(scene), np.array([math.inf])
+    if scene.target_particles is not None:
+        target = np.resize(np.array(scene.target_masses or (1.0,)), scene.target_particles)[::-1]
+    state = scene.initial_state
+    gap, strains = 0.0, np.full(scene.particles - 1, -(scene.compression or 0.0))
+    velocities = np.full(scene.particles, -scene.impact_velocity)
+    if state is not None:
+        gap, strains = state.gap, state.strains
+        velocities = velocities if state.velocities is None else state.velocities
+    soft = scene.contact == "power"
+    plain = scene.target_particles is None and not soft and state is None
+    if plain and not np.any(strains) and np.all(masses == 1.0):
+        return None
+    return Line(
+        masses=np.concatenate((target, masses)),
+        first=len(target),
+        strains=np.concatenate((np.zeros(len(target) - 1), [gap], strains)),
+        velocities=np.concatenate((np.zeros(len(target)), velocities)),
+        contact_stiffness=(scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS) if soft else 0.0,
+        contact_exponent=scene.contact_exponent or DEFAULT_CONTACT_EXPONENT,
+    )
+
+
+def given_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return what a scene says of its bodies, as it was given."""
+    given = {key: getattr(scene, key) for key in BODY_KEYS}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def plain_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return the same as JSON knows it."""
+    return {k: str(v) if isinstance(v, Path) else v for k, v in given_bodies(scene).items()}
+
+
+def body_fields(scene: "Scene") -> dict[str, Any]:
+    """Return what a scene says of its bodies in one way of many to write it (JSON-ready)."""
+    line = scene.line
+    if line is None:
+        return {}
+    fields: dict[str, Any] = {"masses": _period(line.chain_masses)}
+    if not line.rigid:
+        fields |= {"target_particles": line.first, "target_masses": _period(line.target_masses)}
+    if line.soft:
+        fields["contact"] = [line.contact_stiffness, line.contact_exponent]
+    if scene.initial is not None:
+        # Not of the file, which may have been written otherwise, or over, since it was read.
+        state = np.concatenate((line.strains[line.gap :], line.velocities[line.first :]))
+        fields["initial"] = _digest(state)
+    elif scene.compression:
+        fields["compression"] = scene.compression
+    return fields
+
+
+def _period(masses: NDArray[np.float64]) -> list[float] | str:
+    """Return the shortest list that the masses repeat, or a hash of a long one."""
+    count = len(masses)
+    period = next(
+        (p for p in range(1, min(count, _LONGEST_LIST) + 1) if _repeats(masses, p)), count
+    )
+    if period > _LONGEST_LIST:
+        return _digest(masses)
+    return [float(mass) for mass in masses[:period]]
+
+
+def _digest(values: NDArray[np.float64]) -> str:
+    return hashlib.sha256(values.astype("<f8").tobytes()).hexdigest()
+
+
+def _repeats(masses: NDArray[np.float64], period: int) -> bool:
+    return bool(np.array_equal(masses[period:], masses[:-period]))

@@ -1,0 +1,1 @@
+"""The stepping engine for two bodies on a line: unequal masses, free targets, soft contacts."""

@@ -1,0 +1,192 @@
+r"""
+One Verlet step of two bodies on a line, as loops for the compiler and as NumPy expressions.
+
+State is what :class:`chaincor.lammps_inputs.line.Line` begins with: the strains of all bonds along
+x, the gap g among them, and the velocities. The step is that of ``stages``,
+
+.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
+
+in which the gap has the force :math:`K (-g)^q` where the bodies overlap, and none elsewhere.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+from chaincor.workflows.engines.in_house.stages import (
+    Array,
+    Stages,
+    State,
+    array_stages,
+    looped_stages,
+)
+
+
+class LineParameters(NamedTuple):
+    """
+    What the forces on a line and their effect depend on.
+
+    Attributes
+    ----------
+    bond : tuple of float
+        Of the potential's kernel.
+    inverse : ndarray of shape (N,)
+        1/m along x; 0 for a rigid wall.
+    gap : int
+        Where among the strains the gap is.
+    stiffness, exponent : float
+        K and q of the contact.
+    """
+
+    bond: Any
+    inverse: NDArray[np.float64]
+    gap: int
+    stiffness: float
+    exponent: float
+
+    @classmethod
+    def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
+        """Return those of a line, with the parameters of its bonds' kernel."""
+        inverse, gap = line.inverse_masses.copy(), line.gap
+        return cls(bond, inverse, gap, line.contact_stiffness, line.contact_exponent)
+
+    def near(self, begin: int, end: int) -> "LineParameters":
+        """Return those of some particles of the line, the contact among them."""
+        return self._replace(inverse=self.inverse[begin:end], gap=self.gap - begin)
+
+
+def contact_force(gap: float, stiffness: float, exponent: float) -> float:
+    """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
+    return stiffness * (-gap) ** exponent if gap < 0.0 else 0.0
+
+
+def looped_line_stages(force: Callable, register: Callable) -> Stages:
+    """
+    Return the stages as loops, for a compiler.
+
+    Parameters
+    ----------
+    force : callable
+        -dU/dr of one strain: ``force(strain, parameters)``; known to the compiler.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
+
+    Returns
+    -------
+    Stages
+        The loops; `parameters` are `LineParameters`.
+    """
+    plain = looped_stages(force, register)
+    push = register(contact_force)
+
+    # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more than
+    # its force.
+    @register
+    def bonds_from(
+        begin: int,
+        end: int,
+        behind: float,
+        old: State,
+        strain: Array,
+        velocity: Array,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> float:
+        old_strain, old_velocity = old
+        bond, inverse = parameters.bond, parameters.inverse
+        for i in range(begin, end):
+            stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, bond)
+            velocity[i] = old_velocity[i] + kick * inverse[i] * (behind - ahead)
+            behind = ahead
+        return behind
+
+    @register
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
+        old_strain, old_velocity = old
+        gap, inverse = parameters.gap, parameters.inverse
+        behind = bonds_from(0, gap, 0.0, old, strain, velocity, drift, kick, parameters)
+        opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
+        strain[gap] = opened
+        ahead = push(opened, parameters.stiffness, parameters.exponent)
+        velocity[gap] = old_velocity[gap] + kick * inverse[gap] * (behind - ahead)
+        behind = bonds_from(gap + 1, bonds, ahead, old, strain, velocity, drift, kick, parameters)
+        velocity[bonds] = old_velocity[bonds] + kick * inverse[bonds] * behind
+
+    @register
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
+        start((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
+
+    return plain._replace(start=start, stage=stage)
+
+
+def array_line_stages(bond: Potential) -> Stages:
+    """
+    Return the stages in NumPy, for forces that cannot be compiled.
+
+    Parameters
+    ----------
+    bond : Potential
+        Its `force` is called with arrays.
+
+    Returns
+    -------
+    Stages
+        The same as NumPy expressions.
+    """
+    plain = array_stages(bond)
+
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
+        plain.copy(old.strain, old.velocity, State(strain, velocity), bonds)
+        stage(strain, velocity, bonds, drift, kick, parameters)
+
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        time: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
+        plain.drift(strain, velocity, bonds, time)
+        gap = parameters.gap
+        forces = np.concatenate(
+            (
+                bond.force(strain[:gap]),
+                [contact_force(strain[gap], parameters.stiffness, parameters.exponent)],
+                bond.force(strain[gap + 1 : bonds]),
+            )
+        )
+        pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
+        velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
+
+    return plain._replace(start=start, stage=stage)
