@@ -20,8 +20,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.store.stored_collision import StoredCollision
 from chaincor.workflows.sweep.execution import run_scenes
 
-# The slower body needs no chain at all beyond this: n = 2 has its minimum at 1.43447.
-_RATIOS = np.geomspace(0.1, 10.0, 81).round(6).tolist()
+# Ratios of two particles lie densely: their curve has corners. Its minimum is at 1.43447.
+_RATIOS = {2: 401, 10: 161, 50: 81}
+_LEAST_OF_TWO = 1.43447
 _ROD = 24
 _LENGTHS = (*range(6, 24, 2), *range(24, 49, 3), 64, 96)
 _DEFECT_CHAIN = 50
@@ -41,8 +42,9 @@ class Point:
 
 def diatomic_points(common: dict[str, Any]) -> Iterator[Point]:
     """Yield chains of two kinds of particles: mass of those at odd places over that of the rest."""
-    for particles in (2, 10, 50):
-        for ratio in _RATIOS:
+    for particles, count in _RATIOS.items():
+        ratios = [*np.geomspace(0.1, 10.0, count).round(6).tolist(), _LEAST_OF_TWO]
+        for ratio in sorted(ratios):
             scene = Scene(
                 potential="harmonic",
                 velocity=0.1,
@@ -103,18 +105,22 @@ def draw(
     """Draw e over x, each curve with its bars, into a file."""
     figure, ax = new_figure()
     chosen = [(p, row) for p, row in zip(points, rows, strict=True) if p.figure == name]
+    low, high = min(p.x for p, _ in chosen), max(p.x for p, _ in chosen)
     curves = list(dict.fromkeys(p.curve for p, _ in chosen))
     for curve, colour in zip(curves, _COLOURS, strict=False):
         mine = [(p.x, *kinematic_bar(row)) for p, row in chosen if p.curve == curve]
         x, e, bar = np.array(mine).T
         ax.errorbar(
-            x, e, yerr=bar, color=colour, marker="o", ms=2.5, lw=0.8, capsize=1.5, label=curve
+            x, e, yerr=bar, color=colour, marker="o", ms=2.0, lw=0.8, capsize=1.5, label=curve
         )
     if name == "two_rods":
         x = np.linspace(min(_LENGTHS), max(_LENGTHS), 400) / _ROD
         ax.plot(x, np.minimum(x, 1.0 / x), color=BLACK, lw=1.0, ls="--", label="Saint-Venant")
     if logarithmic:
         ax.set_xscale("log")
+        ticks = [tick for tick in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0) if low <= tick <= high]
+        ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        ax.minorticks_off()
     ax.set_xlabel(label)
     ax.set_ylabel(r"kinematic restitution $e$")
     ax.legend(frameon=False)

@@ -21,7 +21,6 @@ from chaincor.lammps_inputs.bonds.formula_rest import (
     reach_of,
 )
 from chaincor.lammps_inputs.bonds.formula_text import canonical_text
-from chaincor.lammps_inputs.bonds.potential import Array
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
 
@@ -160,17 +159,17 @@ class Formula(UserBond):
         root = digits.findroot(excess, near, solver="secant", tol=1e-40)
         return float(f"{float(digits.sqrt(2 * self.stiffness) * abs(root)):.12e}")
 
-    def energy(self, strain: ArrayLike) -> Array:
+    def energy(self, strain: ArrayLike) -> Any:
         """Return U, zero at rest."""
         orders = np.arange(2, len(self._series) + 2)
         series = -np.asarray(self._series) / orders
         return self._joined(strain, "energy", series, 2)
 
-    def force(self, strain: ArrayLike) -> Array:
+    def force(self, strain: ArrayLike) -> Any:
         """Return -dU/ds."""
         return self._joined(strain, "force", np.asarray(self._series), 1)
 
-    def curvature(self, strain: ArrayLike) -> Array:
+    def curvature(self, strain: ArrayLike) -> Any:
         """Return U''."""
         orders = np.arange(1, len(self._series) + 1)
         return self._joined(strain, "curvature", -np.asarray(self._series) * orders, 0)

@@ -114,13 +114,6 @@ def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> lis
     ]
 
 
-def _plain(scene: dict[str, Any]) -> dict[str, Any]:
-    """Return a scene that can be compared, each parameter of a formula under a name of its own."""
-    parameters = {f"parameters.{k}": v for k, v in scene.get("parameters", {}).items()}
-    others = {key: _comparable(value) for key, value in scene.items() if key != "parameters"}
-    return others | parameters
-
-
 def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None:
     """
     Leave the mass of one particle out of what tells scenes apart: it is along an axis.
@@ -143,6 +136,12 @@ def _comparable(value: Any) -> Any:
     if isinstance(value, list):
         return ", ".join("..." if item is None else str(item) for item in value)
     return value
+
+
+def _plain(scene: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene with each parameter of its formula under a name of its own."""
+    parameters = scene.pop("parameters", {})
+    return scene | {f"parameters.{name}": value for name, value in parameters.items()}
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:

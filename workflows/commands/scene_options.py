@@ -86,9 +86,9 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),
         Path: (None, "FILE"),
+        tuple: (None, "LIST|FILE"),
         str: (None, "TEXT"),
         dict: (NamedNumbers(), "NAME=X,..."),
-        tuple: (None, "LIST|FILE"),
     }
     option_type, metavar = types_and_names[get_origin(kind) or kind]
     if words:

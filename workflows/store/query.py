@@ -29,9 +29,9 @@ def query_rows(
         The store.
     columns : sequence of str
         Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
-        text of the canonical scene; ``masses.2`` is the mass of particle 2 of the chain, counted
-        from the contact outward, ``target_masses.1`` that of the target's first particle,
-        ``parameters.a`` the parameter a of a formula.
+        text of the canonical scene; ``parameters.a`` is the parameter a of a formula, ``masses.2``
+        the mass of particle 2 of the chain, counted from the contact outward,
+        ``target_masses.1`` that of the target's first particle.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
         ``failure=``, stands for a field that is not there.
@@ -101,12 +101,12 @@ ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
 
 def _quoted(name: str) -> str:
     """Return what stands for a column in a query."""
-    if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
-        return f"json_extract(scene, '$.{name}')"
     if name in BODY_COLUMNS:
         return BODY_COLUMNS[name]
     if one := ONE_MASS.fullmatch(name):
         return _mass(one[1], int(one[2]))
+    if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
+        return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'

@@ -51,10 +51,10 @@ def read_sweep(path: Path | str) -> Sweep:
     path : pathlib.Path or str
         A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
         ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
-        a list of lists), or a list of tables that set several fields at once;
-        ``zip = [["particles", "speed"]]`` makes axes move together; ``store`` and ``arrays`` say
-        what is kept and where. Relative paths are taken from the file's folder. An axis
-        ``parameters.a`` is one parameter of a formula.
+        a list of lists), or a list of tables that set several fields at once; an axis
+        ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes
+        axes move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are
+        taken from the file's folder.
 
     Returns
     -------

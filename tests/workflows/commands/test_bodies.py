@@ -96,7 +96,7 @@ def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
     path = sweep_file(
         '[axes]\nmasses = [[1, 0.5], [1, 1], [1, 2], [1, 4]]\npotential = ["lj", "toda"]\n'
     )
-    status, _, err = chaincor(capsys, "sweep", str(path), "--workers", "1", "--quiet")
+    status, _, err = chaincor(capsys, "sweep", str(path), "--workers", "1")
     assert status == 0, err
     plot = ("plot", "s.sqlite", "--x", "masses.2", "--y", "kinematic_restitution")
     status, _, err = chaincor(capsys, *plot)
@@ -122,7 +122,7 @@ def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
 def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     common = {"potential": "harmonic", "velocity": 0.1, "particles": 6}
-    lists = ([1, 2], [1, 3], [1, 2, 1], [1, 3, 1], [2, 3], [2, 2])
+    lists = ([1, 2], [1, 3], [1, 2, 1], [1, 3, 1])
     with Store("s.sqlite") as store:
         store.record(
             [make_attempt(Scene(**common, masses=m), 0.1 * k) for k, m in enumerate(lists, 1)]
@@ -140,5 +140,4 @@ def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkey
     assert found == [
         ((2.0, 3.0), (0.1, 0.2)),
         ((2.0, 3.0), (0.3, 0.4)),
-        ((2.0, 3.0), (0.6, 0.5)),
     ]

@@ -97,9 +97,10 @@ def test_another_integrator_agrees(scene):
     # Verlet at 2e-3: h^2 is 4e-6, and its factor is below 1 for so few particles.
     found = validate_user(scene, "mine:verlet", tolerance=4e-6)
     assert found.agrees, found
-    quantities = {each.quantity: each for each in found.comparisons}
-    if scene.target_particles:
-        assert quantities["target_velocities"].difference < 1e-5
+    # Its velocities are those of a later moment: shown, not judged.
+    shown = {each.quantity: each.allowed for each in found.comparisons}
+    assert ("target_velocities" in shown) == (scene.target_particles is not None)
+    assert shown.get("target_velocities") is None
 
 
 def test_one_that_ignores_masses_does_not():
