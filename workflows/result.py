@@ -195,19 +195,15 @@ class Collision(Bodies, Motion):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
-        names = [f.name for f in fields(self) if f.name not in (*_NOT_PLAIN, *BODY_FIELDS)]
+        rare = (*BODY_FIELDS, *BOND_FIELDS)
+        names = [f.name for f in fields(self) if f.name not in (*_NOT_PLAIN, *rare)]
         names += [
-            name
-            for name in BODY_FIELDS
-            if name not in TARGET_ARRAYS and getattr(self, name) is not None
+            name for name in rare if name not in TARGET_ARRAYS and getattr(self, name) is not None
         ]
         plain = {name: getattr(self, name) for name in names}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
-        for name in BOND_FIELDS:
-            if plain[name] is None:
-                del plain[name]
         return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
