@@ -73,7 +73,7 @@ FLOORS = {
         {"plan"},
     ],
     "analysis": [
-        {"step_error"},
+        {"step_error", "two_bodies"},
         {"analysis_files", "job_folder"},
         {"frame_analysis"},
         {"caveats", "figures", "history"},
