@@ -11,7 +11,7 @@ reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
 test: .venv/ready-test  ## the whole test suite
-	$(BIN)/python -m tests.warm_kernels
+	$(BIN)/python -m tests.warm_kernels all
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 quick: .venv/ready-test  ## the tests that take seconds

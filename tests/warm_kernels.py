@@ -1,11 +1,16 @@
 """
 Compile the loops of every named bond once, before the tests start, one process a core.
 
+    python -m tests.warm_kernels [all]
+
+With ``all`` also those that only slow tests need: of power bonds of any order.
+
 Left to the tests, every worker would compile for itself what the others compile meanwhile: half a
 minute for each bond. What is kept on disk already costs a second.
 """
 
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -22,6 +27,15 @@ BONDS = (
     {"potential": "lj"},
     {"potential": "harmonic", "velocity": 0.1},
 )
+POWERS = tuple(
+    {
+        "potential": "power",
+        "power_order": order,
+        "power_c": -1.0 if order % 2 else 1.0,
+        "speed": 0.1,
+    }
+    for order in (3, 5, 6, 7, 8, 9)
+)
 
 
 def compile_loops(fields: dict) -> None:
@@ -35,7 +49,7 @@ def compile_loops(fields: dict) -> None:
 def main() -> None:
     """Compile in as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        list(pool.map(compile_loops, BONDS))
+        list(pool.map(compile_loops, BONDS + (POWERS if "all" in sys.argv else ())))
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 
-_POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
+_POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
 _MOST_PARTICLES = 60
 # With masses so unlike each other the fast ones take so many more steps: of few particles.
 _EXTREME, _MOST_EXTREME = 1e6, 6
@@ -50,6 +50,8 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
     }
     if potential == "toda":
         fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
+    if potential == "morse":
+        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
     if potential == "power":
         order = int(random.integers(3, 7))
         fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
@@ -105,7 +107,7 @@ def _masses(random: np.random.Generator, count: int, extreme: bool) -> tuple[flo
 
 def _scale(fields: dict[str, Any]) -> float:
     """Return strains in units of what stiffens a bond."""
-    return min(1.0, 10.0 / fields.get("toda_b", 10.0))
+    return min(1.0, 10.0 / fields.get("toda_b", 10.0), 6.0 / fields.get("morse_a", 6.0))
 
 
 def _with_state(

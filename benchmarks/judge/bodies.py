@@ -27,8 +27,8 @@ CLOSER = (1.0, 0.6, 0.36)
 _OVERLAP_SHARE, _ENTRY = 0.2, 1e-8
 # A touch shorter than such a part of a step is nothing.
 _GRAZE = 1e-9
-# Roundings of a run, and of each step.
-_FLOOR, _STEP_FLOOR = 1e-13, 3e-17
+# Roundings of a run, of each step and each contact.
+_FLOOR, _STEP_FLOOR, _CONTACT_FLOOR = 1e-13, 3e-17, 1e-15
 
 HARMONIC, LJ, TODA, LOG, POWER, MORSE = range(6)
 KINDS = {
@@ -269,7 +269,12 @@ def _run(
             if now - begun > max(least, multiple * (times[hits - 1] - begun)) and not touching:
                 return DONE, now, hits, steps
         natural = share * _natural_step(y, inverse, gap, law, contact, touching)
-        if natural > 1e100:
+        if natural > 1e100 and touching:
+            # Free particles at their touch: as long as they take to turn.
+            energy = 0.5 * opening * opening / (inverse[gap] + inverse[first])
+            power = contact[1] + 1.0
+            natural = share * (energy * power / contact[0]) ** (1.0 / power) / abs(opening)
+        elif natural > 1e100:
             # Free particles: on to the contact, or long beyond any.
             natural = -1.5 * y[gap] / opening if opening < 0.0 else 2.0 * least
         step = natural
@@ -434,11 +439,10 @@ def judge(bonds: Bonds, bodies: Bodies, *, closer: float = 1.0, **settings) -> J
     -------
     Judgement
         Of the finer run. The error of a smooth motion falls with the eighth power of the step, to
-        a seventeenth; a fifth of the difference is taken, and energy that did not stay.
+        a seventeenth; a third of the difference is taken, and energy that did not stay.
     """
     coarse, fine = (run_once(bonds, bodies, closer * share, **settings) for share in STEPS)
     if coarse.contacts != fine.contacts:
         return Judgement(fine, np.inf)
-    return Judgement(
-        fine, abs(coarse.restitution - fine.restitution) / 5.0 + _FLOOR + _STEP_FLOOR * fine.steps
-    )
+    rounding = _FLOOR + _STEP_FLOOR * fine.steps + _CONTACT_FLOOR * fine.contacts
+    return Judgement(fine, abs(coarse.restitution - fine.restitution) / 3.0 + rounding)

@@ -41,6 +41,9 @@ def bonds_of(scene: Scene) -> Bonds:
         return Bonds("toda", float(scene.toda_b or 10.0))
     if scene.potential == "power":
         return Bonds("power", float(scene.power_c or 0.0), float(scene.power_order or 0))
+    if scene.potential == "morse":
+        steepness = scene.bond.parameters.a
+        return Bonds("morse", 0.5 / steepness**2, steepness)
     return Bonds(str(scene.potential))
 
 

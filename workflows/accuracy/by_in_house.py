@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import jitter, nudged_change
+from chaincor.workflows.accuracy.convergence import jitter, modal_error, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
@@ -53,7 +53,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     some step, else that is done here.
     """
     if modal.serves(scene):
-        return _at_once(scene, modal.run(scene), 0.0)
+        return _at_once(scene, modal.run(scene), modal_error(scene))
     if sharpness(scene) <= SHARPEST_FIXED:
         return _meet_with_fixed_steps(scene, goal, noise, known)
     if scene.line is not None:

@@ -84,13 +84,14 @@ class _Row:
     scene: dict[str, Any]
 
 
-def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> list[_Row]:
-    """Return the rows in which all columns have a value, the first ones as numbers."""
+def _rows(
+    store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
+) -> list[_Row]:
+    """Return axes and other columns of the rows in which all axes have a value, as numbers."""
     from chaincor.workflows.store.query import ONE_MASS, query_rows
 
-    axes = names[:2]
     conditions = [*where, *(f"{name}!=" for name in axes)]
-    rows = query_rows(store, (*names, "speed", "scene"), where=conditions)
+    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions)
     if not rows:
         raise StoreError(
             f"no row of {store.path} has {' and '.join(axes)}"
@@ -170,7 +171,7 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
     from chaincor.analysis.figures.store_plots import plot_curves
 
     asked = () if by is None else tuple(name.strip() for name in by.split(","))
-    rows = _rows(store, (x, y, *asked), where)
+    rows = _rows(store, (x, y), asked, where)
     names = asked or tuple(_varying(rows, (x,)))
     groups: dict[tuple[Any, ...], list[_Row]] = {}
     for row in rows:
@@ -195,7 +196,7 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
 def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":
     from chaincor.analysis.figures.store_plots import plot_heat_map
 
-    rows = _rows(store, (x, y, colour), (*where, f"{colour}!="))
+    rows = _rows(store, (x, y, colour), (), where)
     left = _varying(rows, (x, y))
     if left:
         raise StoreError(

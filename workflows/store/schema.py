@@ -82,6 +82,8 @@ SCHEMA_VERSION = len(MIGRATIONS)
 SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
 # Of bonds that few scenes have: taken out of the scene's JSON.
 SCENE_KEYS = ("morse_a", "energy", "parameters")
+# What scenes say in words or lists, where there is no column whose type tells.
+WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
 # Fields of a result that have a column of their own; the others go to `details`.
 RESULT_COLUMNS = (
     "velocity",

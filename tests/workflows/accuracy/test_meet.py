@@ -7,6 +7,7 @@ from benchmarks.bars.honest import random_scene, try_scene
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene
 
 # The published values are good to this.
@@ -89,6 +90,17 @@ def test_a_tighter_wish_never_widens_the_bar(fields, engine):
     # Each bar holds: all etas agree with the tightest one.
     etas = np.array([result.restitution for result in found])
     assert np.all(np.abs(etas - etas[-1]) <= bars + bars[-1])
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize(
+    ("engine", "table"), [("lammps", "lammps_schemes"), ("reference", "in_house_schemes")]
+)
+def test_the_scheme_is_that_of_the_measured_table(engine, table, tolerance):
+    # Goals are powers of ten, less a rounding that is nothing here.
+    usual = next(name for name, least in measured(table).items() if 0.999 * tolerance > least)
+    scene = Scene(potential="lj", particles=10, speed=0.4, engine=engine)
+    assert collide(scene, tolerance=tolerance).scheme == usual
 
 
 @pytest.mark.slow
