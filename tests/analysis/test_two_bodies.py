@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.job_folder import Job
-from chaincor.analysis.two_bodies import analyze_two_bodies, count_targets, find_two_bodies
+from chaincor.analysis.two_bodies.job import analyze_two_bodies, count_targets, find_two_bodies
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main

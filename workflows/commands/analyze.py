@@ -15,7 +15,7 @@ from chaincor.workflows.commands.scene_options import NamedNumbers
 
 if TYPE_CHECKING:
     from chaincor.analysis.results import CollisionAnalysis
-    from chaincor.analysis.two_bodies import TwoBodyAnalysis
+    from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
 
 
 @click.command()
@@ -111,7 +111,7 @@ def analyze(
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.job_folder import Job, analyze_job
     from chaincor.analysis.step_error import analyze_folder
-    from chaincor.analysis.two_bodies import analyze_two_bodies, find_two_bodies
+    from chaincor.analysis.two_bodies.job import analyze_two_bodies, find_two_bodies
     from chaincor.workflows.engines.ending import argue_end
 
     job_and_targets = find_two_bodies(folder, data, dump, target_particles)
