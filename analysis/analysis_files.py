@@ -147,9 +147,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
 
     figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
     alike = _has_equal_masses(analysis)
-    plot_contact_intervals(
-        analysis.contact_times, stiffness=light if alike else None, ax=upper
-    )
+    plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
     plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
     upper.set_xlabel("")
     _save(figure, folder / "contacts.png", analysis)

@@ -295,6 +295,14 @@ class Scene(BaseModel):
         return self.bond.stiffness / (1.0 if self.line is None else self.line.mean_mass)
 
     @property
+    def contact_duration(self) -> float:
+        """For how long two particles that meet at the impact speed overlap, about; 0 if hard."""
+        line = self.line
+        if line is None or not line.soft:
+            return 0.0
+        return 3.0 * line.overlap(self.impact_velocity) / self.impact_velocity
+
+    @property
     def span(self) -> int:
         """Particles of the longer body, which sound has to cross."""
         return max(self.particles, self.target_particles or 0)

@@ -32,6 +32,8 @@ from chaincor.workflows.collision import collide
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
 # The judge is sure where it knows the number to this part of the bar, or to this.
 _SHARE, _SHARPEST = 0.2, 2e-12
+# Roundings of the judge, of a number up to 1; a warm chain may come back faster than it came, and
+# that is rounded as itself is.
 _ROUNDING = 1e-12
 
 
@@ -154,7 +156,9 @@ def _try(scene: Scene, row: dict[str, Any], most_seconds: float) -> dict[str, An
         verdict = "judge unsure"
     elif is_open:
         verdict = "open"
-    elif off > found.restitution_error + 3.0 * truth.error + _ROUNDING:
+    elif off > found.restitution_error + 3.0 * truth.error + _ROUNDING * max(
+        found.restitution, 1.0
+    ):
         verdict = "outside"
     else:
         verdict = "inside"

@@ -19,6 +19,7 @@ from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.measured import measured
 
@@ -86,6 +87,8 @@ def _meet_with_fixed_steps(
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
+    if scene.line is not None and noise * STEP_SCHEMES[scheme].amplification > _STEP_SHARE * goal:
+        scheme = "order8"  # which amplifies rounding least
     if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
     order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
@@ -142,7 +145,8 @@ def _meet_with_fixed_steps(
         # What comes after a long silence of a chain that broke amplifies rounding.
         assert fine.timestep is not None
         noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
-        if max(noise, error) > goal:
+        sure = scene.line is not None and fine.ending.kind == "proved"
+        if max(noise, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
