@@ -375,7 +375,7 @@ def run_once(
     share : float
         Of the natural step.
     multiple : float
-        Until when, in times from the first to the last contact; 5 crossings of sound at least.
+        Until when, in times from the first to the last contact; 40 crossings of sound at least.
     most_steps : int
         When to give up.
 
@@ -396,7 +396,7 @@ def run_once(
         y, 1.0 / bodies.masses, bodies.first,
         np.array([KINDS[bonds.name], bonds.first, bonds.second]),
         np.array([bodies.stiffness, bodies.exponent]),
-        share, 5.0 * crossing_time(bodies), multiple, most_steps, before, times, _A, _B,
+        share, 40.0 * crossing_time(bodies), multiple, most_steps, before, times, _A, _B,
     )  # fmt: skip
     if ended == RUNAWAY:
         raise Unsure(f"a bond runs away over its barrier before t = {now:g}")
