@@ -131,7 +131,11 @@ class Judgement:
 
 
 class Unsure(RuntimeError):
-    """The judge cannot follow a motion."""
+    """The judge cannot follow a motion, or not to its end: how far it was, and after how much."""
+
+    def __init__(self, message: str, contacts: int = 0, time: float = 0.0) -> None:
+        super().__init__(message)
+        self.contacts, self.time = contacts, time
 
 
 @njit(error_model="numpy", cache=True, inline="always")
@@ -401,7 +405,8 @@ def run_once(
     if ended == RUNAWAY:
         raise Unsure(f"a bond runs away over its barrier before t = {now:g}")
     if ended != DONE:
-        raise Unsure(f"not at its end after {steps} steps and {hits} contacts, at t = {now:g}")
+        message = f"not at its end after {steps} steps and {hits} contacts, at t = {now:g}"
+        raise Unsure(message, hits, now)
     count = len(bodies.masses)
     strains, velocities = y[: count - 1].copy(), y[count - 1 :].copy()
     after = energy_of(bonds, bodies, strains, velocities)

@@ -1,0 +1,73 @@
+"""
+Chains of two kinds of particles from a ratio of 1e-6 to 1e6: answered, how well, or refused?
+
+    python -m benchmarks.extremes.mass_ratios [--particles 6] [--most-seconds 60]
+
+Each ratio, bond and engine is run by `collide` to 1e-6 and judged by ``benchmarks.judge.bodies``,
+which shares nothing with the engines. Prints a table in Markdown: the error bar reached where the
+judge agrees, `open` and `refused` by name; exit status 1 where a number is outside its bar.
+"""
+
+import argparse
+
+from benchmarks.judge.bodies import Unsure
+from benchmarks.judge.lines import judge_scene
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+# From the middle outward: the farther, the longer.
+RATIOS = tuple(sorted((10.0**k for k in range(-6, 7) if k), key=lambda r: max(r, 1.0 / r)))
+BONDS = ({"potential": "harmonic", "velocity": 0.1}, {"potential": "lj"}, {"potential": "toda"})
+ENGINES = ("reference", "lammps")
+_TOLERANCE = 1e-6
+
+
+def cell(scene: Scene, most_seconds: float) -> str:
+    """Return what becomes of one scene, in a word or two."""
+    try:
+        found = collide(scene, most_seconds=most_seconds)
+    except ChaincorError as error:
+        return f"refused ({type(error).__name__})"
+    bar = found.restitution_error
+    assert bar is not None
+    if found.ending == "open":
+        return f"open, {bar:.0e}"
+    try:
+        truth = judge_scene(scene, bar)
+    except Unsure:
+        return f"{bar:.0e}, not judged"
+    if truth.error > bar:
+        return f"{bar:.0e}, not judged"
+    off = abs(found.restitution - truth.seen.restitution)
+    return f"{bar:.0e}" if off <= bar + 3.0 * truth.error else f"WRONG by {off:.0e}, bar {bar:.0e}"
+
+
+def main() -> None:
+    """Make the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--particles", type=int, default=6)
+    parser.add_argument("--most-seconds", type=float, default=60.0)
+    given = parser.parse_args()
+    columns = [(bond, engine) for bond in BONDS for engine in ENGINES]
+    print("| ratio | " + " | ".join(f"{b['potential']}, {e}" for b, e in columns) + " |")
+    print("|---" * (len(columns) + 1) + "|")
+    wrong = False
+    for ratio in RATIOS:
+        cells = []
+        for bond, engine in columns:
+            scene = Scene(
+                particles=given.particles,
+                masses=(ratio, 1.0),
+                engine=engine,
+                tolerance=_TOLERANCE,
+                **bond,
+            )
+            cells.append(cell(scene, given.most_seconds))
+        wrong |= any("WRONG" in each for each in cells)
+        print(f"| {ratio:g} | " + " | ".join(cells) + " |", flush=True)
+    raise SystemExit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
