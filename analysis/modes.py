@@ -112,6 +112,33 @@ def mode_energies(
     return energies
 
 
+def kinetic_mode_energies(
+    velocities: ArrayLike, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    r"""
+    Return the kinetic part of the mode energies, :math:`p_j^2/2`, which any bonds allow.
+
+    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also where
+    bonds are strongly stretched or broken and :func:`mode_energies` means nothing. In harmonic
+    vibration its mean over time is half of :math:`E_j`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n)
+        Energies; j = 0 is the translation.
+    """
+    v = np.asarray(velocities, dtype=float)
+    # A chain at rest length has kinetic energy alone.
+    return mode_energies(np.zeros(v.shape), v, masses=masses)
+
+
 def _are_equal(masses: NDArray[np.float64]) -> bool:
     return bool(np.all(masses == masses[0]))
 

@@ -12,6 +12,7 @@ from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.reproduce.beyond import remarks
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.findings.low_speed import increases
+from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.rules import Verdict
@@ -33,6 +34,7 @@ def gather(
     judged: Judged,
     slips: tuple[Slip, ...],
     figures: tuple[Figure, ...],
+    flights: tuple[FreeFlight, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """Gather everything ``report.json`` holds, as plain values; `seconds` are those of this run."""
@@ -75,7 +77,7 @@ def gather(
             "1 − η, harmonic": [fit.to_dict() for fit in judged.law.ranges],
             **_increase_fits(measured),
         },
-        "beyond": [asdict(remark) for remark in remarks(measured)],
+        "beyond": [asdict(remark) for remark in remarks(measured, flights)],
         "slips": [asdict(slip) for slip in slips],
         "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
         "work": work,
