@@ -61,7 +61,8 @@ def _slope_limit(measured: Measurements) -> str:
     ]
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        "v₀ → 0, taken after n → ∞. By a straight line in v₀, which depends on the range: "
+        "v₀ → 0, taken after n → ∞. A straight line in v₀ gives a value that depends on its range, "
+        "by more than the bars of the fits: C is "
         + describe_limits(slope_limits(measured))
         + ". The paper has 0.66 and 2.61. Largest (η_harmonic − η)/(v₀/v*) at one length: "
         + ", ".join(peaks)
@@ -79,8 +80,8 @@ def _spectra(flights: tuple[FreeFlight, ...]) -> str:
         )
         chosen = [whole[0]] if fastest is whole[0] else [whole[0], fastest]
         parts.append(
-            "In slow chains in short waves too: half of the kinetic energy of internal motion, mean "
-            f"over {AVERAGED_OVER:g} crossings, is in the modes up to "
+            "In slow chains in short waves too: half of the kinetic energy of internal motion, "
+            f"mean over {AVERAGED_OVER:g} crossings, is in the modes up to "
             + ", ".join(
                 f"j = {half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
                 for f in chosen

@@ -15,7 +15,9 @@ from chaincor.workflows.reproduce.findings.low_speed import increases
 from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.rules import Verdict
+from chaincor.workflows.reproduce.readings import readings
+from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Verdict
+from chaincor.workflows.reproduce.slips.all_slips import count_slips
 from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
@@ -49,6 +51,8 @@ def gather(
             "found": j.finding.text,
             "reproduced_within": j.rule.reproduced_within,
             "corrected_within": j.rule.corrected_within,
+            "margin_reason": j.rule.margin_reason,
+            "spread": j.finding.spread,
             "verdict": str(j.verdict),
             "reason": j.reason,
             "class": _CLASS[j.verdict],
@@ -71,14 +75,18 @@ def gather(
         "versions": _versions_of(measured),
         "verdicts": verdicts,
         "curves": [point_record(p) for p in measured.points["curves"]],
+        "about": ABOUT,
+        "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": asdict(examine_points(measured)),
         "fits": {
             "1 − η, harmonic": [fit.to_dict() for fit in judged.law.ranges],
             **_increase_fits(measured),
         },
+        "readings": [asdict(reading) for reading in readings(measured)],
         "beyond": [asdict(remark) for remark in remarks(measured, flights)],
         "slips": [asdict(slip) for slip in slips],
+        "slip_count": count_slips(slips),
         "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
         "work": work,
         "dearest": _dearest(measured),

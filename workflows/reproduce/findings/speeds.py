@@ -36,8 +36,10 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
         "place of the minimum": Finding(
             float(np.mean(places)),
             float(max(low.place_error for low in lows.values())),
-            f"mean of three parabolas through the lowest points; {described}",
+            f"mean of three potentials, each by a parabola through the three lowest points; the "
+            f"bar is what five points change; {described}",
             everything,
+            (min(places), max(places)),
         ),
         "low-speed limit": _low_speed_limit(measured, curves),
         "high-speed limit": _at_highest_speed(curves, "restitution"),
