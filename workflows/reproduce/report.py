@@ -21,7 +21,12 @@ from chaincor.workflows.reproduce.slips.all_slips import count_slips
 from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
-from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.reproduce.typesetting import (
+    format_number,
+    format_short,
+    format_value,
+    typeset,
+)
 from chaincor.workflows.result import finite
 
 _CLASS = {
@@ -158,6 +163,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
         keep_trailing_newline=True,
     )
     environment.filters["number"] = format_number
+    environment.filters["short"] = format_short
     environment.filters["value"] = format_value
     environment.filters["typeset"] = typeset
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")

@@ -19,6 +19,11 @@ def format_number(value: float | None) -> str:
     return typeset(f"{value:.4g}")
 
 
+def format_short(value: float) -> str:
+    """Write a number to three digits, as margins are; a dash where there is none."""
+    return typeset(f"{value:.3g}") if math.isfinite(value) else "–"
+
+
 def format_value(value: float, error: float) -> str:
     """Write a number to the digits its error allows: ``0.8098 ± 0.0001``; a dash for none."""
     if not math.isfinite(value):

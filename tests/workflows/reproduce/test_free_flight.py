@@ -42,7 +42,8 @@ def test_kinetic_and_bond_energy_are_all_that_is_lost(flights, speed):
 def test_harmonic_energies_do_not_add_up_where_chains_break(flights):
     """What the report showed before: sums over the modes that exceed all energy that is lost."""
     lost = {u: 1.0 - f.point.restitution for u, f in flights.items()}
-    assert harmonic_share(flights[0.1]) == pytest.approx(lost[0.1], rel=0.01)
+    # The cubic part of U is smaller than the quadratic one by about v0/v*.
+    assert harmonic_share(flights[0.1]) == pytest.approx(lost[0.1], rel=0.1)
     assert harmonic_share(flights[2.0]) > 1.5 * lost[2.0]
 
 

@@ -40,7 +40,8 @@ def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
         caption=(
             "The paper's figure 3. Filled: LAMMPS; open: the exact in-house propagator, for more "
             f"lengths. 1 − η ∝ n^p, n = {fit.first:.0f} to {fit.last:.0f}: "
-            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges {describe_exponents(law)}. Below, "
+            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
+            f"{describe_exponents(law)}. Below, "
             "n^(2/3)(1 − η): its scatter is no noise (error bars are smaller than the dots): how "
             "the last contacts fall changes with n. Its mean drifts towards 0.652, the limit of "
             f"the paper's approximate formula: {describe_prefactors(law)}."

@@ -38,9 +38,9 @@ def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
             "the pieces and the particles in them move against one another, and no longer a mode. "
             "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds; of the "
             f"kinetic energy, after {LAST:g} crossings, the part in which pieces fly apart. "
-            "Dashed: the sum of harmonic energies of all modes at the last contact. It is 1 − η within "
-            f"1 % below {_harmonic_until(flights):.2g} v*; the difference is the anharmonic part. "
-            f"At worst it is {_worst_harmonic(flights)}: a stretched bond holds less than a "
+            "Dashed: the sum of harmonic energies of all modes at the last contact. It is 1 − η "
+            f"within 1 % below {_harmonic_until(flights):.2g} v*; the difference is the anharmonic "
+            f"part. At worst it is {_worst_harmonic(flights)}: a stretched bond holds less than a "
             "spring, and harmonic energies of a broken chain mean nothing."
         ),
         table=table_of(rows),

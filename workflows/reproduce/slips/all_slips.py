@@ -35,7 +35,7 @@ def slips_page(slips: tuple[Slip, ...]) -> str:
         correct = slip.correct or "as printed: it was suspected, and is right"
         kind = "" if slip.kind in (Kind.SLIP, Kind.RIGHT) else f" ({slip.kind})"
         parts.append(
-            f"\n## {number}. {slip.where}{kind}\n\n- Printed: {slip.printed}\n- Correct: {correct}\n"
-            f"- Evidence: {slip.evidence}\n"
+            f"\n## {number}. {slip.where}{kind}\n\n- Printed: {slip.printed}\n"
+            f"- Correct: {correct}\n- Evidence: {slip.evidence}\n"
         )
     return "".join(parts)

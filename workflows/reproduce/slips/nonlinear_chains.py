@@ -142,7 +142,8 @@ def _integrand() -> Slip:
         "sin²(αvnx), then ∫ sin²(αx)/x² dx",
         "sin²(παvnx), then ∫ sin²(x)/x² dx = π/2",
         "of the constant that eqs. (16), (18) above replace; taken literally the first line gives "
-        f"C = {literal_first:.2f}, the second {literal_second:.2f}; only the corrected ones give {constant:.2f}, the printed 32α/π²",
+        f"C = {literal_first:.2f}, the second {literal_second:.2f}; only the corrected ones give "
+        f"{constant:.2f}, the printed 32α/π²",
         abs(constant - 32.0 * alpha / math.pi**2) < 1e-3,
         kind=Kind.FOLLOWS,
     )
