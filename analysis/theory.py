@@ -79,7 +79,7 @@ def basile_dumont_energies(
     .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
               \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
 
-    NH eq. (7), after Basile and Dumont, Phys. Rev. E 61, 2015 (2000), with
+    NH eq. (7), after Basile and Dumont (2000), whom NH cite, with
     :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
     interval shortened by :func:`pair_interval` it is NH eq. (16), the low-speed theory.
 

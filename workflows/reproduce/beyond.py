@@ -12,6 +12,7 @@ from chaincor.workflows.reproduce.findings.low_speed import lj_increases
 from chaincor.workflows.reproduce.findings.speeds import minima
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.typesetting import format_value
 
 # An exponent above this, half of the harmonic one, is nearer to a constant.
 _CONSTANT = -1.0 / 3.0
@@ -41,7 +42,7 @@ def remarks(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Re
 def _long_chains(measured: Measurements) -> str:
     laws = {speed: found for speed, found in last_exponents(measured).items() if found[1]}
     parts = [
-        f"{1.0 - points[-1].restitution:.6f} ± {points[-1].error:.0e} at {speed:g} v* "
+        f"{format_value(1.0 - points[-1].restitution, points[-1].error)} at {speed:g} v* "
         f"(n = {points[-1].particles}; last exponent {law.exponent:z.2f})"
         for speed, (law, points) in laws.items()
     ]
@@ -80,8 +81,8 @@ def _spectra(flights: tuple[FreeFlight, ...]) -> str:
         )
         chosen = [whole[0]] if fastest is whole[0] else [whole[0], fastest]
         parts.append(
-            "In slow chains in short waves too: half of the kinetic energy of internal motion, "
-            f"mean over {AVERAGED_OVER:g} crossings, is in the modes up to "
+            "In slow chains in vibration, from the longest waves to short ones: half of the "
+            f"kinetic energy of internal motion, mean over {AVERAGED_OVER:g} crossings, is in the modes up to "
             + ", ".join(
                 f"j = {half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
                 for f in chosen

@@ -20,16 +20,16 @@ RULES = (
     # ---- harmonic chains
     Rule(
         "independence of v0",
-        "II",
+        "section II",
         "η of a harmonic chain does not depend on v₀",
         0.0,
         Put.EXACT,
         **_LOSS,
     ),
-    Rule("contact time", "II", "contact time t_c is almost 2τ for large n", 2.0, Put.WORDS),
+    Rule("contact time", "section II", "contact time t_c is almost 2τ for large n", 2.0, Put.WORDS),
     Rule(
         "constant intervals",
-        "II, before eq. (7)",
+        "section II, before eq. (7)",
         "Δt constant in good approximation: deviation 0",
         0.0,
         Put.WORDS,
@@ -37,7 +37,7 @@ RULES = (
     ),
     Rule(
         "constant speeds",
-        "II, before eq. (7)",
+        "section II, before eq. (7)",
         "v constant in good approximation: deviation 0",
         0.0,
         Put.WORDS,
@@ -64,7 +64,7 @@ RULES = (
     Rule("incoming speed", "eq. (10)", "v = 1.15 v₀ at n = 500", 1.15, Put.DIGITS, unit=0.01),
     Rule(
         "leading order",
-        "II, after eq. (11)",
+        "section II, after eq. (11)",
         "leading order of eq. (11) in eq. (7): η = 1",
         1.0,
         Put.EXACT,
@@ -92,10 +92,10 @@ RULES = (
         unit=0.001,
     ),
     # ---- restitution against speed
-    Rule("low-speed limit", "III", "η → η(harmonic) at low speed", 0.0, Put.WORDS, **_FALL),
+    Rule("low-speed limit", "section III", "η → η(harmonic) at low speed", 0.0, Put.WORDS, **_FALL),
     Rule(
         "place of the minimum",
-        "III, abstract",
+        "section III, abstract",
         "minimum of η near v₀/v* = 1",
         1.0,
         Put.WORDS,
@@ -103,7 +103,7 @@ RULES = (
     ),
     Rule(
         "collapse lj toda",
-        "III, figure 4",
+        "section III, figure 4",
         "lj and toda: almost the same curve η(v/v*)",
         0.0,
         Put.WORDS,
@@ -111,7 +111,7 @@ RULES = (
     ),
     Rule(
         "collapse lj log",
-        "III, figure 4",
+        "section III, figure 4",
         "log too: almost the same curve up to 0.9 v*",
         0.0,
         Put.WORDS,
@@ -120,15 +120,21 @@ RULES = (
     ),
     Rule(
         "collapse lj log, fast",
-        "III, figure 4; IV",
+        "section III, figure 4; IV",
         "log too: almost the same curve from 0.9 to 2 v*",
         0.0,
         Put.WORDS,
         correction="log leaves the curve by {value:.3f}",
         **_FALL,
     ),
-    Rule("high-speed limit", "III", "η → 1 at high speed", 1.0, Put.WORDS, **_FALL),
-    Rule("contacts at high speed", "III, figure 7", "f(n)/n → 1 at high speed", 1.0, Put.WORDS),
+    Rule("high-speed limit", "section III", "η → 1 at high speed", 1.0, Put.WORDS, **_FALL),
+    Rule(
+        "contacts at high speed",
+        "section III, figure 7",
+        "f(n)/n → 1 at high speed",
+        1.0,
+        Put.WORDS,
+    ),
     Rule(
         "rise of contacts",
         "figure 7",
@@ -137,12 +143,14 @@ RULES = (
         Put.WORDS,
         correction="f(n)/n is half-way up at {value:.2f} v*",
     ),
-    Rule("hard spheres", "III", "hard spheres: η = 1 exactly", 1.0, Put.EXACT),
-    Rule("hard-sphere contacts", "III", "hard spheres: n contacts (as f/n)", 1.0, Put.EXACT),
+    Rule("hard spheres", "section III", "hard spheres: η = 1 exactly", 1.0, Put.EXACT),
+    Rule(
+        "hard-sphere contacts", "section III", "hard spheres: n contacts (as f/n)", 1.0, Put.EXACT
+    ),
     # ---- long chains
     Rule(
         "long chains, fast",
-        "III, figure 5",
+        "section III, figure 5",
         "1 − η at 0.78 v* tends to a constant (exponent 0)",
         0.0,
         Put.WORDS,
@@ -150,7 +158,7 @@ RULES = (
     ),
     Rule(
         "long chains, slow",
-        "III, figure 5",
+        "section III, figure 5",
         "1 − η at 0.008 v* vanishes in long chains (exponent −2/3)",
         -2.0 / 3.0,
         Put.WORDS,
@@ -159,7 +167,7 @@ RULES = (
     # ---- low speed
     Rule(
         "external frequency",
-        "III",
+        "section III",
         "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
         2.0 * math.sqrt(2.0),
         Put.WORDS,
@@ -184,7 +192,7 @@ RULES = (
     ),
     Rule(
         "simulated slope",
-        "III",
+        "section III",
         "simulation: C = 0.66",
         0.66,
         Put.DIGITS,

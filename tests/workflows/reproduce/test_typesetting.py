@@ -2,7 +2,12 @@
 
 import pytest
 
-from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.reproduce.typesetting import (
+    format_number,
+    format_short,
+    format_value,
+    typeset,
+)
 
 
 @pytest.mark.parametrize(
@@ -25,6 +30,9 @@ def test_numbers_have_minus_signs_and_short_exponents():
     assert format_number(1e10) == "1e+10"
     assert format_number(10000.0) == "10000"
     assert format_number(None) == "–"
+    assert format_short(0.06666) == "0.0667"
+    assert format_short(-2e-7) == "−2e−7"
+    assert format_short(float("nan")) == "–"
 
 
 def test_minus_signs_in_text_are_told_from_hyphens():

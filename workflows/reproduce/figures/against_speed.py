@@ -44,11 +44,21 @@ def restitution_curves(measured: Measurements) -> Figure:
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
             f"in-house.{refusal} η is the paper's ratio of energies. Dashed: the harmonic "
-            "chain, which all three approach at low speed. Error bars are smaller than the symbols."
+            "chain, which all three approach at low speed. Error bars are smaller than the symbols"
+            f"{_large_bars(measured)}."
         ),
         table=table_of([point_record(p) for p in measured.points["curves"]]),
         draw=lambda: _draw_curves(curves, harmonic),
     )
+
+
+def _large_bars(measured: Measurements) -> str:
+    """Name the points whose bars are seen: a symbol covers about 0.005 of the axis."""
+    seen = [p for p in measured.points["curves"] if p.error > 0.003]
+    if not seen:
+        return ""
+    names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*" for p in seen)
+    return f", but where roundings decide whether a late contact comes ({names})"
 
 
 def _draw_curves(curves: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":

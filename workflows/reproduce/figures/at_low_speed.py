@@ -176,7 +176,7 @@ def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> 
             "--",
             color=VERMILION,
             linewidth=1.0,
-            label=rf"slope $C={limit.value:.2f}$",
+            label=rf"slope ${limit.value:.2f}$ (first fit)",
         )
     ax.set_xscale("log")
     ax.set_yscale("log")

@@ -58,9 +58,9 @@ def _coordinates(points: list[Point]) -> tuple[list[int], list[float]]:
 
 
 def describe_exponents(law: HarmonicLaw) -> str:
-    """Write how the exponent depends on the range: ``-0.66 ± 0.02 (100 to 1000)``."""
+    """Write how the exponent depends on the range: ``-0.66 ± 0.02 (n = 100 to 1000)``."""
     return ", ".join(
-        f"{fit.exponent:.3f} ± {fit.exponent_error:.3f} ({fit.first:.0f} to {fit.last:.0f})"
+        f"{fit.exponent:.3f} ± {fit.exponent_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
         for fit in law.ranges
     )
 
@@ -68,7 +68,7 @@ def describe_exponents(law: HarmonicLaw) -> str:
 def describe_prefactors(law: HarmonicLaw) -> str:
     """Write how the prefactor depends on the range."""
     return ", ".join(
-        f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} ({fit.first:.0f} to {fit.last:.0f})"
+        f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
         for fit in law.prefactors
     )
 
@@ -176,9 +176,9 @@ def _paper_chain(points: list[Point]) -> dict[str, Finding]:
             float(2.0 * np.pi / np.mean(intervals)),
             1e-3,
             f"2π over the mean interval, {where}; the highest mode has {highest:.3f}, so that it "
-            f"is above all modes on average, and for all but {int(np.sum(intervals > np.pi))} "
-            f"intervals. That no mode is excited then does not follow: all impulses have the same "
-            f"sign, and 1 − η = {1.0 - point.restitution:.4f} is left in the modes",
+            f"is above all modes on average, and for all intervals but "
+            f"{int(np.sum(intervals > np.pi))}. That no mode is excited then does not follow: all "
+            f"impulses have the same sign, and 1 − η = {1.0 - point.restitution:.4f} is left in the modes",
             chain,
         ),
         "interval": Finding(

@@ -14,9 +14,9 @@ def count_slips(slips: tuple[Slip, ...]) -> str:
     """Say how many slips there are, and how many entries are none."""
     number = {kind: sum(slip.kind is kind for slip in slips) for kind in Kind}
     return (
-        f"{number[Kind.SLIP]} slips; {number[Kind.FOLLOWS]} more go with one of them; of what was "
-        f"suspected, {number[Kind.RIGHT]} are right as printed and {number[Kind.UNDECIDED]} is "
-        "undecided"
+        f"{number[Kind.SLIP]} slips; {number[Kind.FOLLOWS]} more are {Kind.FOLLOWS}; of what was "
+        f"suspected besides, {number[Kind.RIGHT]} are right as printed and "
+        f"{number[Kind.UNDECIDED]} is undecided"
     )
 
 

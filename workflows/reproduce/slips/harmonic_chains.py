@@ -64,7 +64,7 @@ def _plastic_exponent() -> Slip:
     slow, fast = restitution_of_speeds(0.01), restitution_of_speeds(0.1)
     exponent = math.log(fast / slow) / math.log(10.0)
     return Slip(
-        "I, introduction",
+        "section I, introduction",
         "plastic impact: 1 − η increases with the exponent 1/2",
         "it is η that falls with the exponent −1/2: e ∝ v^(−1/4), so η = e² ∝ v^(−1/2), and 1 − η "
         "is no power",
@@ -95,7 +95,7 @@ def _viscoelastic_exponent() -> Slip:
 
     exponent = math.log(dissipated(0.1) / dissipated(0.01)) / math.log(10.0)
     return Slip(
-        "I, introduction",
+        "section I, introduction",
         "viscoelastic spheres: 1 − η grows with the exponent 2/5",
         "1/5: the loss per collision is ∝ v^(11/5), and the energy ∝ v²",
         f"Kuwabara and Kono's contact force integrated at speeds 0.01 and 0.1: exponent "
@@ -147,7 +147,7 @@ def _reduced_units() -> Slip:
     # ω₁ = 2 sin(π/2n): the next term of the series bounds what is missing from c_l = 1.
     is_unit_speed = 0.0 < 1.0 - speed < math.pi**2 / (24.0 * n**2)
     return Slip(
-        "II, end of the second page",
+        "section II, end of the second page",
         "c_l = τ = 1 together with ℓ = m = k = 1",
         "c_l = 1 only; τ = (n − 1)ℓ/c_l is then n − 1",
         f"for n = {n} the longest wave runs at c_l = {speed:.3f}, and the last contact comes at "

@@ -48,7 +48,7 @@ def _zero_of_energy() -> Slip:
         for value, shift, bond in zip(printed(x), added, bonds, strict=True)
     )
     return Slip(
-        "III, potentials (a)–(c)",
+        "section III, potentials (a)–(c)",
         "U(1) = 0, but the three potentials as printed are not zero there",
         "add 1/72 (lj), −a/b (toda), −1 (log)",
         f"U(1) as printed: {lj:.5f}, {toda:g}, {log:g}",
@@ -66,7 +66,7 @@ def _scale_equation() -> Slip:
     assert bond.compressed_root is not None
     other = abs(1.0 + place - bond.compressed_root)
     return Slip(
-        "III, definition of x*",
+        "section III, definition of x*",
         "½U″(1)(x* − 1)² = U(x) − ½U″(1)(x* − 1)²",
         "U(x*) on the right, and U shifted to U(1) = 0",
         f"for lj the shifted equation gives x* = {bond.compressed_root:.4f}; with the printed U it "
@@ -188,7 +188,7 @@ def _toda_has_no_core() -> Slip:
     # Two particles that meet at v0 each have v0² of relative energy.
     crossing = math.sqrt(height) / speed
     return Slip(
-        "III, last paragraphs",
+        "section III, last paragraphs",
         "U_LJ, U_toda and U_log all behave like hard cores, so that η → 1 at high speed",
         "U_toda does not: it is finite at r = 0, and no particles are kept apart at all speeds; "
         "the claim holds for lj and log, and for toda as far as particles keep their order",

@@ -8,7 +8,7 @@ class Kind(StrEnum):
     """What an entry is."""
 
     SLIP = "slip"
-    FOLLOWS = "goes with another slip"
+    FOLLOWS = "counted with eqs. (16), (18)"
     RIGHT = "right as printed"
     UNDECIDED = "undecided"
 
