@@ -82,7 +82,8 @@ def _spectra(flights: tuple[FreeFlight, ...]) -> str:
         chosen = [whole[0]] if fastest is whole[0] else [whole[0], fastest]
         parts.append(
             "In slow chains in vibration, from the longest waves to short ones: half of the "
-            f"kinetic energy of internal motion, mean over {AVERAGED_OVER:g} crossings, is in the modes up to "
+            f"kinetic energy of internal motion, mean over {AVERAGED_OVER:g} crossings, is in the "
+            "modes up to "
             + ", ".join(
                 f"j = {half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
                 for f in chosen

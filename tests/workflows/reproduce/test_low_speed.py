@@ -52,9 +52,10 @@ def test_limit_is_found_where_no_range_gives_it(order):
 def test_fits_are_over_one_range_and_its_halves_whatever_the_numbers():
     for curve in (lambda u: u**1.34, lambda u: u**2.09):
         ends = [(fit.first, fit.last) for fit in increase(4, curve).fits()]
-        assert ends[0] == pytest.approx(FIT_RANGE, rel=0.1)
-        assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.1)
-        assert ends[2][1] == pytest.approx(FIT_RANGE[1], rel=0.1)
+        # The ends to one speed of these, which are a factor of 1.26 apart.
+        assert ends[0] == pytest.approx(FIT_RANGE, rel=0.26)
+        assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.26)
+        assert ends[2][1] == pytest.approx(FIT_RANGE[1], rel=0.26)
         assert len(ends) == 3
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.measurements import Answer, Point
-from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Put, Rule, Verdict, judge
 
 # Margins 0.2 and 0.5.

@@ -178,7 +178,8 @@ def _paper_chain(points: list[Point]) -> dict[str, Finding]:
             f"2π over the mean interval, {where}; the highest mode has {highest:.3f}, so that it "
             f"is above all modes on average, and for all intervals but "
             f"{int(np.sum(intervals > np.pi))}. That no mode is excited then does not follow: all "
-            f"impulses have the same sign, and 1 − η = {1.0 - point.restitution:.4f} is left in the modes",
+            f"impulses have the same sign, and 1 − η = {1.0 - point.restitution:.4f} is left in "
+            "the modes",
             chain,
         ),
         "interval": Finding(
