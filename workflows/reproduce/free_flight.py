@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.modes import kinetic_mode_energies
+from chaincor.analysis.pair_theory import compressed_strain
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.follow import STEP
@@ -108,9 +109,15 @@ class _Flight:
     def __init__(self, point: Point, answer: Answer) -> None:
         assert answer.result is not None
         self._bond = bond = point.scene.bond
-        stiffest = max(float(bond.curvature(answer.result["bond_min"] - 1.0)), bond.stiffness)
-        self._stepper = Stepper.of(bond, "order8", STEP / math.sqrt(stiffest))
         arrays = answer.arrays
+        velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
+        inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
+        inner += float(np.sum(bond.energy(strains)))
+        # No bond gets shorter than all energy of internal motion makes it; nor, after a fast
+        # collision, as short as when the chain was at the wall.
+        shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
+        stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
+        self._stepper = Stepper.of(bond, "order8", STEP / math.sqrt(stiffest))
         self._chain = Chain.in_flight(
             point.scene, self._stepper.scheme, arrays["displacements"], arrays["velocities"]
         )
