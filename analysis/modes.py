@@ -98,7 +98,8 @@ def mode_energies(
     -------
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
-        vibrational energy; for others see :func:`anharmonic_remainder`.
+        vibrational energy; for others see :func:`anharmonic_remainder`. Where bonds are stretched
+        far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`.
     """
     from scipy.fft import dst
 
