@@ -6,11 +6,11 @@ import numpy as np
 
 from chaincor.workflows.reproduce.figures.breaking import describe_breaking
 from chaincor.workflows.reproduce.figures.spectra import half_of_kinetic
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.findings.lengths import last_exponents
 from chaincor.workflows.reproduce.findings.long_limit import describe_limits, slope_limits
 from chaincor.workflows.reproduce.findings.low_speed import lj_increases
 from chaincor.workflows.reproduce.findings.speeds import minima
-from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.typesetting import format_value
 

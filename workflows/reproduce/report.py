@@ -11,8 +11,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.reproduce.beyond import remarks
 from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
 from chaincor.workflows.reproduce.findings.low_speed import increases
-from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.readings import readings

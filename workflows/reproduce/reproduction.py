@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.workflows.reproduce.figures.all_figures import all_figures
-from chaincor.workflows.reproduce.free_flight import free_flights
+from chaincor.workflows.reproduce.findings.free_flight import free_flights
 from chaincor.workflows.reproduce.judging import judge_all
 from chaincor.workflows.reproduce.measurements import Runner, measure
 from chaincor.workflows.reproduce.plan import Plan

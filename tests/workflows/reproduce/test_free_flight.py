@@ -9,10 +9,10 @@ from scipy.integrate import solve_ivp
 from chaincor import Scene, collide
 from chaincor.analysis.modes import kinetic_mode_energies, mode_frequencies
 from chaincor.workflows.engines.pieces import find_pieces
-from chaincor.workflows.reproduce import free_flight
 from chaincor.workflows.reproduce.figures.breaking import describe_breaking
 from chaincor.workflows.reproduce.figures.spectra import harmonic_share, mode_spectra
-from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, SAMPLED, fly
+from chaincor.workflows.reproduce.findings import free_flight
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, SAMPLED, fly
 from chaincor.workflows.reproduce.measurements import Answer, Point
 
 N = 20

@@ -59,6 +59,11 @@ def test_fits_are_over_one_range_and_its_halves_whatever_the_numbers():
         assert len(ends) == 3
 
 
+def test_dissipation_that_falls_has_no_power():
+    limit, _ = limit_power(increase(4, lambda u: -0.4 * u**2), 4)
+    assert np.isnan(limit)
+
+
 def test_too_few_speeds_give_no_limit():
     found = increase(4, lambda u: u**2)
     few = Increase(found.points[:3], found.baseline, SPEEDS[:3], found.values[:3], found.errors[:3])

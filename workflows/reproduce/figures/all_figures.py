@@ -19,8 +19,8 @@ from chaincor.workflows.reproduce.figures.harmonic_trajectories import (
 )
 from chaincor.workflows.reproduce.figures.schematic import schematic
 from chaincor.workflows.reproduce.figures.spectra import mode_spectra
+from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
 from chaincor.workflows.reproduce.findings.harmonic import HarmonicLaw
-from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLUE, CYCLE, GREEN, MARKERS, new_figure
 from chaincor.workflows.reproduce.figures.figure import Figure
-from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, FreeFlight
+from chaincor.workflows.reproduce.findings.free_flight import LAST, MOMENTS, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, GREEN, GREY, VERMILION, new_figure
 from chaincor.workflows.reproduce.figures.figure import Figure
-from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
 
 if TYPE_CHECKING:

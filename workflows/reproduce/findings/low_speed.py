@@ -49,8 +49,13 @@ class Increase:
         return [fit for fit in fits if np.isfinite(fit.exponent_error)]
 
     def local_powers(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the power between neighbouring speeds, and the speeds half-way between them."""
-        powers = np.diff(np.log(self.values)) / np.diff(np.log(self.speeds))
+        """
+        Return speeds half-way between neighbours, and the power between these.
+
+        It is nan where dissipation does not increase.
+        """
+        with np.errstate(invalid="ignore", divide="ignore"):
+            powers = np.diff(np.log(self.values)) / np.diff(np.log(self.speeds))
         return np.sqrt(self.speeds[1:] * self.speeds[:-1]), powers
 
     def fit(self, first: float, last: float) -> PowerLaw:
@@ -208,6 +213,8 @@ def limit_power(increase: Increase, order: int) -> tuple[float, float]:
     if increase.speeds.size < _SLOWEST:
         return np.nan, np.nan
     places, powers = increase.local_powers()
+    if not np.all(np.isfinite(powers[: _SLOWEST - 1])):
+        return np.nan, np.nan
     x = places[: _SLOWEST - 1] ** (order - 2)
     limit, shorter = (
         np.polyfit(x[:count], powers[:count], 1)[1] for count in (_SLOWEST - 1, _SLOWEST - 2)
