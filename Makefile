@@ -2,18 +2,21 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
+# Tests start Python some hundred times: what one process compiles the next should only load.
+test quick: export PYTHONDONTWRITEBYTECODE =
+
 .PHONY: reproduce test quick test-elsewhere check bench docs install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
 test: .venv/ready-test  ## the whole test suite
-	$(BIN)/python -m tests.warm_kernels
+	$(BIN)/python -m tests.warm_kernels all
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
 quick: .venv/ready-test  ## the tests that take seconds
 	$(BIN)/python -m tests.warm_kernels
-	$(BIN)/python -m pytest -n auto -m "not slow"
+	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow"
 
 test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere

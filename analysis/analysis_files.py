@@ -4,14 +4,18 @@ import csv
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import folder_aside
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.theory import basile_dumont_energies
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _COLUMNS = {
     "contacts.csv": ("contact", "time", "interval", "incoming_speed"),
@@ -176,7 +180,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         _save(figure, folder / "mode_heat_map.png", analysis)
 
 
-def _save(figure, path: Path, analysis: CollisionAnalysis) -> None:
+def _save(figure: "Figure", path: Path, analysis: CollisionAnalysis) -> None:
     caption = describe(analysis)
     if analysis.contradictions:
         caption += " (CONTRADICTED, see analysis.json)"
@@ -188,7 +192,7 @@ def _save(figure, path: Path, analysis: CollisionAnalysis) -> None:
     figure.savefig(path, dpi=200, metadata=metadata)
 
 
-def _theory(analysis: CollisionAnalysis):
+def _theory(analysis: CollisionAnalysis) -> NDArray[np.float64] | None:
     """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
     statistics = analysis.contact_statistics
     if statistics.mean_interval is None or statistics.mean_speed is None:

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
+from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.start import Start
 from chaincor.lammps_inputs.bonds.potential import Potential

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.caveats import collect_caveats, find_contradictions, is_over
-from chaincor.analysis.contact_detection import ContactDetector
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
+from chaincor.analysis.dumps.contact_detection import ContactDetector
 from chaincor.analysis.dumps.data_file import DeclaredMasses
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses, mass_resolution

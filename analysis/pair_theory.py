@@ -8,6 +8,7 @@ speed 2 v0: :math:`\dot s^2/4 + U(s) = v_0^2`. Particle 1 is back at the wall wh
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -123,7 +124,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
         # Higher orders divide by a higher power of s: larger strains keep the digits.
         strains *= 10.0
 
-    def ratio(s):
+    def ratio(s: NDArray[np.float64]) -> NDArray[np.float64]:
         return (bond.curvature(s) - bond.stiffness) / (order * (order - 1) * s ** (order - 2))
 
     one, half, quarter = 0.5 * (ratio(strains) + ratio(-strains))
@@ -157,7 +158,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     harmonic = -math.sqrt(2.0 * energy / bond.stiffness)
     end = bond.strain_min / harmonic
 
-    def excess(z):
+    def excess(z: float) -> float:
         return float(bond.energy(np.array(z * harmonic))) / energy - 1.0
 
     far = min(1.0, 0.5 * end)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.contact_detection import DetectedContacts
 from chaincor.analysis.contacts import ContactStatistics
+from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.restitution import EnergySplit
 from chaincor.lammps_inputs.bonds.potential import Potential
 

@@ -18,10 +18,9 @@ from chaincor.analysis.job_folder import (
 )
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
 from chaincor.lammps_inputs.scene import Scene
 
-# Order of a run with the impact-located wall: that of its scheme.
-_ORDERS = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
 # impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is
 # benchmarks/bars/analyzed.py, which also counts the truths inside the bars.
@@ -59,7 +58,7 @@ class SteppedRun:
             return 0
         if self.job.scene is None:
             return None
-        return _ORDERS[Scene.from_file(self.job.scene).scheme or "verlet"]
+        return SCHEME_ORDERS[Scene.from_file(self.job.scene).scheme or "verlet"]
 
 
 def analyze_folder(

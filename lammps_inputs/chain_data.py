@@ -1,30 +1,69 @@
-"""The chain's data file, as LAMMPS read_data reads it."""
+"""The data file of the particles, as LAMMPS read_data reads it."""
 
 import numpy as np
 from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+
+Array = NDArray[np.float64]
 
 # Free space on both sides of the chain, in chain lengths. The box only has to hold the motion of
 # one collision; nothing is periodic and nothing is ever re-sorted.
 _ROOM = 30.0
 
 
+def format_scene_data(scene: Scene, bond_types: int = 1) -> str:
+    """
+    Format the data file of a collision, exact to the last bit.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    bond_types : int
+        How many types of bonds the file has room for.
+
+    Returns
+    -------
+    str
+        The chain as in :func:`format_chain_data`; a free target follows it, with the next ids from
+        the contact outward, in a molecule of its own.
+    """
+    if scene.line is None:
+        return format_chain_data(*initial_chain(scene.particles, scene.impact_velocity), bond_types)
+    line = scene.line
+    masses = np.concatenate((line.chain_masses, line.target_masses))
+    return format_chain_data(*initial_state(line), bond_types, masses, line.targets)
+
+
 def format_chain_data(
-    positions: NDArray[np.float64], velocities: NDArray[np.float64], bond_types: int = 1
+    positions: Array,
+    velocities: Array,
+    bond_types: int = 1,
+    masses: Array | None = None,
+    targets: int = 0,
 ) -> str:
     """
-    Format a chain for ``atom_style bond``, exact to the last bit.
+    Format particles for ``atom_style bond``, exact to the last bit.
 
-    Positions and velocities are along x, away from the wall at x = 0, particle 1 first. The file
-    has ids 1..n in one molecule, mass 1 and bonds of type 1, with room for `bond_types`.
+    Positions and velocities are along x, away from the target at x = 0, particle 1 first; the last
+    `targets` particles are those of a free target, from the contact outward. Ids follow that order.
+    The chain is molecule 1 and the target molecule 2, neighbours in each have bonds of type 1, with
+    room for `bond_types`, and there is an atom type for each mass; masses are 1 by default.
     """
-    n = len(positions)
-    reach = _ROOM * (n + 10.0)
+    count = len(positions)
+    n = count - targets
+    given = np.ones(count) if masses is None else masses
+    values, types = np.unique(given, return_inverse=True)
+    reach = _ROOM * (count + 10.0) * _slowness(given, velocities, masses is not None)
+    first_ids = [*range(1, n), *range(n + 1, count)]
     lines = [
         "chain of particles, particle 1 nearest the wall at x = 0",
         "",
-        f"{n} atoms",
-        f"{n - 1} bonds",
-        "1 atom types",
+        f"{count} atoms",
+        f"{len(first_ids)} bonds",
+        f"{len(values)} atom types",
         f"{bond_types} bond types",
         "",
         f"{-reach:.17g} {reach:.17g} xlo xhi",
@@ -33,26 +72,63 @@ def format_chain_data(
         "",
         "Masses",
         "",
-        "1 1.0",
-        "",
-        "Atoms # bond",
-        "",
     ]
-    lines += [f"{i} 1 1 {x:.17g} 0 0" for i, x in enumerate(positions.tolist(), 1)]
+    lines += [f"{kind} {mass!r}" for kind, mass in enumerate(values.tolist(), 1)]
+    lines += ["", "Atoms # bond", ""]
+    rows = zip(types.ravel().tolist(), positions.tolist(), strict=True)
+    lines += [
+        f"{i} {1 if i <= n else 2} {kind + 1} {x:.17g} 0 0" for i, (kind, x) in enumerate(rows, 1)
+    ]
     lines += ["", "Velocities", ""]
     lines += [f"{i} {v:.17g} 0 0" for i, v in enumerate(velocities.tolist(), 1)]
-    if n > 1:
+    if first_ids:
         lines += ["", "Bonds", ""]
-        lines += [f"{i} 1 {i} {i + 1}" for i in range(1, n)]
+        lines += [f"{k} 1 {i} {i + 1}" for k, i in enumerate(first_ids, 1)]
     return "\n".join(lines) + "\n"
 
 
-def initial_chain(
-    particles: int, impact_velocity: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _slowness(masses: Array, velocities: Array, unequal: bool) -> float:
+    """Return by how much more room bodies need that are slow to part, or fast."""
+    if not unequal:
+        return 1.0
+    slow = max(1.0, float(np.mean(masses)) ** 0.5)
+    return slow * max(1.0, 2.0 * float(np.max(np.abs(velocities))))
+
+
+def initial_chain(particles: int, impact_velocity: float) -> tuple[Array, Array]:
     """
     Return the chain at its first contact: a chain in flight has nothing to compute.
 
     Positions are x_i = i - 1, velocities -v0: particle 1 is at the wall, about to be reversed.
     """
     return np.arange(particles, dtype=float), np.full(particles, -impact_velocity)
+
+
+def initial_state(line: Line) -> tuple[Array, Array]:
+    """
+    Return positions and velocities of both bodies at the start, the chain's first.
+
+    The target's first particle is at x = 0, its others at -1, -2, ...: the surfaces of both bodies
+    touch where they meet, and particle 1 of the chain is then at the place of the target's first. A
+    chain that comes without inner motion is at its first contact; others are as far away as the
+    line says.
+    """
+    lengths = 1.0 + line.strains[line.first :]
+    gap = 0.0 if _rests(line) else float(line.strains[line.gap])
+    chain = np.cumsum(np.concatenate(([gap], lengths)))
+    velocities = line.velocities[line.first :]
+    if line.rigid:
+        return chain, velocities
+    behind = 1.0 + line.strains[: line.gap][::-1]
+    target = -np.cumsum(np.concatenate(([0.0], behind)))
+    return (
+        np.concatenate((chain, target + 0.0)),
+        np.concatenate((velocities, line.velocities[: line.first][::-1])),
+    )
+
+
+def _rests(line: Line) -> bool:
+    """Return whether nothing happens before the bodies meet."""
+    bonds = np.delete(line.strains, line.gap)
+    chain, target = line.velocities[line.first :], line.velocities[: line.first]
+    return not (np.any(bonds) or np.ptp(chain) > 0.0 or np.ptp(target) > 0.0)

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.small_file import read_small_file
 
 Array = NDArray[np.float64]
 
+# Larger numbers have no squares.
+_LARGEST = 1e100
 _PLACES = ("position", "strain")
 COLUMNS = (*_PLACES, "velocity", "mass")
 
@@ -86,16 +89,16 @@ def read_initial_state(path: Path) -> InitialState:
 
 def _read_columns(path: Path) -> dict[str, Array]:
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or error
+        lines = read_small_file(path).splitlines()
+        rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
+    except (OSError, ValueError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
         raise SceneError(f"cannot read initial {str(path)!r}: {reason}") from None
     names = [cell.strip() for cell in rows[0]] if rows else []
     unknown = [name for name in names if name not in COLUMNS]
     if unknown or len(set(names)) < len(names) or sum(name in _PLACES for name in names) != 1:
         raise SceneError(
-            f"initial {str(path)!r} has the columns {', '.join(names)[:80] or 'none'}; expected a "
+            f"initial {str(path)!r} has the columns {', '.join(names)[:80]!r}; expected a "
             "header with position or strain, and velocity, mass or neither"
         )
     if len(rows) < 2:
@@ -106,11 +109,11 @@ def _read_columns(path: Path) -> dict[str, Array]:
             if len(row) != len(names):
                 raise ValueError
             values.append([float(cell) for cell in row])
-            if not np.all(np.isfinite(values[-1])):
+            if not np.all(np.abs(values[-1]) <= _LARGEST):
                 raise ValueError
         except ValueError:
             raise SceneError(
                 f"initial {str(path)!r} has {','.join(row)[:60]!r} for particle {number}; expected "
-                f"{len(names)} finite numbers: {', '.join(names)}"
+                f"{len(names)} numbers, of {_LARGEST:g} at most: {', '.join(names)}"
             ) from None
     return dict(zip(names, np.array(values).T, strict=True))

@@ -115,6 +115,12 @@ class Line:
             masses = self.target_masses
         return masses
 
+    def overlap(self, speed: float) -> float:
+        """Return how far the two particles at the contact overlap if they meet at a speed."""
+        power = self.contact_exponent + 1.0
+        energy = 0.5 * self.contact_mass * speed**2
+        return float((power * energy / self.contact_stiffness) ** (1.0 / power))
+
     def separation(self, velocities: Array) -> float:
         r"""
         Return how fast the bodies move apart.

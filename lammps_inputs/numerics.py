@@ -14,6 +14,8 @@ from chaincor.lammps_inputs.scene import (
 
 # Engines also extrapolate steps: the in-house one where a tolerance lets it choose, LAMMPS if told.
 StepSchemeName = Scheme | Literal["extrapolated12", "extrapolated14", "extrapolated16"]
+# Order of convergence of what a scene can name, with the impact-located wall.
+SCHEME_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,14 @@ from pydantic import (
     model_validator,
 )
 
+from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     NAMED_POTENTIALS,
     Harmonic,
     LennardJones,
     Logarithmic,
+    Morse,
     Power,
     Toda,
 )
@@ -35,7 +37,8 @@ from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
 
-PotentialName = Literal["harmonic", "lj", "toda", "log", "power", "table"]
+PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
+POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
 Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]
 Scheme = Literal["verlet", "order4", "order6", "order8"]
@@ -76,6 +79,9 @@ class Scene(BaseModel):
     toda_b: PositiveFloat | None = Field(
         default=None, description="steepness b of the toda bond [default: 10]"
     )
+    morse_a: PositiveFloat | None = Field(
+        default=None, description="inverse width a of the morse bond [default: 6]"
+    )
     power_order: Annotated[int, Field(ge=3, le=99)] | None = Field(
         default=None, description="order of the power bond's anharmonic term, 3 or more"
     )
@@ -84,6 +90,13 @@ class Scene(BaseModel):
     )
     bond_file: Path | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
+    )
+    energy: str | None = Field(
+        default=None,
+        description="U as a formula of the strain s, or the length r, for potential formula",
+    )
+    parameters: dict[str, float] | None = Field(
+        default=None, description="values of the other names in it, as D=0.0139,a=6"
     )
     particles: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
         default=100, description="number of particles in the chain"
@@ -164,9 +177,9 @@ class Scene(BaseModel):
     @field_validator("potential", mode="before")
     @classmethod
     def _refuse_unknown_potential(cls, value: Any) -> Any:
-        if isinstance(value, Potential) or value in (*NAMED_POTENTIALS, "table"):
+        if isinstance(value, Potential) or value in POTENTIAL_NAMES:
             return value
-        names = ", ".join([*NAMED_POTENTIALS, "table"])
+        names = ", ".join(POTENTIAL_NAMES)
         raise ValueError(f"expected one of {names}")
 
     @field_validator("masses", "target_masses", mode="before")
@@ -187,6 +200,7 @@ class Scene(BaseModel):
         "tolerance",
         "timestep",
         "toda_b",
+        "morse_a",
         "power_c",
         "contact_stiffness",
         "contact_exponent",
@@ -205,6 +219,11 @@ class Scene(BaseModel):
         if isinstance(value, bool | str) and value != "contacts":
             raise ValueError("expected a positive number, or 'contacts'")
         return value
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _check_parameters(cls, value: Any) -> Any:
+        return None if value is None else check_parameters(value)
 
     @field_validator("bond_file", "initial", "dump", "save", "arrays", mode="after")
     @classmethod
@@ -233,7 +252,14 @@ class Scene(BaseModel):
 
             assert self.bond_file is not None
             return read_bond_table(self.bond_file)
-        return _named_bond(self.potential, self.toda_b, self.power_order, self.power_c)
+        if self.potential == "formula":
+            from chaincor.lammps_inputs.bonds.formula import formula_bond
+
+            assert self.energy is not None
+            return formula_bond(self.energy, tuple((self.parameters or {}).items()))
+        return _named_bond(
+            self.potential, self.toda_b, self.morse_a, self.power_order, self.power_c
+        )
 
     @property
     def impact_velocity(self) -> float:
@@ -267,6 +293,14 @@ class Scene(BaseModel):
     def slow_stiffness(self) -> float:
         """U''(1) over the mean mass of the slower body: sound crosses bonds at its root."""
         return self.bond.stiffness / (1.0 if self.line is None else self.line.mean_mass)
+
+    @property
+    def contact_duration(self) -> float:
+        """For how long two particles that meet at the impact speed overlap, about; 0 if hard."""
+        line = self.line
+        if line is None or not line.soft:
+            return 0.0
+        return 3.0 * line.overlap(self.impact_velocity) / self.impact_velocity
 
     @property
     def span(self) -> int:
@@ -395,11 +429,17 @@ class Scene(BaseModel):
 
 @cache
 def _named_bond(
-    name: str, toda_b: float | None, power_order: int | None, power_c: float | None
+    name: str,
+    toda_b: float | None,
+    morse_a: float | None,
+    power_order: int | None,
+    power_c: float | None,
 ) -> Potential:
     """Return a shared bond: finding v* takes longer than the rest of making a scene."""
     if name == "toda":
         return Toda() if toda_b is None else Toda(toda_b)
+    if name == "morse":
+        return Morse() if morse_a is None else Morse(morse_a)
     if name == "power":
         assert power_order is not None
         assert power_c is not None

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.small_file import read_small_file
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -25,8 +26,6 @@ BODY_KEYS = (
 )
 DEFAULT_CONTACT_STIFFNESS = 1.0
 DEFAULT_CONTACT_EXPONENT = 1.5
-# A file of masses may hold so many characters, some for each of the most particles.
-_LARGEST_FILE = 250_000_000
 # Lists of masses longer than this are known by their hash.
 _LONGEST_LIST = 64
 
@@ -43,22 +42,27 @@ def read_masses(value: Any) -> Any:
         return [value]
     if isinstance(value, np.ndarray):
         return value.ravel().tolist()
+    if isinstance(value, list | tuple) and any(isinstance(mass, bool) for mass in value):
+        raise ValueError("expected masses, such as 1,2")
     if not isinstance(value, str | Path):
         return value
-    text = str(value)
+    if isinstance(value, str) and (masses := masses_in(value)) is not None:
+        return masses
     try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        pass
-    try:
-        path = Path(text)
-        if path.stat().st_size > _LARGEST_FILE:
-            raise ValueError("the file is too large; expected a mass for each particle")
-        return [float(part) for part in path.read_text().replace(",", " ").split()]
+        text = read_small_file(Path(value))
+        return [float(part) for part in text.replace(",", " ").split()]
     except (OSError, ValueError):
         raise ValueError(
             "expected numbers with commas between them, such as 1,2, or a file of numbers"
         ) from None
+
+
+def masses_in(text: str) -> list[float] | None:
+    """Return the masses in a text such as ``1,2``; None where it is none of them."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        return None
 
 
 def chain_masses(scene: "Scene") -> NDArray[np.float64]:
@@ -71,7 +75,7 @@ def chain_masses(scene: "Scene") -> NDArray[np.float64]:
 
 def line_of(scene: "Scene") -> Line | None:
     """Return both bodies of a scene; None where the plain engines know all that it asks for."""
-    if all(getattr(scene, key) is None for key in BODY_KEYS):
+    if not given_bodies(scene):
         return None
     masses, target = chain_masses(scene), np.array([math.inf])
     if scene.target_particles is not None:
@@ -96,6 +100,17 @@ def line_of(scene: "Scene") -> Line | None:
     )
 
 
+def given_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return what a scene says of its bodies, as it was given."""
+    given = {key: getattr(scene, key) for key in BODY_KEYS}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def plain_bodies(scene: "Scene") -> dict[str, Any]:
+    """Return the same as JSON knows it."""
+    return {k: str(v) if isinstance(v, Path) else v for k, v in given_bodies(scene).items()}
+
+
 def body_fields(scene: "Scene") -> dict[str, Any]:
     """Return what a scene says of its bodies in one way of many to write it (JSON-ready)."""
     line = scene.line
@@ -107,7 +122,9 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
     if line.soft:
         fields["contact"] = [line.contact_stiffness, line.contact_exponent]
     if scene.initial is not None:
-        fields["initial"] = hashlib.sha256(scene.initial.read_bytes()).hexdigest()
+        # Not of the file, which may have been written otherwise, or over, since it was read.
+        state = np.concatenate((line.strains[line.gap :], line.velocities[line.first :]))
+        fields["initial"] = _digest(state)
     elif scene.compression:
         fields["compression"] = scene.compression
     return fields
@@ -120,8 +137,12 @@ def _period(masses: NDArray[np.float64]) -> list[float] | str:
         (p for p in range(1, min(count, _LONGEST_LIST) + 1) if _repeats(masses, p)), count
     )
     if period > _LONGEST_LIST:
-        return hashlib.sha256(masses.astype("<f8").tobytes()).hexdigest()
+        return _digest(masses)
     return [float(mass) for mass in masses[:period]]
+
+
+def _digest(values: NDArray[np.float64]) -> str:
+    return hashlib.sha256(values.astype("<f8").tobytes()).hexdigest()
 
 
 def _repeats(masses: NDArray[np.float64], period: int) -> bool:

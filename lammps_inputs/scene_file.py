@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.scene_bodies import masses_in
 
-# Keys that name files to be read.
+# Keys that name files to be read, and those that may: numbers with commas between them are none.
 FILES_READ = ("bond_file", "initial")
+MASSES_READ = ("masses", "target_masses")
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
@@ -30,8 +32,15 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or type(error).__name__
         raise SceneError(f"cannot read the scene file {str(path)!r}: {reason}") from None
-    fields = parse_toml(text, str(path))
-    for key in FILES_READ:
-        if isinstance(fields.get(key), str):
-            fields[key] = path.parent / fields[key]
-    return fields
+    return from_folder(parse_toml(text, str(path)), path.parent)
+
+
+def from_folder(fields: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Return fields in which relative paths of files to be read start from a folder."""
+    found = dict(fields)
+    for key, value in fields.items():
+        if not isinstance(value, str):
+            continue
+        if key in FILES_READ or (key in MASSES_READ and masses_in(value) is None):
+            found[key] = folder / value
+    return found

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene_bodies import BODY_KEYS, body_fields
 
@@ -35,6 +36,12 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     fields["velocity"] = scene.impact_velocity
     if scene.potential == "toda":
         (fields["toda_b"],) = scene.bond.parameters
+    if scene.potential == "morse":
+        (fields["morse_a"],) = scene.bond.parameters
+    if scene.potential == "formula":
+        assert isinstance(scene.bond, Formula)
+        fields["energy"] = scene.bond.text
+        fields["parameters"] = scene.bond.given
     if scene.bond_file is not None:
         fields["bond_file"] = hashlib.sha256(scene.bond_file.read_bytes()).hexdigest()
     for key in BODY_KEYS:

@@ -3,15 +3,28 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
+# What only bonds of one potential have.
+BOND_KEYS = {
+    "toda_b": "toda",
+    "morse_a": "morse",
+    "power_order": "power",
+    "power_c": "power",
+    "bond_file": "table",
+    "energy": "formula",
+    "parameters": "formula",
+}
 NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
 
 LARGEST_MASS_RATIO = 1e12
+# Energies, too, are to be numbers.
+LARGEST_MASS = 1e30
 
 # Shorter steps would take days to the end of the smallest collision, and drown in rounding.
 SHORTEST_TIMESTEP = 1e-9
@@ -26,15 +39,15 @@ def check_together(scene: "Scene") -> None:
 
 
 def _check_parameters(scene: "Scene") -> None:
-    owners = {"toda_b": "toda", "power_order": "power", "power_c": "power"}
-    owners["bond_file"] = "table"
-    for key, owner in owners.items():
+    for key, owner in BOND_KEYS.items():
         if getattr(scene, key) is not None and scene.potential != owner:
             raise ValueError(f"{key} goes with potential '{owner}', not '{scene.label}'")
     if scene.potential == "power" and (scene.power_order is None or scene.power_c is None):
         raise ValueError("potential 'power' needs power_order and power_c")
     if scene.potential == "table" and scene.bond_file is None:
         raise ValueError("potential 'table' needs bond_file")
+    if scene.potential == "formula" and scene.energy is None:
+        raise ValueError("potential 'formula' needs energy, such as \"D*(1-exp(-a*s))^2\"")
     _ = scene.bond  # raises for impossible parameters
 
 
@@ -66,9 +79,7 @@ def _check_bodies(scene: "Scene") -> None:
             raise ValueError("initial and compression are both given; give one")
         if state.masses is not None and scene.masses is not None:
             raise ValueError("initial has masses, and masses are given: drop one")
-        strained = (state.strains <= scene.bond.strain_min) | (
-            state.strains >= min(scene.bond.strain_max, scene.bond.barrier_strain)
-        )
+        strained = _is_impossible(scene, state.strains)
         if np.any(strained):
             bond = int(np.argmax(strained))
             raise ValueError(
@@ -76,11 +87,41 @@ def _check_bodies(scene: "Scene") -> None:
                 f"{bond + 1} and {bond + 2}, where a {scene.label} bond is not defined or does not "
                 "hold"
             )
-    masses = [mass for given in (scene.masses, scene.target_masses) for mass in given or (1.0,)]
-    if max(masses) > LARGEST_MASS_RATIO * min(masses):
+    if scene.compression is not None and _is_impossible(scene, np.array([-scene.compression]))[0]:
         raise ValueError(
-            f"masses are {min(masses):g} to {max(masses):g}; expected a ratio of at most "
+            f"compression is {scene.compression:g}: a {scene.label} bond of length "
+            f"{1.0 - scene.compression:g} is not defined or does not hold"
+        )
+    _check_masses(scene)
+
+
+def _is_impossible(scene: "Scene", strains: NDArray[np.float64]) -> NDArray[np.bool_]:
+    bond = scene.bond
+    longest = min(bond.strain_max, bond.barrier_strain)
+    return (strains <= bond.strain_min) | (strains >= longest)
+
+
+def _check_masses(scene: "Scene") -> None:
+    state = scene.initial_state
+    given = [scene.masses, scene.target_masses, None if state is None else state.masses]
+    if all(masses is None for masses in given):
+        return
+    # Of what is not given, 1.
+    if given[0] is None and given[2] is None:
+        given.append((1.0,))
+    if given[1] is None and scene.target_particles is not None:
+        given.append((1.0,))
+    bounds = [(np.min(masses), np.max(masses)) for masses in given if masses is not None]
+    least, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
+    if largest / LARGEST_MASS_RATIO > least:
+        raise ValueError(
+            f"masses are {least:g} to {largest:g}; expected a ratio of at most "
             f"{LARGEST_MASS_RATIO:g}, of which numbers keep a few digits"
+        )
+    if not (largest <= LARGEST_MASS and least >= 1.0 / LARGEST_MASS):
+        raise ValueError(
+            f"masses are {least:g} to {largest:g}; expected {1.0 / LARGEST_MASS:g} to "
+            f"{LARGEST_MASS:g}: divide all by one of them, which changes units alone"
         )
 
 
@@ -101,7 +142,8 @@ def _check_speed(scene: "Scene") -> None:
         raise ValueError(
             f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
         )
-    if not 1e-150 < scene.impact_velocity < 1e150:
+    largest = 1e150 if scene.line is None else 1e120
+    if not 1.0 / largest < scene.impact_velocity < largest:
         raise ValueError(
             f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
             "floating point can square"

@@ -6,6 +6,7 @@ from pathlib import PurePosixPath
 from typing import Any, Literal
 
 from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
+from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -38,11 +39,6 @@ class ScoutedEnd:
     last_contact_time: float
     contacts: int
     ending: str
-
-
-def number(value: float) -> str:
-    """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
-    return repr(float(value))
 
 
 @cache
@@ -150,14 +146,16 @@ def render_job(
             "'verlet', or use `chaincor run`, which drives LAMMPS step by step"
         )
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
+    values |= contact_values(scene, numerics.wall)
     values |= {
         "scripted": True,
         # As text, with all its digits: an equal-style variable has 15.
         "timestep": "${timestep}",
         "step": number(numerics.timestep),
-        "shortest": number(SHORTEST_TIMESTEP / scene.bond.stiffness**0.5),
-        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.bond.stiffness**0.5),
-        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets a wall",
+        "shortest": number(SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
+        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5),
+        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
+        + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
         "quiet": number(quiet),

@@ -26,6 +26,7 @@ FLOORS = {
         {"collision", "pictures"},
         {"accuracy"},
         {"result"},
+        {"bodies", "motion"},
         {"engines"},
         {"cli", "outputs", "run_progress"},
         {"durations", "errors", "measured", "versions"},
@@ -42,11 +43,11 @@ FLOORS = {
         {"piece_bounds"},
     ],
     "workflows/engines/in_house": [
-        {"stepping"},
+        {"modal", "stepping"},
         {"lines"},
         {"hard_sphere"},
-        {"adaptive", "modal"},
-        {"adaptive_loops", "follow", "mode_flight"},
+        {"adaptive"},
+        {"adaptive_loops", "adaptive_rates", "follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},
         {"finish", "kernels"},
@@ -54,10 +55,12 @@ FLOORS = {
         {"contact_search", "stages"},
     ],
     "lammps_inputs/bonds": [
-        {"potentials", "table_file"},
-        {"user_bond"},
+        {"formula", "potentials", "table_file"},
+        {"formula_rest", "user_bond"},
+        {"formula_code"},
+        {"formula_text"},
         {"potential"},
-        {"check", "series"},
+        {"check", "exponential", "series"},
     ],
     "workflows/reproduce": [
         {"reproduction"},
@@ -71,19 +74,21 @@ FLOORS = {
         {"plan"},
     ],
     "analysis": [
-        {"step_error"},
+        {"step_error", "two_bodies"},
         {"analysis_files", "job_folder"},
         {"frame_analysis"},
         {"caveats", "figures", "history"},
         {"results"},
-        {"contact_detection", "contacts", "pair_theory", "theory"},
-        {"contact_times"},
+        {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
         {"atomic_write", "restitution", "start"},
     ],
 }
 MOST_MODULES = 16
-SLOW = ("matplotlib", "MDAnalysis", "lammps", "numba", "scipy", "numpy", "pydantic", "ase")
+SLOW = (
+    *("matplotlib", "MDAnalysis", "lammps", "numba", "scipy", "numpy", "pydantic", "ase"),
+    *("mpmath", "sympy"),
+)
 
 
 def modules(folder):
@@ -200,7 +205,7 @@ print(restitution(np.array([0.05, 0.15]), 0.1))
         ("import chaincor.__main__", SLOW),
         ("import chaincor.workflows.cli", SLOW),
         ("import chaincor.analysis, chaincor.lammps_inputs, chaincor.workflows", SLOW),
-        ("from chaincor import Scene", ("matplotlib", "MDAnalysis", "lammps", "numba")),
+        ("from chaincor import Scene", ("matplotlib", "MDAnalysis", "lammps", "numba", "sympy")),
         ("import chaincor.lammps_inputs.scene", ("matplotlib", "MDAnalysis", "lammps", "numba")),
         ("import chaincor.analysis.restitution", ("matplotlib", "MDAnalysis", "lammps", "numba")),
         ("import chaincor.workflows.engines.lammps.engine", ("matplotlib", "MDAnalysis", "lammps")),

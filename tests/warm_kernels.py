@@ -1,25 +1,40 @@
 """
 Compile the loops of every named bond once, before the tests start, one process a core.
 
+    python -m tests.warm_kernels [all]
+
+With ``all`` also those that only slow tests need: of power bonds of any order.
+
 Left to the tests, every worker would compile for itself what the others compile meanwhile: half a
 minute for each bond. What is kept on disk already costs a second.
 """
 
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house import adaptive, stepping
 
-# From the one that takes longest; fast log chains take the adaptive steps as well.
+# From the one that takes longest.
 BONDS = (
     {"potential": "log"},
     {"potential": "power", "power_order": 4, "power_c": 1.0},
     {"potential": "toda"},
+    {"potential": "morse"},
     {"potential": "lj"},
     {"potential": "harmonic", "velocity": 0.1},
+)
+POWERS = tuple(
+    {
+        "potential": "power",
+        "power_order": order,
+        "power_c": -1.0 if order % 2 else 1.0,
+        "speed": 0.1,
+    }
+    for order in (3, 5, 6, 7, 8, 9)
 )
 
 
@@ -28,16 +43,13 @@ def compile_loops(fields: dict) -> None:
     scene = Scene(particles=5, **fields)
     for scheme in ("order8", "extrapolated14"):
         stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
-    if fields["potential"] == "log":
-        from chaincor.workflows.collision import collide
-
-        collide(scene.replace(engine="reference", speed=3.0), tolerance=1e-6)
+    adaptive.run(scene, 1e-6)
 
 
 def main() -> None:
     """Compile in as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        list(pool.map(compile_loops, BONDS))
+        list(pool.map(compile_loops, BONDS + (POWERS if "all" in sys.argv else ())))
 
 
 if __name__ == "__main__":

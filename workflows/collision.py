@@ -10,7 +10,8 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
@@ -19,6 +20,7 @@ from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
@@ -29,6 +31,8 @@ from chaincor.workflows.versions import versions
 
 # A collision of a day is seldom meant.
 MOST_SECONDS = 86400.0
+# Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
+_ROUNDED = 1e-9
 
 
 def collide(
@@ -76,8 +80,6 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     started = time.perf_counter()
     if tolerance is not None:
         scene = scene.replace(tolerance=tolerance)
-    if scene.line is not None:
-        raise InputError("masses, targets, soft contacts and initial states cannot be run yet")
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
@@ -128,7 +130,7 @@ def _result(
     found: dict[str, Any],
     started: float,
 ) -> Collision:
-    v0, v_star = scene.impact_velocity, scene.bond.natural_speed
+    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
     eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
     scouted = found.get("scouting")
@@ -139,6 +141,7 @@ def _result(
             bond_min = min(bond_min, scouted["bond_min"])
             bond_max = max(bond_max, scouted["bond_max"])
             source = "in-house scouting run, every step, and LAMMPS at contacts"
+    longer = scene.bond.natural_length - 1.0
     total = bar.total
     met = None if asked is None or total is None else total <= asked
     return Collision(
@@ -158,11 +161,15 @@ def _result(
         velocity=v0,
         speed=None if v_star is None else v0 / v_star,
         v_star=v_star,
-        bond_min=bond_min,
-        bond_max=bond_max,
+        bond_min=bond_min + longer,
+        bond_max=bond_max + longer,
         bond_range_source=source,
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
-        momentum_residual=abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses)),
+        momentum_residual=(
+            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
+            if line is None
+            else impulse_residual(line, outcome, v0)
+        ),
         ending=outcome.ending.kind,
         duration=outcome.duration,
         fragments=outcome.fragments,
@@ -178,13 +185,31 @@ def _result(
         contact_times=outcome.contact_times,
         contact_speeds=outcome.contact_speeds,
         mode_energies=np.asarray(
-            mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
+            mode_energies(
+                outcome.displacements,
+                outcome.velocities,
+                scene.bond.stiffness,
+                None if line is None else line.chain_masses,
+            )
         ),
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,
+        **_bond_fields(scene.bond),
         replay=_replay(scene, outcome, found),
+        **bodies_after(scene, outcome),
     )
+
+
+def _bond_fields(bond: Potential) -> dict[str, Any]:
+    """Return what results say of bonds that are not in the usual units, or a formula."""
+    fields: dict[str, Any] = {}
+    if isinstance(bond, Formula):
+        fields |= {"energy": bond.text, "parameters": dict(bond.given)}
+    for name in ("stiffness", "natural_length"):
+        if abs(getattr(bond, name) - 1.0) > _ROUNDED:
+            fields[name] = float(getattr(bond, name))
+    return fields
 
 
 def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:

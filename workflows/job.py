@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import tabulate
-from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.numerics import Numerics
@@ -42,11 +42,7 @@ def write_job(
     scouting = scout_job(scene)
     table = None
     if not scene.bond.is_harmonic:
-        bond_range = (
-            guess_bond_range(scene.bond, scene.impact_velocity)
-            if scouting is None
-            else scouting.table_range(scene)
-        )
+        bond_range = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
         table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
     scouted = None if scouting is None else scouting.end
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
@@ -57,7 +53,7 @@ def write_job(
     frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
         SCRIPT_FILE: job_script(scene, numerics, table, scouted, frame_time),
-        DATA_FILE: format_chain_data(*initial_chain(scene.particles, scene.impact_velocity)),
+        DATA_FILE: format_scene_data(scene),
     }
     if table is not None:
         texts[TABLE_FILE] = table.to_text()
@@ -76,7 +72,7 @@ def write_job(
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:
     if isinstance(scene.dump_frames, str):
         return "contacts"
-    return scene.particles / scene.dump_frames
+    return scene.particles / (scene.bond.stiffness**0.5 * scene.dump_frames)
 
 
 def scout_job(scene: Scene) -> Scouting | None:

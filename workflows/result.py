@@ -3,19 +3,15 @@
 import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import written_aside
-from chaincor.analysis.dumps.chain_frames import ChainState
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
 from chaincor.workflows.engines.replay import Replay
-
-if TYPE_CHECKING:
-    from ase import Atoms
-    from MDAnalysis import Universe
+from chaincor.workflows.motion import Motion
 
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (
@@ -25,10 +21,9 @@ ARRAY_FIELDS = (
     "velocities",
     "displacements",
 )
-_NOT_PLAIN = (*ARRAY_FIELDS, "replay")
-# A trajectory ends when the chain has left the wall for this share of the collision, and for as
-# long as sound takes over two bonds.
-_FLY_ON = (0.15, 2.0)
+# Only of bonds that need them.
+BOND_FIELDS = ("energy", "parameters", "stiffness", "natural_length")
+_NOT_PLAIN = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
 
 
 @dataclass(frozen=True)
@@ -62,24 +57,27 @@ class ErrorBar:
 
 
 @dataclass(frozen=True)
-class Collision:
+class Collision(Bodies, Motion):
     r"""
     Result of one collision.
 
     Lengths, masses and stiffnesses are in units of the natural bond length, the particle mass and
     the bond stiffness; times count from the first contact; velocities are positive away from the
-    wall. The final state is the one right after the last contact.
+    wall. The final state is the one right after the last contact. Scenes with masses, a free
+    target, a soft contact or a state of their own have besides the attributes of
+    :class:`~chaincor.workflows.bodies.Bodies`.
 
     Attributes
     ----------
     restitution : float
-        :math:`\eta = (\bar v/v_0)^2`, the ratio of translational energies.
+        :math:`\eta = (\bar v/v_0)^2`, the ratio of translational energies; with a free target
+        :math:`\bar v` is the relative velocity of the centres of mass.
     restitution_error : float or None
         Error bar of eta; None where it was not asked for.
     kinematic_restitution : float
         :math:`e = \sqrt\eta`, the ratio of speeds.
     contacts : int
-        How often particle 1 hit the wall.
+        How often particle 1 hit the wall, or the target.
     last_contact_time : float
         Time of the last contact.
     engine, wall, scheme : str
@@ -108,7 +106,8 @@ class Collision:
     energy_drift : float
         (E_end - E_start)/E_start.
     momentum_residual : float
-        ``|sum of wall impulses - change of momentum| / (n v0)``.
+        ``|sum of impulses - change of momentum| / (M v0)``, M the mass of the chain; with a free
+        target the larger of both bodies'.
     ending : str
         Whether it is ``proved`` that no further contact comes, ``argued``, or ``open``; then the
         error bar holds what one could change.
@@ -134,10 +133,15 @@ class Collision:
         Versions of chaincor and of the libraries behind the number.
     details : dict
         What only some runs have: certificate of the table, choice of numerics, scouting.
+    energy, parameters : str or None, dict or None
+        Of a bond by formula, else None; None is left out of the JSON, as below.
+    stiffness, natural_length : float or None
+        U'' and length of a bond at rest; None where they are 1.
     replay : Replay or None
         The run as it can be carried out again, to see the motion; None in results made by hand.
     contact_times, contact_speeds : ndarray of shape (contacts,)
-        When and how fast particle 1 hit the wall.
+        When and how fast particle 1 hit the wall; the speed relative to that of a free target's
+        first particle.
     mode_energies : ndarray of shape (n,)
         Harmonic energies E_j of the free chain's modes; j = 0 is the translation.
     velocities, displacements : ndarray of shape (n,)
@@ -183,115 +187,29 @@ class Collision:
     velocities: NDArray[np.float64] = field(repr=False)
     displacements: NDArray[np.float64] = field(repr=False)
     details: dict[str, Any] = field(default_factory=dict, repr=False)
+    energy: str | None = None
+    parameters: dict[str, float] | None = None
+    stiffness: float | None = None
+    natural_length: float | None = None
     replay: Replay | None = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
-        plain = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in _NOT_PLAIN}
+        rare = (*BODY_FIELDS, *BOND_FIELDS)
+        names = [f.name for f in fields(self) if f.name not in (*_NOT_PLAIN, *rare)]
+        names += [
+            name for name in rare if name not in TARGET_ARRAYS and getattr(self, name) is not None
+        ]
+        plain = {name: getattr(self, name) for name in names}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
         }
         return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the arrays by field name."""
-        return {name: getattr(self, name) for name in ARRAY_FIELDS}
-
-    def trajectory(self, frames: int = 200) -> list[ChainState]:
-        """
-        Carry the collision out again, as this result was, and keep the motion.
-
-        Parameters
-        ----------
-        frames : int
-            How many states to keep, about: LAMMPS has them at the ends of steps only.
-
-        Returns
-        -------
-        list of ChainState
-            From the first contact (time 0) until soon after the last, at even intervals or, by
-            LAMMPS, nearly so; with the stock wall one step later. `step` counts them.
-
-        Raises
-        ------
-        InputError
-            If fewer than two frames are asked for, or the result was not made by `collide`.
-        RunError
-            If the result is the limit of hard spheres, which has no motion to show.
-        """
-        if frames < 2:
-            raise InputError(f"{frames} frames are asked for; expected 2 or more")
-        if self.replay is None:
-            raise InputError(
-                "the result does not say how it was run; expected one returned by collide()"
-            )
-        share, flight = _FLY_ON
-        end = (1.0 + share) * self.last_contact_time + flight
-        recorded = self.replay.record(end / (frames - 1))
-        # The last may be late by rounding.
-        return [
-            ChainState(step, float(time), displacements, velocities)
-            for step, (time, displacements, velocities) in enumerate(
-                zip(recorded.times, recorded.displacements, recorded.velocities, strict=True)
-            )
-            if time <= end * (1.0 + 1e-9)
-        ]
-
-    def to_ase(self, frames: int = 200) -> "list[Atoms]":
-        """
-        Return the motion as ASE Atoms; the collision is carried out again for it.
-
-        Numbers are the reduced ones of this package, not eV, angstrom and ASE's time.
-
-        Parameters
-        ----------
-        frames : int
-            As for :meth:`trajectory`.
-
-        Returns
-        -------
-        list of ase.Atoms
-            Float64 positions (x, 0, 0), velocities, masses 1, array ``bonds``, ``info["time"]``;
-            each knows its potential energy and the forces of the bonds. No cell: the wall at x = 0
-            is no part of the Atoms.
-
-        Raises
-        ------
-        InputError, RunError
-            As :meth:`trajectory`.
-        """
-        from chaincor.analysis.dumps.other_formats import ase_atoms
-
-        states, masses = self.trajectory(frames), np.ones(self.particles)
-        assert self.replay is not None
-        return [ase_atoms(state, masses, self.replay.scene.bond) for state in states]
-
-    def to_universe(self, frames: int = 200) -> "Universe":
-        """
-        Return the motion as an MDAnalysis Universe; the collision is carried out again for it.
-
-        Numbers are the reduced ones of this package, not angstrom, picoseconds and daltons.
-
-        Parameters
-        ----------
-        frames : int
-            As for :meth:`trajectory`.
-
-        Returns
-        -------
-        MDAnalysis.Universe
-            With times, masses 1, ids from the wall outwards, bonds between neighbours, no box.
-            MDAnalysis keeps positions and velocities as float32; float64 ones are in ``ts.data``
-            as ``v_displacement`` (u = x - (id - 1)) and ``vx``.
-
-        Raises
-        ------
-        InputError, RunError
-            As :meth:`trajectory`.
-        """
-        from chaincor.analysis.dumps.universe import universe_of_states
-
-        return universe_of_states(self.trajectory(frames), np.ones(self.particles))
+        """Return the arrays by field name, those of a free target among them."""
+        names = ARRAY_FIELDS if self.target_particles is None else (*ARRAY_FIELDS, *TARGET_ARRAYS)
+        return {name: getattr(self, name) for name in names}
 
     def save_arrays(self, path: Path) -> None:
         """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""

@@ -4,8 +4,12 @@ import contextlib
 import threading
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from chaincor.workflows.durations import format_duration
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 # What is over sooner needs no word.
 _QUIET_SECONDS = 2.0
@@ -35,7 +39,7 @@ def show_elapsed(expected: float) -> Iterator[None]:
         thread.join()
 
 
-def _show(console, expected, done):
+def _show(console: "Console", expected: float, done: threading.Event) -> None:
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
     started = time.monotonic()

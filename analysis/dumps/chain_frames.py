@@ -1,7 +1,7 @@
 """Frames of a dump as states of a chain: time, displacements and velocities."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ _SAME_DISPLACEMENT = 1e-6
 @dataclass(frozen=True)
 class ChainState:
     """
-    The chain at one moment.
+    The chain at one moment, and the free target that it hits, if there is one.
 
     Attributes
     ----------
@@ -37,12 +37,39 @@ class ChainState:
         u_i = x_i - (i - 1), particle 1 nearest the wall at x = 0.
     velocities : ndarray of shape (n,)
         Positive away from the wall.
+    target_displacements, target_velocities : ndarray of shape (M,)
+        The same of a free target, from the contact outward: particle k is at 1 - k + u_k. Empty
+        for a wall.
     """
 
     step: int
     time: float
     displacements: NDArray[np.float64]
     velocities: NDArray[np.float64]
+    target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def all_displacements(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,)."""
+        return np.concatenate((self.displacements, self.target_displacements))
+
+    @property
+    def all_velocities(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,)."""
+        return np.concatenate((self.velocities, self.target_velocities))
+
+    @property
+    def all_positions(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,), along x."""
+        rest = np.arange(self.displacements.size), -np.arange(self.target_displacements.size)
+        return self.all_displacements + np.concatenate(rest)
+
+    @property
+    def all_bonds(self) -> list[tuple[int, int]]:
+        """Pairs of neighbours, counted from 0; none between the bodies."""
+        n, both = self.displacements.size, self.displacements.size + self.target_displacements.size
+        return [(i, i + 1) for i in range(both - 1) if i != n - 1]
 
 
 @dataclass(frozen=True)

@@ -85,12 +85,12 @@ def ase_atoms(
     Parameters
     ----------
     state : ChainState
-        The chain.
-    masses : ndarray of shape (n,)
+        The chain; a free target's particles follow those of the chain.
+    masses : ndarray of shape (n,), or (n + M,)
         Particle masses.
     bond : Potential, optional
         Of the bonds; with it the Atoms know their potential energy :math:`\sum_i U(s_i)` and
-        forces, those of the wall not among them.
+        forces, those of the contact not among them.
 
     Returns
     -------
@@ -101,22 +101,28 @@ def ase_atoms(
     """
     from ase import Atoms
 
-    n = state.velocities.size
-    atoms = Atoms([SYMBOL] * n, positions=_along_x(state.displacements + np.arange(n)))
+    x, bonds = state.all_positions, state.all_bonds
+    atoms = Atoms([SYMBOL] * x.size, positions=_along_x(x))
     atoms.set_masses(masses)
-    atoms.set_velocities(_along_x(state.velocities))
-    atoms.new_array("displacement", state.displacements)
-    atoms.new_array("bonds", np.array([*(f"{i}(1)" for i in range(1, n)), "_"]))
+    atoms.set_velocities(_along_x(state.all_velocities))
+    atoms.new_array("displacement", state.all_displacements)
+    neighbours = {i: f"{j}(1)" for i, j in bonds}
+    atoms.new_array("bonds", np.array([neighbours.get(i, "_") for i in range(x.size)]))
     atoms.info.update(time=state.time, step=state.step)
     if bond is not None:
         from ase.calculators.singlepoint import SinglePointCalculator
 
-        strains = np.diff(state.displacements)
-        pushes = np.asarray(bond.force(strains), dtype=float)
+        # In a mirror a target is a chain.
+        bodies = ((state.displacements, 1.0), (-state.target_displacements, -1.0))
+        energy, forces = 0.0, []
+        for displacements, along in bodies:
+            if displacements.size:
+                strains = np.diff(displacements)
+                pushes = np.asarray(bond.force(strains), dtype=float)
+                energy += float(np.sum(bond.energy(strains)))
+                forces.append(-along * np.diff(pushes, prepend=0.0, append=0.0))
         atoms.calc = SinglePointCalculator(
-            atoms,
-            energy=float(np.sum(bond.energy(strains))),
-            forces=_along_x(np.diff(pushes, prepend=0.0, append=0.0) * -1.0),
+            atoms, energy=energy, forces=_along_x(np.concatenate(forces))
         )
     return atoms
 

@@ -1,6 +1,7 @@
 """Read the text format of LAMMPS ``dump custom``, frame by frame."""
 
 import itertools
+from collections.abc import Callable
 from typing import IO, Any
 
 import numpy as np
@@ -71,7 +72,9 @@ class TextFrames:
             raise TruncatedFrameError
         return True
 
-    def _read_header(self, stream: IO[bytes]):
+    def _read_header(
+        self, stream: IO[bytes]
+    ) -> tuple[int, float | None, int, tuple[str, ...], dict[str, Any]] | None:
         step, time, particles = None, None, None
         box: dict[str, Any] = {"bounds": None}
         line = stream.readline()
@@ -114,7 +117,13 @@ class TextFrames:
                 ) from None
             line = stream.readline()
 
-    def _find_order(self, step, columns, raw_text, raw_column) -> NDArray[np.int64] | None:
+    def _find_order(
+        self,
+        step: int,
+        columns: tuple[str, ...],
+        raw_text: Callable[[int], list[bytes]],
+        raw_column: Callable[[int], NDArray[np.float64]],
+    ) -> NDArray[np.int64] | None:
         """Return the order by id; frames with the same ids share it."""
         if "id" not in columns:
             raise InputError(

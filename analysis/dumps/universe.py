@@ -10,11 +10,13 @@ every column into ``ts.data`` as the float64 that was written.
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import MDAnalysis
 import numpy as np
 from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.memory import MemoryReader
+from MDAnalysis.coordinates.timestep import Timestep
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN, ChainState
@@ -45,7 +47,7 @@ class ChainDumpReader(ReaderBase):
     format = "CHAINDUMP"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
 
-    def __init__(self, filename, **kwargs):
+    def __init__(self, filename: Any, **kwargs: Any) -> None:
         super().__init__(filename, **kwargs)
         self._dump = Dump(self.filename)
         self._frames: Iterator[DumpFrame] = iter(())
@@ -59,27 +61,27 @@ class ChainDumpReader(ReaderBase):
         """Number of whole frames."""
         return len(self._offsets)
 
-    def close(self):
+    def close(self) -> None:
         """Let go of the file."""
         self._frames = iter(())
 
-    def _reopen(self):
+    def _reopen(self) -> None:
         self._frames = self._dump.frames()
         self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
         self.ts.frame = -1
 
-    def _read_frame(self, frame):
+    def _read_frame(self, frame: int) -> Timestep:
         self._frames = self._dump.frames(start=self._offsets[frame])
         self.ts.frame = frame - 1
         return self._read_next_timestep()
 
-    def _read_next_timestep(self, ts=None):
+    def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         frame = next(self._frames, None)
         if frame is None:
             raise EOFError
         return self._fill(frame)
 
-    def _fill(self, frame: DumpFrame):
+    def _fill(self, frame: DumpFrame) -> Timestep:
         ts = self.ts
         ts.frame += 1
         for name in frame.columns:
@@ -134,17 +136,19 @@ class ChainStatesReader(MemoryReader):
     format = "CHAINSTATES"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
 
-    def __init__(self, coordinate_array, *, states: Sequence[ChainState], **kwargs):
+    def __init__(
+        self, coordinate_array: NDArray[np.float64], *, states: Sequence[ChainState], **kwargs: Any
+    ) -> None:
         self._states = states
         super().__init__(coordinate_array, **kwargs)
         # For copies; the base class does not declare it.
         self._kwargs = {**self._kwargs, "states": states}  # type: ignore[has-type]
 
-    def _read_next_timestep(self, ts=None):
+    def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         ts = super()._read_next_timestep(ts)
         state = self._states[ts.frame]
-        ts.data["vx"] = state.velocities
-        ts.data[DISPLACEMENT_COLUMN] = state.displacements
+        ts.data["vx"] = state.all_velocities
+        ts.data[DISPLACEMENT_COLUMN] = state.all_displacements
         ts.data[TIME_COLUMN] = np.full(self.n_atoms, state.time)
         ts.data["step"] = state.step
         ts.time = state.time
@@ -162,22 +166,23 @@ def universe_of_states(
     states : sequence of ChainState
         At least one.
     masses : ndarray of shape (n,)
-        Particle masses.
+        Particle masses; with a free target of shape (n + M,), the chain's first.
 
     Returns
     -------
     MDAnalysis.Universe
-        Atoms with ids from 1 on, masses, bonds between neighbours and no box; float64 columns
-        ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each frame.
+        Atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
+        and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
+        frame.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)
     universe.add_TopologyAttr("ids", np.arange(1, n + 1))
     universe.add_TopologyAttr("masses", masses)
-    universe.add_TopologyAttr("bonds", [(i, i + 1) for i in range(n - 1)])
+    universe.add_TopologyAttr("bonds", states[0].all_bonds)
     vectors = np.zeros((2, len(states), n, 3), dtype=np.float32)
-    vectors[0, :, :, 0] = [state.displacements + np.arange(n) for state in states]
-    vectors[1, :, :, 0] = [state.velocities for state in states]
+    vectors[0, :, :, 0] = [state.all_positions for state in states]
+    vectors[1, :, :, 0] = [state.all_velocities for state in states]
     universe.trajectory = ChainStatesReader(
         vectors[0],
         states=tuple(states),

@@ -1,13 +1,18 @@
 """A collision as a moving picture: particles on their line, and how fast each one goes."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure
 from chaincor.lammps_inputs.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
 
 _FRAMES_PER_SECOND = 25
 
@@ -21,6 +26,7 @@ def animate_collision(
     impact_velocity: float,
     frames: int = 120,
     title: str = "",
+    targets: int = 0,
 ) -> Path:
     """
     Write a collision as GIF, or as MP4 where ffmpeg is installed.
@@ -41,6 +47,9 @@ def animate_collision(
         Frames of the picture, 25 a second, evenly spaced in time.
     title : str
         Settings, drawn above.
+    targets : int
+        How many of the particles, the first ones, are a free target's, from its far end to the
+        contact; 0 for a wall, which is drawn.
 
     Returns
     -------
@@ -63,7 +72,9 @@ def animate_collision(
     time = np.asarray(times, dtype=float)
     n = np.shape(displacements)[1]
     moments = np.linspace(time[0], time[-1], frames)
-    x = _interpolate(time, np.asarray(displacements, dtype=float), moments) + np.arange(n)
+    x = _interpolate(time, np.asarray(displacements, dtype=float), moments) + rest_positions(
+        n, targets
+    )
     v = _interpolate(time, np.asarray(velocities, dtype=float), moments) / impact_velocity
 
     figure, (upper, lower) = new_figure(
@@ -77,18 +88,23 @@ def animate_collision(
     points = upper.scatter(x[0], v[0], c=v[0], **style)
     beads = lower.scatter(x[0], np.zeros(n), c=v[0], **style)
     upper.axhline(0.0, color=BLACK, linewidth=0.6)
-    for ax in (upper, lower):
-        ax.axvline(0.0, color=BLACK, linewidth=3.0)
-    width = max(1.0, float(np.max(x)))
-    upper.set_xlim(-0.02 * width, 1.02 * width)
+    lowest = 0.0
+    if targets:
+        lowest = float(np.min(x))
+        lower.set_xlabel("position (bond lengths)")
+    else:
+        for ax in (upper, lower):
+            ax.axvline(0.0, color=BLACK, linewidth=3.0)
+        lower.set_xlabel("distance from the wall (bond lengths)")
+    width = max(1.0, float(np.max(x)) - lowest)
+    upper.set_xlim(lowest - 0.02 * width, lowest + 1.02 * width)
     upper.set_ylim(-1.1 * limit, 1.1 * limit)
     upper.set_ylabel(r"velocity $v_i/v_0$")
     lower.set_yticks([])
     lower.grid(visible=False)
-    lower.set_xlabel("distance from the wall (bond lengths)")
     caption = upper.set_title(title, loc="left", fontsize=10)
 
-    def draw(k):
+    def draw(k: int) -> tuple["Artist", ...]:
         line.set_data(x[k], v[k])
         points.set_offsets(np.column_stack((x[k], v[k])))
         points.set_array(v[k])
@@ -108,5 +124,7 @@ def animate_collision(
     return path
 
 
-def _interpolate(times, values, moments):
+def _interpolate(
+    times: NDArray[np.float64], values: NDArray[np.float64], moments: NDArray[np.float64]
+) -> NDArray[np.float64]:
     return np.column_stack([np.interp(moments, times, column) for column in values.T])

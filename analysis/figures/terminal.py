@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from rich.text import Text
 
+from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, SKY
 
 # From towards the wall to away from it: blue, grey, yellow, as everyone can tell them apart; the
@@ -20,6 +21,8 @@ def draw_moment(
     longest: float,
     columns: int = 80,
     rows: int = 9,
+    lowest: float = 0.0,
+    targets: int = 0,
 ) -> Text:
     """
     Draw one state of a chain in characters.
@@ -28,13 +31,17 @@ def draw_moment(
     below, the chain. Where particles share a column, it shows their mean velocity.
 
     Particle 1 comes first, the wall is at x = 0; `longest` is the distance from it that the last
-    column shows. There are `rows` lines, an odd number, and one more.
+    column shows. There are `rows` lines, an odd number, and one more. Where the first `targets`
+    particles are those of a free target, from its far end, `lowest` is what the first column shows,
+    and no wall is drawn.
     """
     u = np.asarray(displacements, dtype=float)
-    x = u + np.arange(u.size)
+    x = u + rest_positions(u.size, targets)
     v = np.asarray(velocities, dtype=float) / impact_velocity
     width = columns - 1
-    place = np.clip((x / longest * (width - 1)).round().astype(int), 0, width - 1)
+    place = np.clip(
+        ((x - lowest) / (longest - lowest) * (width - 1)).round().astype(int), 0, width - 1
+    )
     count = np.bincount(place, minlength=width)
     seen = np.flatnonzero(count)
     mean = np.bincount(place, weights=v, minlength=width)[seen] / count[seen]
@@ -51,7 +58,7 @@ def draw_moment(
             styles[row, column] = _COLOURS[colour]
     text = Text()
     for row in range(rows + 1):
-        text.append(_WALL)
+        text.append(" " if targets else _WALL)
         for mark, style in zip(grid[row], styles[row], strict=True):
             text.append(str(mark), style)
         text.append("\n")

@@ -2,10 +2,10 @@
 Are the error bars honest? Random scenes against a much tighter run.
 
     python -m benchmarks.bars.honest [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
-        [--kind named|user] [--csv FILE]
+        [--kind named|user|formula] [--csv FILE]
 
-Bonds of users (kinked, without tension, smooth, tables of few digits) are judged by an integrator
-that shares nothing with the engines, see ``kink_judge``.
+Bonds of users (kinked, without tension, smooth, tables of few digits), morse bonds and bonds by
+formula are judged by an integrator that shares nothing with the engines, see ``judge.kinks``.
 
 Prints, over all scenes that claim their tolerance: how often the true error is within the reported
 one, how often the reported one is within the tolerance, and the median of reported error over
@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.bars.formula_scenes import FormulaCase, random_formula
 from benchmarks.bars.user_scenes import UserCase, random_case
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
@@ -84,8 +85,8 @@ def try_scene(scene: Scene) -> Trial:
     return _try(scene, judged)
 
 
-def try_case(case: UserCase) -> Trial:
-    """Run a scene with a user's bond and judge it by another integrator."""
+def try_case(case: UserCase | FormulaCase) -> Trial:
+    """Run a scene with a user's bond or a formula and judge it by another integrator."""
     with tempfile.TemporaryDirectory() as folder:
         return _try(case.scene(Path(folder)), lambda _bar: case.truth(Path(folder)))
 
@@ -163,7 +164,8 @@ def run_study(
 ) -> list[Trial]:
     """Draw and try scenes in processes of their own."""
     random = np.random.default_rng(seed)
-    draw, attempt = (random_scene, try_scene) if kind == "named" else (random_case, try_case)
+    draw: Callable = {"named": random_scene, "user": random_case, "formula": random_formula}[kind]
+    attempt: Callable = try_scene if kind == "named" else try_case
     drawn = [draw(random, engine) for _ in range(scenes)]
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
         return list(pool.imap(attempt, drawn))
@@ -176,7 +178,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
-    parser.add_argument("--kind", choices=["named", "user"], default="named", help="of bonds")
+    parser.add_argument(
+        "--kind", choices=["named", "user", "formula"], default="named", help="of bonds"
+    )
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args()
     trials = run_study(

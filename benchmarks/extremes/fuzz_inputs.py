@@ -2,6 +2,7 @@
 Bad input to every command: what comes back is an answer or one clear line.
 
     python -m benchmarks.extremes.fuzz_inputs [--cases 20000] [--processes 200] [--workers 2]
+        [--bodies]
 
 Prints how many inputs were answered, refused (exit status 2) and failed by name (1), and every
 fault: a traceback, a hang, NaN printed, more than one line, a stray or a spoiled file.
@@ -13,17 +14,20 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from tests.extremes.body_cases import body_case
 from tests.extremes.cases import case
 from tests.extremes.judging import HANG_SECONDS, Answer, call_as_process, call_in_process, faults
 
 _CHUNK = 20
 # Number, whether as a process, command, seconds, exit status, faults.
 _Tried = tuple[int, bool, str, float, int | None, list[str]]
+# Numbers from here on are cases of masses, targets, contacts and states.
+_BODIES = 1_000_000_000
 
 
 def _try(job: tuple[int, bool]) -> _Tried:
     number, as_process = job
-    made = case(number)
+    made = case(number) if number < _BODIES else body_case(number - _BODIES)
     answer: Answer = (call_as_process if as_process else call_in_process)(made)
     command = made.arguments[0] if made.arguments else "-"
     return number, as_process, command, answer.seconds, answer.status, faults(made, answer)
@@ -55,9 +59,13 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=200, help="as real processes")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument(
+        "--bodies", action="store_true", help="masses, targets, contacts and states"
+    )
     options = parser.parse_args()
 
-    numbers = range(options.first, options.first + options.cases)
+    first = options.first + (_BODIES if options.bodies else 0)
+    numbers = range(first, first + options.cases)
     jobs = [(number, False) for number in numbers]
     jobs += [(number, True) for number in numbers[: options.processes]]
     statuses: Counter = Counter()

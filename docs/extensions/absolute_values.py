@@ -23,18 +23,6 @@ def _escape(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """
-    Escape the bars outside of formulas and code.
-
-    Parameters
-    ----------
-    app : Sphinx
-        The build.
-
-    Returns
-    -------
-    dict
-        What Sphinx asks of an extension.
-    """
+    """Escape the bars outside of formulas and code."""
     app.connect("autodoc-process-docstring", _escape)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -42,18 +42,6 @@ def _section(name: str, command: click.Command, context: click.Context) -> nodes
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """
-    Register the directive.
-
-    Parameters
-    ----------
-    app : Sphinx
-        The build.
-
-    Returns
-    -------
-    dict
-        What Sphinx asks of an extension.
-    """
+    """Register the directive."""
     app.add_directive("command-help", CommandHelp)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -31,18 +31,6 @@ class SceneFields(SphinxDirective):
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """
-    Register the directive.
-
-    Parameters
-    ----------
-    app : Sphinx
-        The build.
-
-    Returns
-    -------
-    dict
-        What Sphinx asks of an extension.
-    """
+    """Register the directive."""
     app.add_directive("scene-fields", SceneFields)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -8,8 +8,11 @@ from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
+
+Array = NDArray[np.float64]
 
 
 class NoParameters(NamedTuple):
@@ -35,7 +38,7 @@ class LogLength:
 
 class Potential(ABC):
     """
-    A bond between neighbours, with natural length 1.
+    A bond between neighbours, whose natural length counts as 1.
 
     Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
     (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
@@ -66,7 +69,7 @@ class Potential(ABC):
     energy_offset: float = 0.0
 
     @abstractmethod
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """
         Return U as a function of the strain.
 
@@ -81,7 +84,7 @@ class Potential(ABC):
             Energy, zero at s = 0.
         """
 
-    def force(self, strain):
+    def force(self, strain: ArrayLike) -> Array:
         """
         Return -dU/dr.
 
@@ -100,7 +103,7 @@ class Potential(ABC):
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     @abstractmethod
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """
         Return U''.
 
@@ -161,6 +164,11 @@ class Potential(ABC):
         """U''(1): 1 for every named potential."""
         return 1.0
 
+    @property
+    def natural_length(self) -> float:
+        """Length of a bond at rest in the user's own units; the engines count it as 1."""
+        return 1.0
+
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Strains at which the stiffness jumps, found by looking where formulas are not known."""
@@ -205,7 +213,7 @@ class Potential(ABC):
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
         from scipy.optimize import brentq
 
-        def excess(strain):
+        def excess(strain: float) -> float:
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
 
         near = -1e-3
@@ -261,7 +269,7 @@ def compressed_strain(bond: Potential, energy: float) -> float:
 _GRID = 64
 
 
-def bond_strains(bond: Potential, energy: float) -> tuple[float, float]:
+def strain_range(bond: Potential, energy: float) -> tuple[float, float]:
     """
     Return the strains between which a bond must be if it holds no more than an energy.
 

@@ -4,25 +4,28 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from chaincor.lammps_inputs.bonds.potential import LogLength, Potential
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one
+from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError
 
 # Force kernels: -dU/dr as a function of the strain and the potential's parameters. They use only
 # arithmetic and NumPy functions that a compiler for scalars also knows, so that the same text
 # serves arrays here and compiled loops in the integrators.
+Strain = TypeVar("Strain", float, Array)
 
 
-def harmonic_force(strain, _parameters):
+def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """Return -s."""
     return -strain
 
 
-def lj_force(strain, _parameters):
+def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """
     Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
 
@@ -35,49 +38,44 @@ def lj_force(strain, _parameters):
     return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
 
 
-# exp(x) - 1 of :func:`toda_force`: 1/ln 2; ln 2 in two parts, of which the first has few bits; a
-# number to which doubles can be added only rounded to integers; 1/2! to 1/13!, after which the
-# series is exact to 2e-17 up to ln(2)/2.
-_PER_LN_2 = 1.4426950408889634
-_LN_2, _LN_2_REST = 6.93147180369123816490e-01, 1.90821492927058770002e-10
-_TO_INTEGER = 1.5 * 2.0**52
-_A2, _A3, _A4, _A5, _A6, _A7, _A8, _A9, _A10, _A11, _A12, _A13 = (
-    1.0 / math.factorial(k) for k in range(2, 14)
-)
-
-
 class TodaParameters(NamedTuple):
     """Steepness b."""
 
     b: float
 
 
-def toda_force(strain, parameters):
-    """
-    Return (exp(-b s) - 1)/b to an epsilon or so, at any strain.
+class MorseParameters(NamedTuple):
+    """Inverse width a."""
 
-    The exponential is written out, for no compiler vectorises a call of expm1: with
-    x = k ln 2 + y and abs(y) <= ln(2)/2, exp(x) - 1 = (2^k - 1) + 2^k (exp(y) - 1), where 2^k is
-    made of its bits. Beyond exp(709) the force stays what it is there.
-    """
-    b = parameters.b
-    x = np.minimum(np.maximum(-b * strain, -40.0), 709.0)  # exp(-40) is no part of 1
-    shifted = x * _PER_LN_2 + _TO_INTEGER
-    k = shifted - _TO_INTEGER
-    y = (x - k * _LN_2) - k * _LN_2_REST
-    high = _A8 + y * (_A9 + y * (_A10 + y * (_A11 + y * (_A12 + y * _A13))))
-    rest = _A2 + y * (_A3 + y * (_A4 + y * (_A5 + y * (_A6 + y * (_A7 + y * high)))))
-    bits = np.int64((np.float64(shifted).view(np.int64) + 1023) << 52)
-    power_of_2 = bits.view(np.float64)
-    return ((power_of_2 - 1.0) + power_of_2 * (y + y * y * rest)) / b
+    a: float
 
 
-def log_force(strain, _parameters):
+def _exponential_kernels(expm1: Callable) -> tuple[Callable, Callable]:
+    """Return the kernels of toda and morse bonds, which close over what they call."""
+
+    def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
+        """Return (exp(-b s) - 1)/b."""
+        return expm1(-parameters.b * strain) / parameters.b
+
+    def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
+        """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
+        e = expm1(np.minimum(-parameters.a * strain, 350.0))
+        return e * (1.0 + e) / parameters.a
+
+    # Compiled loops are told apart by qualified names.
+    toda_force.__qualname__, morse_force.__qualname__ = "toda_force", "morse_force"
+    return toda_force, morse_force
+
+
+toda_force, morse_force = _exponential_kernels(exp_less_one)
+
+
+def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """Return 1/r - 1 = -s/(1 + s)."""
     return -strain / (1.0 + strain)
 
 
-def log_force_of_log_length(log_length, _parameters):
+def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
     """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
     force = np.expm1(-log_length)
     return force, 1.0 + force
@@ -108,7 +106,7 @@ def power_force(order: int) -> Callable:
     """
     exponent = order - 2
 
-    def kernel(strain, parameters):
+    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
         return -strain * (1.0 + order * parameters.c * strain**exponent)
 
     # Compiled loops are told apart by qualified names.
@@ -129,23 +127,23 @@ class Harmonic(Potential):
     force_kernel = staticmethod(harmonic_force)
 
     @property
-    def anharmonic_order(self):
+    def anharmonic_order(self) -> int | None:
         """None: there is no anharmonic term."""
         return None
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s^2/2."""
         return 0.5 * np.square(strain)
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"0.5*{strain}*{strain}"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return 1."""
         return np.ones_like(np.asarray(strain, dtype=float))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         return None
 
 
@@ -159,21 +157,21 @@ class LennardJones(Potential):
     strain_min = -1.0
     dissociation = 1.0 / 72.0
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-6 log1p(s))^2/72."""
         return np.square(np.expm1(-6.0 * np.log1p(strain))) / 72.0
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(1.0-(1.0+{strain})^-6)^2/72.0"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return (13 r^-14 - 7 r^-8)/6."""
         r = 1.0 + np.asarray(strain, dtype=float)
         return (13.0 * r**-14.0 - 7.0 * r**-8.0) / 6.0
 
     @property
-    def convex_strain(self):
+    def convex_strain(self) -> float:
         """The inflection at r^6 = 13/7."""
         return (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
 
@@ -188,7 +186,7 @@ class Toda(Potential):
     smooth = True
     force_kernel = staticmethod(toda_force)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse a b that is not a positive number, or whose square is none."""
         if not _SMALLEST <= self.b <= _LARGEST:
             raise PotentialError(
@@ -197,27 +195,82 @@ class Toda(Potential):
             )
 
     @property
-    def parameters(self):
+    def parameters(self) -> TodaParameters:
         """Of the kernel: b."""
         return TodaParameters(float(self.b))
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return (expm1(-b s) + b s)/b^2."""
         return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return exp(-b s)."""
         return np.exp(-self.b * np.asarray(strain, dtype=float))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         """Scale the root at b = 1: U(s; b) = U(b s; 1)/b^2."""
         if self.b == 1.0:
             return super()._find_compressed_strain()
-        return Toda(1.0)._find_compressed_strain() / self.b
+        root = Toda(1.0)._find_compressed_strain()
+        return None if root is None else root / self.b
+
+
+@dataclass(frozen=True)
+class Morse(Potential):
+    """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
+
+    a: float = 6.0
+
+    name = "morse"
+    smooth = True
+    force_kernel = staticmethod(morse_force)
+
+    def __post_init__(self) -> None:
+        """Refuse an a that is not a positive number, or whose square is none."""
+        if not _SMALLEST <= self.a <= _LARGEST:
+            raise PotentialError(
+                f"morse_a is {self.a!r}; expected a positive number from {_SMALLEST:g} to "
+                f"{_LARGEST:g}, such as 6"
+            )
+
+    @property
+    def parameters(self) -> MorseParameters:
+        """Of the kernel: a."""
+        return MorseParameters(float(self.a))
+
+    @property
+    def dissociation(self) -> float:  # type: ignore[override]
+        """The depth D = 1/(2 a^2)."""
+        return 0.5 / self.a**2
+
+    def energy(self, strain: ArrayLike) -> Array:
+        """Return expm1(-a s)^2/(2 a^2)."""
+        return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
+
+    def lammps_energy(self, strain: str) -> str:
+        """Return the formula of U."""
+        return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
+
+    def curvature(self, strain: ArrayLike) -> Array:
+        """Return e^-as (2 e^-as - 1)."""
+        decay = np.exp(-self.a * np.asarray(strain, dtype=float))
+        return decay * (2.0 * decay - 1.0)
+
+    @property
+    def convex_strain(self) -> float:
+        """The inflection, ln(2)/a."""
+        return math.log(2.0) / self.a
+
+    def _find_compressed_strain(self) -> float | None:
+        """Scale the root at a = 1: U(s; a) = U(a s; 1)/a^2."""
+        if self.a == 1.0:
+            return super()._find_compressed_strain()
+        root = Morse(1.0)._find_compressed_strain()
+        return None if root is None else root / self.a
 
 
 @dataclass(frozen=True)
@@ -230,19 +283,19 @@ class Logarithmic(Potential):
     strain_min = -1.0
 
     @property
-    def log_length(self):
+    def log_length(self) -> LogLength:
         """U = r - 1 - ln r = e^y - 1 - y at y = ln r."""
         return LogLength(log_force_of_log_length, expm1_minus_x)
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s - log1p(s)."""
         return x_minus_log1p(strain)
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}-ln(1.0+{strain})"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return r^-2."""
         return (1.0 + np.asarray(strain, dtype=float)) ** -2.0
 
@@ -257,7 +310,7 @@ class Power(Potential):
     name = "power"
     smooth = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
@@ -270,36 +323,36 @@ class Power(Potential):
             )
 
     @property
-    def force_kernel(self):
+    def force_kernel(self) -> Callable:
         """The kernel of this order."""
         return power_force(int(self.order))
 
     @property
-    def parameters(self):
+    def parameters(self) -> PowerParameters:
         """Of the kernel, which knows the order: c."""
         return PowerParameters(float(self.c))
 
     @property
-    def anharmonic_order(self):
+    def anharmonic_order(self) -> int | None:
         """The order itself."""
         return self.order
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return s^2 (1/2 + c s^(order - 2))."""
         s = np.asarray(strain, dtype=float)
         return s * s * (0.5 + self.c * s ** (self.order - 2))
 
-    def lammps_energy(self, strain):
+    def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return 1 + order (order - 1) c s^(order - 2)."""
         s = np.asarray(strain, dtype=float)
         return 1.0 + self.order * (self.order - 1) * self.c * s ** (self.order - 2)
 
     @property
-    def convex_strain(self):
+    def convex_strain(self) -> float:
         """Odd orders soften when stretched: U'' = 0 here."""
         if self.order % 2 == 0:
             return math.inf
@@ -312,11 +365,11 @@ class Power(Potential):
             return math.inf
         return (-self.order * self.c) ** (-1.0 / (self.order - 2))
 
-    def _find_compressed_strain(self):
+    def _find_compressed_strain(self) -> float | None:
         """Solve |c| |s|^(order - 2) = 1/2 in closed form."""
         return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
 
 
 NAMED_POTENTIALS: dict[str, type[Potential]] = {
-    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Logarithmic, Power)
+    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
 }

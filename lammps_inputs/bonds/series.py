@@ -1,6 +1,11 @@
 """Functions of a small argument that keep all their digits where the textbook form cancels."""
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
 
 # Series are used for |x| below this; above it the direct difference loses at most a factor of
 # about 2/x^2 * x = 20 units in the last place of the result.
@@ -15,14 +20,14 @@ for _k in range(3, 15):
     _EXPM1_TERMS.append(_EXPM1_TERMS[-1] / _k)
 
 
-def _horner(terms, x):
+def _horner(terms: Sequence[float], x: Array) -> Array:
     total = np.zeros_like(x)
     for coefficient in reversed(terms):
         total = total * x + coefficient
     return total
 
 
-def x_minus_log1p(x):
+def x_minus_log1p(x: ArrayLike) -> Array:
     r"""
     Return :math:`x - \ln(1 + x)` to full relative accuracy.
 
@@ -46,7 +51,7 @@ def x_minus_log1p(x):
     return np.where(small, series, x - np.log1p(x))
 
 
-def expm1_minus_x(x):
+def expm1_minus_x(x: ArrayLike) -> Array:
     r"""
     Return :math:`e^x - 1 - x` to full relative accuracy.
 

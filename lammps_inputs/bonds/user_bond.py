@@ -5,10 +5,10 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
-from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potential import Array, Potential
 from chaincor.lammps_inputs.errors import PotentialError
 
 
@@ -38,7 +38,7 @@ class UserBond(Potential):
         bond is not stable, or the functions do not return numbers.
     """
 
-    anharmonic_order = None
+    anharmonic_order: int | None = None
     _STEP = 1e-5  # central difference of the force: error of order step^2 = 1e-10
 
     def __init__(
@@ -94,15 +94,15 @@ class UserBond(Potential):
         """The user's function itself."""
         return self._users_force
 
-    def energy(self, strain):
+    def energy(self, strain: ArrayLike) -> Array:
         """Return the user's energy, shifted to zero at s = 0."""
         return self._energy(np.asarray(strain, dtype=float)) - self.energy_offset
 
-    def force(self, strain):
+    def force(self, strain: ArrayLike) -> Array:
         """Return the user's force."""
         return self._force(np.asarray(strain, dtype=float))
 
-    def curvature(self, strain):
+    def curvature(self, strain: ArrayLike) -> Array:
         """Return -dF/ds by differences on one side of kinks; at a kink, on the compressed one."""
         s = np.asarray(strain, dtype=float)
         below = np.maximum(s - self._STEP, self.strain_min)
@@ -113,7 +113,7 @@ class UserBond(Potential):
         return -(self.force(above) - self.force(below)) / (above - below)
 
     @property
-    def stiffness(self):
+    def stiffness(self) -> float:
         """U''(1), from the user's force; of the compressed side where it has a kink there."""
         return self._stiffness
 
@@ -144,7 +144,7 @@ class UserBond(Potential):
         return float(edges[first[0] - 1]) if len(first) else self.strain_max
 
 
-def _of_arrays(function: Callable, what: str) -> Callable[..., NDArray[np.float64]]:
+def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     """Return a function of arrays, also where the user's takes one number at a time."""
     three = np.array([-1e-3, 0.0, 1e-3])
     try:
@@ -169,7 +169,7 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., NDArray[np.float6
 def _finite_or_nan(function: Callable) -> Callable[[float], float]:
     """Return a function of one number that gives nan where the user's one has no value."""
 
-    def value(strain):
+    def value(strain: float) -> float:
         try:
             return float(function(float(strain)))
         except (ValueError, OverflowError, ZeroDivisionError):

@@ -59,7 +59,9 @@ NASTY_NUMBERS = (
     '"1"',
     "''",
 )
-_POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "table", "LJ", "nope")
+_POTENTIALS = (
+    *("harmonic", "lj", "toda", "morse", "log", "power", "table", "formula", "LJ", "nope"),
+)
 # A valid input that takes long is not bad: what is made here stays below these sizes.
 _MOST_PARTICLES = 12
 _MOST_ROWS = 5000

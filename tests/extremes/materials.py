@@ -25,6 +25,8 @@ SCENES = (
     'wall = "event"\nscheme = "verlet"\ntimestep = 0.02\ntable = "spline"\ntable_points = 501\n',
     'potential = "log"\nparticles = 2\nvelocity = 0.2\nwall = "reflect"\ntimestep = 0.01\n'
     "error = false\n",
+    'potential = "formula"\nenergy = "D*(1-exp(-a*s))^2"\nparticles = 3\nspeed = 0.4\n'
+    'engine = "reference"\ntolerance = 1e-4\n[parameters]\nD = 0.0139\na = 6.0\n',
     'potential = "table"\nbond_file = "bond.table"\nparticles = 3\nvelocity = 0.02\n'
     'engine = "reference"\nscheme = "order4"\ntimestep = 0.1\n',
 )

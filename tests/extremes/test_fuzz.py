@@ -5,6 +5,7 @@ A sample of bad input to every command; twenty thousand of it in
 
 import pytest
 
+from tests.extremes.body_cases import body_case
 from tests.extremes.cases import case
 from tests.extremes.judging import call_as_process, call_in_process, faults
 
@@ -18,6 +19,17 @@ def test_bad_input_is_answered_or_refused_in_one_line(first):
     found = {}
     for number in range(first, first + BLOCK):
         made = case(number)
+        wrong = faults(made, call_in_process(made, HANG_SECONDS))
+        if wrong:
+            found[number] = (made.arguments, wrong)
+    assert found == {}
+
+
+@pytest.mark.parametrize("first", range(0, 200, BLOCK))
+def test_bad_bodies_are_answered_or_refused_in_one_line(first):
+    found = {}
+    for number in range(first, first + BLOCK):
+        made = body_case(number)
         wrong = faults(made, call_in_process(made, HANG_SECONDS))
         if wrong:
             found[number] = (made.arguments, wrong)

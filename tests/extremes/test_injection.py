@@ -1,5 +1,6 @@
 """Nothing that a user writes becomes a command of LAMMPS, of a shell or of Python."""
 
+import contextlib
 import itertools
 import os
 import subprocess
@@ -77,8 +78,8 @@ def folder(tmp_path, monkeypatch):
     assert not list(tmp_path.rglob("pwned"))
 
 
-@pytest.fixture
-def commands(monkeypatch):
+@contextlib.contextmanager
+def recorded_commands():
     """Record what LAMMPS is told, with the temporary folder's name taken out."""
     told = []
     original = LammpsChain.commands
@@ -87,8 +88,15 @@ def commands(monkeypatch):
         told.append(text.replace(self.folder.as_posix(), "FOLDER"))
         original(self, text)
 
-    monkeypatch.setattr(LammpsChain, "commands", record)
-    return told
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LammpsChain, "commands", record)
+        yield told
+
+
+@pytest.fixture
+def commands():
+    with recorded_commands() as told:
+        yield told
 
 
 def test_there_are_more_than_200_attempts():
@@ -168,20 +176,30 @@ def test_a_hostile_temporary_folder_is_refused(capsys, folder, commands, monkeyp
     assert commands == []
 
 
-@pytest.mark.parametrize("attack", ATTACKS)
-def test_the_name_of_a_python_potential_changes_no_command(folder, commands, attack):
-    def told(name):
-        # No plain Python function, so that no scouting loop is compiled for each of them.
-        bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
-        scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
-        commands.clear()
-        collide(scene)
-        files = write_job(scene, folder / "job", replace_existing=True)
-        title, *script = files[0].read_text().splitlines()
-        assert title.startswith("# A ")
-        return list(commands), script, [file.read_text() for file in files[1:]]
+def told_of_a_python_potential(name, folder, commands):
+    """Return all that LAMMPS is told, by the engine and by a job, but for the title."""
+    # No plain Python function, so that no scouting loop is compiled for each of them.
+    bond = UserBond(energy=lambda s: 0.5 * s * s, force=np.negative, name=name)
+    scene = Scene(potential=bond, particles=2, velocity=0.02, scheme="verlet", error=False)
+    commands.clear()
+    collide(scene)
+    files = write_job(scene, folder / "job")
+    title, *script = files[0].read_text().splitlines()
+    assert title.startswith("# A ")
+    return list(commands), script, [file.read_text() for file in files[1:]]
 
-    assert told(attack) == told("plain")
+
+@pytest.fixture(scope="module")
+def told_of_a_plain_name(tmp_path_factory):
+    with recorded_commands() as commands:
+        return told_of_a_python_potential("plain", tmp_path_factory.mktemp("plain"), commands)
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_the_name_of_a_python_potential_changes_no_command(
+    folder, commands, told_of_a_plain_name, attack
+):
+    assert told_of_a_python_potential(attack, folder, commands) == told_of_a_plain_name
 
 
 @pytest.mark.parametrize("attack", ATTACKS)

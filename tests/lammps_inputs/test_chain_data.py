@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.chain_data import (
+    format_chain_data,
+    format_scene_data,
+    initial_chain,
+    initial_state,
+)
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.library import load_lammps
 
 # Coordinates inside the box of the file, in any order and of any size down to 1e-300.
@@ -19,9 +25,10 @@ chains = st.integers(1, 12).flatmap(
 )
 
 
-def through_lammps(folder, positions, velocities):
+def through_lammps(folder, positions, velocities, masses=None, targets=0):
     """Read the file with LAMMPS, write it again with LAMMPS, and parse what that wrote."""
-    (folder / "chain.data").write_text(format_chain_data(positions, velocities))
+    text = format_chain_data(positions, velocities, 1, masses, targets)
+    (folder / "chain.data").write_text(text)
     instance = load_lammps().lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     instance.commands_string(
         f"""
@@ -44,7 +51,7 @@ def parse(path):
     sections, name = {}, None
     for line in path.read_text().splitlines():
         words = line.split("#")[0].split()
-        if words and words[0] in ("Atoms", "Velocities", "Bonds"):
+        if words and words[0] in ("Masses", "Atoms", "Velocities", "Bonds"):
             name = words[0]
             sections[name] = []
         elif words and name:
@@ -93,3 +100,50 @@ def test_one_particle_has_no_bonds():
     text = format_chain_data(*initial_chain(1, 0.1))
     assert "0 bonds" in text
     assert "\nBonds" not in text
+
+
+two_bodies = st.tuples(st.integers(1, 6), st.integers(0, 6)).flatmap(
+    lambda sizes: st.tuples(
+        st.just(sizes[1]),
+        arrays(float, sum(sizes), elements=st.sampled_from([1.0, 1.0 / 3.0, 1e-9, 7e8])),
+    )
+)
+
+
+@settings(max_examples=15)
+@given(two_bodies)
+def test_masses_and_bonds_of_two_bodies_keep_every_bit(tmp_path_factory, bodies):
+    targets, masses = bodies
+    count = len(masses)
+    n = count - targets
+    places = np.concatenate((np.arange(n), -np.arange(targets))).astype(float)
+    again = through_lammps(
+        tmp_path_factory.mktemp("data"), places, np.zeros(count), masses, targets
+    )
+    of_type = dict(again["Masses"].tolist())
+    # LAMMPS writes masses with 16 digits or more.
+    assert [of_type[kind] for kind in again["Atoms"][:, 2]] == pytest.approx(masses, rel=1e-15)
+    assert len(of_type) == len(set(masses.tolist()))
+    assert again["Atoms"][:, 1].tolist() == [1.0] * n + [2.0] * targets
+    ids = np.array([*range(1, n), *range(n + 1, count)])
+    if len(ids):
+        assert np.array_equal(np.sort(again["Bonds"][:, 2:]), np.array([ids, ids + 1]).T)
+
+
+def test_masses_are_written_to_the_last_bit():
+    text = format_scene_data(Scene(particles=2, masses=(1.0 / 3.0, 0.1), velocity=0.1))
+    rows = text[text.index("Masses") : text.index("Atoms #")].split()[1:]
+    assert sorted(map(float, rows[1::2])) == [0.1, 1.0 / 3.0]
+
+
+def test_the_plain_chain_has_the_plain_file():
+    plain = format_chain_data(*initial_chain(5, 0.1))
+    assert format_scene_data(Scene(particles=5, velocity=0.1)) == plain
+    assert format_scene_data(Scene(particles=5, velocity=0.1, masses=(1.0,))) == plain
+
+
+def test_two_bodies_touch_where_they_meet():
+    scene = Scene(particles=3, target_particles=3, velocity=0.25, compression=0.125)
+    positions, velocities = initial_state(scene.line)
+    assert positions.tolist() == [0.0, 0.875, 1.75, 0.0, -1.0, -2.0]
+    assert velocities.tolist() == [-0.25] * 3 + [0.0] * 3

@@ -21,7 +21,7 @@ from tests.elsewhere import old_processor
 BAD = [
     # fields, what the line must say
     ({"colour": 3}, "unknown key 'colour'; expected one of potential, toda_b"),
-    ({"potential": "morse"}, "expected one of harmonic, lj, toda, log, power, table"),
+    ({"potential": "mie"}, "expected one of harmonic, lj, toda, morse, log, power, table, formula"),
     ({"potential": 3}, "expected one of harmonic"),
     ({"particles": 0}, "particles is 0: .*greater than or equal to 1"),
     ({"particles": -5}, "particles is -5"),
@@ -45,6 +45,17 @@ BAD = [
     ({"potential": "lj", "toda_b": 5.0}, "toda_b goes with potential 'toda', not 'lj'"),
     ({"potential": "toda", "toda_b": 0.0}, "toda_b is 0.0"),
     ({"potential": "toda", "toda_b": 1e300}, "toda_b is 1e\\+300"),
+    ({"potential": "lj", "morse_a": 5.0}, "morse_a goes with potential 'morse', not 'lj'"),
+    ({"potential": "lj", "energy": "s^2"}, "energy goes with potential 'formula', not 'lj'"),
+    ({"potential": "formula"}, "potential 'formula' needs energy"),
+    (
+        {"potential": "formula", "energy": "a*s^2", "parameters": {"a": "1"}},
+        "a is '1'; expected a number",
+    ),
+    (
+        {"potential": "formula", "energy": "s^2", "parameters": {"a": 1}},
+        "does not use the parameter 'a'",
+    ),
     ({"potential": "toda", "power_c": 1.0}, "power_c goes with potential 'power'"),
     ({"potential": "power"}, "needs power_order and power_c"),
     ({"potential": "power", "power_order": 3}, "needs power_order and power_c"),

@@ -61,6 +61,28 @@ def test_golden_job_with_a_dump_at_contacts(update_golden):
     compare("event-harmonic-dump-contacts.in", text, update_golden)
 
 
+LINES = {
+    "masses": {"masses": (1.0, 3.0)},
+    "target": {"masses": (2.0,), "target_particles": 4, "target_masses": (1.0, 0.5)},
+    "soft": {"target_particles": 1, "contact": "power", "contact_stiffness": 0.5},
+    "soft-wall": {"contact": "power", "contact_exponent": 2.0},
+}
+
+
+@pytest.mark.parametrize("kind", LINES)
+def test_golden_job_of_two_bodies(kind, update_golden):
+    scene = Scene(
+        potential="harmonic",
+        particles=10,
+        velocity=0.1,
+        scheme="verlet",
+        timestep=0.0125,
+        **LINES[kind],
+    )
+    text = render_job(scene, Numerics.from_scene(scene), None, **ENDING)
+    compare(f"event-harmonic-{kind}.in", text, update_golden)
+
+
 def test_a_job_without_scouting_says_so():
     text = render("event", "lj-spline", scouted=None)
     assert "# No in-house run could tell when the last contact comes" in text

@@ -8,8 +8,10 @@ import time
 import pytest
 
 # What a notebook does: a cell is interrupted, its traceback is shown, the next cell runs.
+# A shell's background jobs ignore Ctrl-C, and so would what tests start there.
 SESSION = """
-import traceback
+import signal, traceback
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from chaincor import Scene, collide
 
 small = Scene(particles=5, tolerance=1e-4, engine="{engine}")

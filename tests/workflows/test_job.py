@@ -18,6 +18,7 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import job
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -99,6 +100,88 @@ def test_lmp_alone_gives_what_python_gives(fields, wall, tmp_path):
     given, got = number(done.stdout, "wall_impulse"), number(done.stdout, "momentum_change")
     scale = scene.particles * scene.impact_velocity
     assert abs(given - got) <= 1e-12 * scale
+
+
+LINES = [
+    {"potential": "harmonic", "particles": 10, "masses": (1, 3)},
+    {"potential": "lj", "particles": 6, "target_particles": 8, "masses": (2, 1)},
+    {"potential": "toda", "particles": 5, "target_particles": 1, "target_masses": (5,)},
+    {"potential": "lj", "particles": 8, "contact": "power", "contact_stiffness": 20.0},
+    {"potential": "lj", "particles": 5, "target_particles": 3, "contact": "power"},
+    {"potential": "lj", "particles": 6, "contact": "power", "contact_exponent": 2.0},
+    {"potential": "lj", "particles": 6, "compression": 0.02},
+    {"potential": "lj", "particles": 6, "initial": True, "target_particles": 2},
+    {"potential": "lj", "particles": 6, "initial": True},
+    {"potential": "lj", "particles": 6, "initial": True, "wall": "reflect"},
+    {"potential": "lj", "particles": 6, "masses": (1, 3), "wall": "reflect"},
+]
+
+
+def line_scene(fields, folder):
+    """Return a scene of two bodies; a state comes from afar, its particles not all with v0."""
+    fields = dict(fields)
+    if fields.pop("initial", False):
+        path = folder / "state.csv"
+        rows = [f"{0.3 if i == 0 else 0.01 * (i % 3)},{-0.05 - 0.01 * (i % 2)}" for i in range(6)]
+        path.write_text("\n".join(["strain,velocity", *rows]))
+        return Scene(initial=path, scheme="verlet", timestep=0.0125, **fields)
+    return Scene(velocity=0.05, scheme="verlet", timestep=0.0125, **fields)
+
+
+@pytest.mark.parametrize("fields", LINES, ids=lambda f: "-".join(map(str, f.values())))
+def test_lmp_alone_gives_what_python_gives_for_two_bodies(fields, tmp_path):
+    scene = line_scene(fields, tmp_path)
+    write_job(scene, tmp_path / "job", dump=True, explain=True)
+    done = run_lmp(tmp_path / "job")
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert unexpected_warnings(done.stdout) == []
+    outcome = from_python(scene)
+    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-12)
+    contacts = np.loadtxt(tmp_path / "job" / "contacts.txt", skiprows=1, ndmin=2)
+    assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
+    assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
+    assert number(done.stdout, "last_contact_time") == pytest.approx(contacts[-1, 1], rel=1e-15)
+    given, got = number(done.stdout, "wall_impulse"), number(done.stdout, "momentum_change")
+    assert given == pytest.approx(got, rel=1e-12)
+    assert np.sum(outcome.impulses) == pytest.approx(given, rel=1e-10)
+
+
+def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
+    scene = line_scene(LINES[1], tmp_path)
+    write_job(scene, tmp_path / "job")
+    done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
+    slower = scene.replace(velocity=0.03)
+    table = scout_job(scene).table_range(scene)
+    outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
+    # The table of the job is made for bonds that are watched a little longer.
+    eta = eta_of(slower, outcome)
+    assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-10)
+
+
+def test_a_job_whose_chain_has_its_own_velocities_takes_no_other(tmp_path):
+    write_job(line_scene(LINES[7], tmp_path), tmp_path / "job")
+    done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
+    assert done.returncode == 1
+    assert "OTHER VELOCITY" in done.stdout
+
+
+def test_a_job_sees_what_else_acts_on_its_target(tmp_path):
+    write_job(line_scene(LINES[1], tmp_path), tmp_path / "job")
+    script = tmp_path / "job" / "in.chain"
+    push = "fix             other target addforce 1e-5 0.0 0.0\nfix             motion"
+    script.write_text(script.read_text().replace("fix             motion", push, 1))
+    done = run_lmp(tmp_path / "job")
+    assert done.returncode == 1
+    assert "UNBALANCED: the target gave" in done.stdout
+
+
+def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
+    scene = line_scene(LINES[4], tmp_path).replace(save=tmp_path / "kept")
+    outcome = lammps.run(scene, Numerics.from_scene(scene))
+    done = run_lmp(tmp_path / "kept")
+    assert done.returncode == 0, done.stdout[-2000:]
+    # The kept script has a table of its own.
+    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-10)
 
 
 def test_a_late_contact_is_waited_for(tmp_path):

@@ -1,8 +1,14 @@
 """What a run shows on a terminal while it takes long."""
 
+import contextlib
 import time
 
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import run_progress
+from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.cli import main
 from chaincor.workflows.run_progress import show_elapsed
 
 
@@ -25,3 +31,20 @@ def test_nothing_is_shown_elsewhere(capsys, monkeypatch):
     with show_elapsed(7200.0):
         time.sleep(0.3)
     assert capsys.readouterr().err == ""
+
+
+def test_the_command_shows_what_its_scene_is_expected_to_take(capsys, monkeypatch):
+    told = []
+
+    @contextlib.contextmanager
+    def note(expected):
+        told.append(expected)
+        yield
+        told.append("over")
+
+    monkeypatch.setattr(run_progress, "show_elapsed", note)
+    with pytest.raises(SystemExit) as leave:
+        main(["run", "--potential", "harmonic", "--particles", "3", "--engine", "reference"])
+    assert leave.value.code == 0
+    scene = Scene(potential="harmonic", particles=3, engine="reference")
+    assert told == [expected_seconds(scene), "over"]

@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import jitter, nudged_change
+from chaincor.workflows.accuracy.convergence import jitter, modal_error, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine
@@ -19,6 +19,7 @@ from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.measured import measured
 
@@ -53,7 +54,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     some step, else that is done here.
     """
     if modal.serves(scene):
-        return _at_once(scene, modal.run(scene), 0.0)
+        return _at_once(scene, modal.run(scene), modal_error(scene))
     if sharpness(scene) <= SHARPEST_FIXED:
         return _meet_with_fixed_steps(scene, goal, noise, known)
     if scene.line is not None:
@@ -86,6 +87,8 @@ def _meet_with_fixed_steps(
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
+    if scene.line is not None and noise * STEP_SCHEMES[scheme].amplification > _STEP_SHARE * goal:
+        scheme = "order8"  # which amplifies rounding least
     if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
     order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
@@ -142,7 +145,8 @@ def _meet_with_fixed_steps(
         # What comes after a long silence of a chain that broke amplifies rounding.
         assert fine.timestep is not None
         noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
-        if max(noise, error) > goal:
+        sure = scene.line is not None and fine.ending.kind == "proved"
+        if max(noise, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))

@@ -10,6 +10,7 @@ from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_i
 from chaincor.workflows.accuracy.irregular import refine
 from chaincor.workflows.accuracy.step_guess import guess_step, is_smooth
 from chaincor.workflows.engines.in_house import modal, stepping
+from chaincor.workflows.engines.in_house.lines.modal import jitter as line_jitter
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import CrossingError, RunError
 
@@ -104,7 +105,18 @@ def exact_modes(scene: Scene) -> Converged:
             f"{scene.impact_velocity:g}, which LAMMPS cannot represent (it knows only the "
             "absolute bond length); expected less than about 0.69: use engine 'reference'"
         )
-    return Converged(outcome, eta_of(scene, outcome), MODAL_ERROR, outcome.seconds)
+    error = max(MODAL_ERROR, modal_error(scene))
+    return Converged(outcome, eta_of(scene, outcome), error, outcome.seconds)
+
+
+def modal_error(scene: Scene) -> float:
+    """
+    Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
+
+    Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
+    two changes of all roundings change, with a reserve of three.
+    """
+    return 0.0 if scene.line is None else 3.0 * line_jitter(scene, scene.line)
 
 
 def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome) -> float:

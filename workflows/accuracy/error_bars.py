@@ -10,6 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error, rounding_of
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 from chaincor.workflows.result import ErrorBar
 
@@ -83,10 +84,13 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
     roundings change, where they were measured.
     """
+    if scene.line is not None and outcome.scheme in STEP_SCHEMES:
+        jitter *= STEP_SCHEMES[outcome.scheme].amplification
+    rounding = max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene))
     return ErrorBar(
         step=step,
         table=table_error(outcome, scene),
-        rounding=max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene)),
+        rounding=rounding,
         ending=ending_error(outcome, scene),
     )
 

@@ -30,7 +30,9 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     floor = rounding_error(scene.engine, scene)
     goal = max(_decade_within(tolerance), _decade_within(floor))
     noise = 0.0
-    if goal < JITTER_MATTERS * floor and _steps_are_fixed(scene):
+    # Light particles between heavy ones amplify more than equal ones ever do.
+    matters = goal < JITTER_MATTERS * floor or scene.line is not None
+    if matters and _steps_are_fixed(scene):
         noise = jitter(scene)
     in_house = scene.engine != "lammps"
     best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, noise)

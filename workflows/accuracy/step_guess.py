@@ -62,7 +62,7 @@ def _sharpness_of_line(scene: Scene, line: Line) -> float:
     if line.soft:
         q, stiffness = line.contact_exponent, line.contact_stiffness
         # Two particles that meet at 2 v0.
-        overlap = (2.0 * (q + 1.0) * line.contact_mass * v0**2 / stiffness) ** (1.0 / (q + 1.0))
+        overlap = line.overlap(2.0 * v0)
         contact = q * stiffness * overlap ** (q - 1.0) / line.contact_mass
         sharpest = max(sharpest, contact / scene.fast_stiffness)
     return math.sqrt(sharpest)

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
+from chaincor.workflows.commands.scene_options import NamedNumbers
 
 if TYPE_CHECKING:
     from chaincor.analysis.results import CollisionAnalysis
+    from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
 
 
 @click.command()
@@ -30,13 +32,18 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--potential",
-    type=click.Choice([*NAMED_POTENTIALS, "table"]),
+    type=click.Choice(POTENTIAL_NAMES),
     help="bond potential [default: that of scene.toml]",
 )
 @click.option("--toda-b", type=float, metavar="B", help="steepness b of the toda bond")
+@click.option("--morse-a", type=float, metavar="A", help="inverse width a of the morse bond")
 @click.option("--power-order", type=int, metavar="R", help="order of the power bond")
 @click.option("--power-c", type=float, metavar="C", help="coefficient of the power bond")
 @click.option("--bond-file", type=click.Path(path_type=Path), help="bond table, for table")
+@click.option("--energy", metavar="TEXT", help="U as a formula of s or r, for formula")
+@click.option(
+    "--parameters", type=NamedNumbers(), metavar="NAME=X,...", help="its other names' values"
+)
 @click.option(
     "--velocity",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -48,6 +55,13 @@ if TYPE_CHECKING:
     metavar="M,...|FILE",
     help="particle masses from the wall outwards, repeated along the chain: a list, or a file of "
     "them [default: from dump or data file]",
+)
+@click.option(
+    "--target-particles",
+    type=click.IntRange(min=1),
+    metavar="M",
+    help="the particles at the lowest x are a free target [default: from scene.toml, or the "
+    "column mol of the dump]",
 )
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="OUT", help="write plots and CSV"
@@ -69,6 +83,7 @@ def analyze(
     timestep: float | None,
     velocity: float | None,
     masses: str | None,
+    target_particles: int | None,
     output: Path | None,
     animation: Path | None,
     xyz: Path | None,
@@ -86,6 +101,9 @@ def analyze(
     Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
     finest is analysed and the others tell its error.
 
+    Of a free target or a soft wall the velocities, energies and modes of both bodies are told;
+    contacts are not.
+
     The exit status is 1 where the numbers contradict physics: restitution above 1, or momentum
     that no wall explains. A note says so.
     """
@@ -93,7 +111,28 @@ def analyze(
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.job_folder import Job, analyze_job
     from chaincor.analysis.step_error import analyze_folder
+    from chaincor.analysis.two_bodies.job import analyze_two_bodies, find_two_bodies
     from chaincor.workflows.engines.ending import argue_end
+
+    job_and_targets = find_two_bodies(folder, data, dump, target_particles)
+    if job_and_targets is not None:
+        unused = {"masses": masses, "velocity": velocity, "output": output}
+        unused |= {"animation": animation, "xyz": xyz}
+        given = [f"--{name}" for name, value in unused.items() if value is not None]
+        if given:
+            raise InputError(
+                f"{', '.join(given)}: of a free target or a soft wall masses and velocities are "
+                "read from dump and data file, and figures are not drawn; expected none of them"
+            )
+        job, targets = job_and_targets
+        with _progress(job.dump) as progress:
+            bodies = analyze_two_bodies(
+                job, targets, bond=_bond(bond_options), timestep=timestep, progress=progress
+            )
+        click.echo(
+            json.dumps(bodies.to_dict(), allow_nan=False) if as_json else describe_bodies(bodies)
+        )
+        return
 
     options: dict[str, Any] = {
         "bond": _bond(bond_options),
@@ -121,6 +160,34 @@ def analyze(
         click.echo(describe(analysis))
     if analysis.contradictions:
         click.get_current_context().exit(1)
+
+
+def describe_bodies(found: "TwoBodyAnalysis") -> str:
+    """Describe two bodies for people."""
+    targets, bond = found.target_masses.size, found.bond
+    other = f"a free target of {targets}" if targets else "a soft wall"
+    lines = [
+        f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
+        f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
+        "",
+        f"restitution (energy)   eta = {found.restitution:.12g}   error of the run not known, "
+        f"format and reading +- {found.data_error:.1e}",
+        f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
+        "contacts               not told",
+    ]
+    bodies = [("chain", found.velocity_after, found.energy)]
+    if targets:
+        bodies.append(("target", found.target_velocity_after, found.target_energy))
+    for name, velocity, energy in bodies:
+        text = f"{name:22} velocity {velocity:.6g}"
+        if energy is not None:
+            text += f", translation {energy.translation:.6g}, vibration {energy.vibration:.6g}"
+        lines.append(text)
+    if found.energy_drift is not None:
+        lines.append(f"energy drift           {found.energy_drift:.1e}")
+    if targets:
+        lines.append(f"momentum residual      {found.momentum_residual:.1e} M v0")
+    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
 
 
 def describe(analysis: "CollisionAnalysis") -> str:

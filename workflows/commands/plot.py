@@ -68,6 +68,8 @@ def plot(
 
 # A store has one row for all tolerances of a collision, so they tell no rows apart.
 _NOT_THE_SCENE = {"tolerance"}
+# Columns of lists, of which one number can be along an axis.
+_LISTS = ("masses", "target_masses")
 # The same thing in two units.
 _IMPACT = {"speed", "velocity"}
 # Keys that say most come first, so that those which follow from them are not told.
@@ -82,13 +84,14 @@ class _Row:
     scene: dict[str, Any]
 
 
-def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> list[_Row]:
-    """Return the rows in which all columns have a value, the first ones as numbers."""
-    from chaincor.workflows.store.query import query_rows
+def _rows(
+    store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
+) -> list[_Row]:
+    """Return axes and other columns of the rows in which all axes have a value, as numbers."""
+    from chaincor.workflows.store.query import ONE_MASS, query_rows
 
-    axes = names[:2]
     conditions = [*where, *(f"{name}!=" for name in axes)]
-    rows = query_rows(store, (*names, "speed", "scene"), where=conditions)
+    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions)
     if not rows:
         raise StoreError(
             f"no row of {store.path} has {' and '.join(axes)}"
@@ -96,10 +99,50 @@ def _rows(store: "Store", names: tuple[str, ...], where: tuple[str, ...]) -> lis
         )
     for name, value in zip(axes, rows[0], strict=False):
         if not isinstance(value, int | float):
-            raise StoreError(f"column '{name}' holds {value!r}; expected numbers along an axis")
+            hint = f": that of particle 2 is {name}.2" if name in _LISTS else ""
+            raise StoreError(
+                f"column '{name}' holds {value!r}; expected numbers along an axis{hint}"
+            )
+    scenes = [json.loads(scene) for *_, scene in rows]
+    for name in axes:
+        if one := ONE_MASS.fullmatch(name):
+            _leave_out(scenes, one[1], int(one[2]))
     return [
-        _Row(tuple(values), {**json.loads(scene), "speed": speed}) for *values, speed, scene in rows
+        _Row(
+            tuple(values), {k: _comparable(v) for k, v in _plain(scene).items()} | {"speed": speed}
+        )
+        for (*values, speed, _), scene in zip(rows, scenes, strict=True)
     ]
+
+
+def _leave_out(scenes: list[dict[str, Any]], masses: str, particle: int) -> None:
+    """
+    Leave the mass of one particle out of what tells scenes apart: it is along an axis.
+
+    Lists repeat, and a scene has the shortest that does: 1, 1 is 1, beside 1, 2.
+    """
+    lists = [scene.get(masses, [1.0]) for scene in scenes]
+    longest = max((len(given) for given in lists if isinstance(given, list)), default=1)
+    for scene, given in zip(scenes, lists, strict=True):
+        if isinstance(given, list):
+            repeated = [given[i % len(given)] for i in range(longest)]
+            fits = longest % len(given) == 0
+            repeated[(particle - 1) % (longest if fits else len(given))] = None
+            # Two lists that begin alike may repeat otherwise.
+            scene[masses] = repeated if fits else [*repeated, len(given)]
+
+
+def _comparable(value: Any) -> Any:
+    """Return a value of a scene as something that can be told from others, and sorted by."""
+    if isinstance(value, list):
+        return ", ".join("..." if item is None else str(item) for item in value)
+    return value
+
+
+def _plain(scene: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene with each parameter of its formula under a name of its own."""
+    parameters = scene.pop("parameters", {})
+    return scene | {f"parameters.{name}": value for name, value in parameters.items()}
 
 
 def _varying(rows: list[_Row], axes: tuple[str, ...]) -> list[str]:
@@ -128,7 +171,7 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
     from chaincor.analysis.figures.store_plots import plot_curves
 
     asked = () if by is None else tuple(name.strip() for name in by.split(","))
-    rows = _rows(store, (x, y, *asked), where)
+    rows = _rows(store, (x, y), asked, where)
     names = asked or tuple(_varying(rows, (x,)))
     groups: dict[tuple[Any, ...], list[_Row]] = {}
     for row in rows:
@@ -153,7 +196,7 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
 def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":
     from chaincor.analysis.figures.store_plots import plot_heat_map
 
-    rows = _rows(store, (x, y, colour), (*where, f"{colour}!="))
+    rows = _rows(store, (x, y, colour), (), where)
     left = _varying(rows, (x, y))
     if left:
         raise StoreError(

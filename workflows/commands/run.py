@@ -73,7 +73,7 @@ def run(
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
     "argued": "another contact is unlikely, not ruled out",
-    "open": "a piece still approaches the wall; contacts to come are in the error bar",
+    "open": "a piece still approaches the {}; contacts to come are in the error bar",
 }
 
 
@@ -93,16 +93,21 @@ def describe(result: Collision) -> str:
         speed += f" = {result.speed:.6g} v*"
     step = "" if result.timestep is None else f", H = {result.timestep:.4g}"
     table = "" if result.table is None else f", {result.table} table of {result.table_points} rows"
+    relative = "" if result.target_particles is None else ", of the relative motion"
+    other = "wall" if result.target_particles is None else "target"
     lines = [
         f"{result.particles} particles, {result.potential} bonds, {speed}",
+        *_bodies_before(result),
         "",
-        f"restitution (energy)   eta = {_with_error(result.restitution, result.restitution_error)}",
-        f"restitution (speed)    e   = {result.kinematic_restitution:.6g}",
+        f"restitution (energy)   eta = {_with_error(result.restitution, result.restitution_error)}"
+        + relative,
+        f"restitution (speed)    e   = {result.kinematic_restitution:.6g}{relative}",
         f"contacts               {result.contacts}, the last at t = {result.last_contact_time:.6g}",
-        f"end                    {result.ending}: {_ENDINGS[result.ending]}",
+        f"end                    {result.ending}: {_ENDINGS[result.ending].format(other)}",
+        *_bodies_after(result),
         f"bond lengths           {result.bond_min:.4g} to {result.bond_max:.4g}",
         f"energy drift           {result.energy_drift:.1e}",
-        f"momentum residual      {result.momentum_residual:.1e} n v0",
+        f"momentum residual      {result.momentum_residual:.1e} {_whole_mass(result)} v0",
     ]
     if result.fragments > 1:
         lines.append(f"fragments              {result.fragments} at the last contact: bonds broke")
@@ -110,7 +115,69 @@ def describe(result: Collision) -> str:
         lines.append("crossed                particles passed through each other on paper")
     lines += [
         "",
-        f"run by {result.engine}: {result.wall} wall, {result.scheme}{step}{table}",
+        f"run by {result.engine}: {_meeting(result)}, {result.scheme}{step}{table}",
         f"time {result.seconds:.3g} s for the number, {result.seconds_total:.3g} s in all",
     ]
     return "\n".join(lines)
+
+
+# More masses than these are not all shown.
+_MOST_MASSES = 6
+
+
+def _list(masses: tuple[float, ...]) -> str:
+    shown = ", ".join(f"{mass:.6g}" for mass in masses[:_MOST_MASSES])
+    return shown if len(masses) <= _MOST_MASSES else f"{shown}, ... ({len(masses)} in all)"
+
+
+def _count(particles: int) -> str:
+    return "1 particle" if particles == 1 else f"{particles} particles"
+
+
+def _bodies_before(result: Collision) -> list[str]:
+    """Describe what the scene has more than a cold chain of unit masses and a hard wall."""
+    lines = []
+    if result.masses is not None:
+        lines.append(f"masses {_list(result.masses)} from the contact outward")
+    if result.target_particles is not None:
+        masses = _list(result.target_masses or (1.0,))
+        lines.append(f"onto a free target: {_count(result.target_particles)}, masses {masses}")
+    if result.contact is not None:
+        lines.append(
+            f"soft contact: K d^q of the overlap d, K = {result.contact_stiffness:.6g}, "
+            f"q = {result.contact_exponent:.6g}"
+        )
+    if result.initial is not None:
+        lines.append(f"initial state of {result.initial}")
+    if result.compression is not None:
+        lines.append(f"bonds shorter by {result.compression:.6g} at first")
+    return lines
+
+
+def _bodies_after(result: Collision) -> list[str]:
+    """Say where momentum and energy went; nothing for a plain scene, whose eta says it."""
+    if result.velocity_after is None:
+        return []
+    text = "{:22} velocity {:.6g}, translation {:.6g}, vibration {:.6g}"
+    chain = (result.velocity_after, result.translational_energy, result.vibrational_energy)
+    lines = [text.format("chain", *chain)]
+    if result.target_particles is not None:
+        lines.append(
+            text.format(
+                "target",
+                result.target_velocity_after,
+                result.target_translational_energy,
+                result.target_vibrational_energy,
+            )
+        )
+    return lines
+
+
+def _whole_mass(result: Collision) -> str:
+    return "n" if result.velocity_after is None else "M"
+
+
+def _meeting(result: Collision) -> str:
+    """Name what particle 1 meets: a wall only where there is one."""
+    kind = "soft" if result.contact is not None else result.wall
+    return f"{kind} wall" if result.target_particles is None else f"{kind} contact"

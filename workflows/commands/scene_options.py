@@ -10,6 +10,7 @@ import click
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_file import read_scene_fields
+from chaincor.lammps_inputs.scene_rules import BOND_KEYS
 
 
 def _plain_types(annotation: Any) -> list[Any]:
@@ -38,6 +39,35 @@ class _NumberOrWord(click.ParamType):
         return value if value in self.words else click.FLOAT.convert(value, param, ctx)
 
 
+class NamedNumbers(click.ParamType):
+    """Names and numbers: ``D=0.0139,a=6``."""
+
+    name = "named numbers"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> dict[str, float]:
+        """Return the numbers by name."""
+        if isinstance(value, dict):
+            return value
+        numbers: dict[str, float] = {}
+        for part in value.split(","):
+            name, equals, number = (word.strip() for word in part.partition("="))
+            try:
+                given = float(number)
+            except ValueError:
+                given = None
+            if not equals or given is None or name in numbers:
+                self.fail(
+                    f"{value[:60]!a} does not give each name one number; expected NAME=NUMBER, "
+                    "such as D=0.0139,a=6",
+                    param,
+                    ctx,
+                )
+            numbers[name] = given
+        return numbers
+
+
 def _option(name: str) -> Callable[[Callable], Callable]:
     field = Scene.model_fields[name]
     kind, *words = _plain_types(field.annotation)
@@ -57,8 +87,10 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         float: (click.FLOAT, "X"),
         Path: (None, "FILE"),
         tuple: (None, "LIST|FILE"),
+        str: (None, "TEXT"),
+        dict: (NamedNumbers(), "NAME=X,..."),
     }
-    option_type, metavar = types_and_names[kind]
+    option_type, metavar = types_and_names[get_origin(kind) or kind]
     if words:
         choices = get_args(words[0])
         option_type, metavar = _NumberOrWord(*choices), "|".join(("X", *choices))
@@ -91,6 +123,5 @@ def scene_from(scene_file: str | None, options: dict[str, Any]) -> Scene:
     if "speed" in given or "velocity" in given:
         fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
     if "potential" in given and given["potential"] != fields.get("potential"):
-        own = ("toda_b", "power_order", "power_c", "bond_file")
-        fields = {k: v for k, v in fields.items() if k not in own}
+        fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
     return Scene(**(fields | given))

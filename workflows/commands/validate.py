@@ -7,8 +7,9 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
+from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
-from chaincor.workflows.validation.comparison import Validation
+from chaincor.workflows.validation.comparison import USER_TIMEOUT, Validation
 
 
 @click.command()
@@ -22,9 +23,14 @@ from chaincor.workflows.validation.comparison import Validation
     "--timeout",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="S",
-    help="seconds your function may take [default: 600]",
+    help=f"seconds your function may take [default: {USER_TIMEOUT:g}]",
 )
-@click.option("--grid", is_flag=True, help="a grid of potentials, sizes and speeds instead")
+@click.option(
+    "--grid",
+    is_flag=True,
+    help="a grid of potentials, sizes and speeds instead; for LAMMPS also masses, free targets, "
+    "soft contacts and compressed chains",
+)
 @click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
@@ -60,13 +66,14 @@ def validate(
             f"--grid chooses chains by itself, so that {', '.join(own)} would not be used; "
             "expected a tolerance or numerics only: drop one or the other"
         )
-    scenes = validation.grid_around(scene) if grid else [scene]
+    # What an integrator of one's own cannot do is not asked for unless a scene does.
+    scenes = validation.grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     for each in _with_progress(scenes):
         if against is None:
             results.append(validation.validate(each))
         else:
-            results.append(validation.validate_user(each, against, timeout=timeout or _TIMEOUT))
+            results.append(validation.validate_user(each, against, timeout=timeout or USER_TIMEOUT))
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 
@@ -84,8 +91,8 @@ def validate(
         ctx.exit(1)
 
 
-# Seconds.
-_TIMEOUT = 600.0
+# Letters of a value in a headline.
+_LONGEST = 30
 
 
 def _with_progress(scenes: list) -> Any:
@@ -108,7 +115,8 @@ def describe(result: Validation) -> str:
     """Describe a comparison for people: a table with a verdict."""
     scene = result.scene
     lines = [
-        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}",
+        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}"
+        + "".join(f", {key} {_short(value)}" for key, value in given_bodies(scene).items()),
         f"judged:  {result.subject}, eta = {result.restitution:.12g}",
         f"by:      {result.judge}, eta = {result.judge_restitution:.12g}",
         f"{'quantity':16} {'difference':>12} {'error bars':>12}",
@@ -121,3 +129,8 @@ def describe(result: Validation) -> str:
         )
     lines.append(f"verdict: {'they agree' if result.agrees else 'they DIFFER'}")
     return "\n".join(lines)
+
+
+def _short(value: Any) -> str:
+    text = ", ".join(f"{item:g}" for item in value) if isinstance(value, tuple) else str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

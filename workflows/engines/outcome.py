@@ -1,13 +1,18 @@
 """What an engine returns: the raw outcome of one collision, before any analysis."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.engines.ending import Ending
+
+# A stable integration does not double the energy: far more than any step that resolves its bonds
+# can be off.
+MOST_ENERGY_GROWTH = 2.0
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,34 @@ class Frames:
     velocities: NDArray[np.float64]
     target_displacements: NDArray[np.float64] | None = None
     target_velocities: NDArray[np.float64] | None = None
+
+    def state(self, frame: int) -> ChainState:
+        """Return both bodies in one frame, counted from 0."""
+        chain = float(self.times[frame]), self.displacements[frame], self.velocities[frame]
+        if self.target_displacements is None or self.target_velocities is None:
+            return ChainState(frame, *chain)
+        target = self.target_displacements[frame], self.target_velocities[frame]
+        return ChainState(frame, *chain, *target)
+
+    @property
+    def targets(self) -> int:
+        """Particles of a free target."""
+        return 0 if self.target_displacements is None else self.target_displacements.shape[1]
+
+    def along_x(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return displacements and velocities of all, from a target's far end to the chain's."""
+        if self.target_displacements is None or self.target_velocities is None:
+            return self.displacements, self.velocities
+        return (
+            np.hstack((self.target_displacements[:, ::-1], self.displacements)),
+            np.hstack((self.target_velocities[:, ::-1], self.velocities)),
+        )
+
+    def until(self, end: float) -> "Frames":
+        """Return the frames up to a time."""
+        shown = self.times <= end
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{k: v[shown] for k, v in arrays.items() if v is not None})
 
 
 @dataclass(frozen=True)

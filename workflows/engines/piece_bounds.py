@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import Potential, bond_strains
+from chaincor.lammps_inputs.bonds.potential import Potential, strain_range
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
 PAID = 0.9
@@ -136,7 +136,7 @@ def _on_ladder(bond: Potential, energy: float) -> float:
 @lru_cache(maxsize=8192)
 def _extent(bond: Potential, energy: float) -> tuple[float, float]:
     """Return the longest strain of bonds that hold an energy at most, and the least 2 U/s^2."""
-    lowest, longest = bond_strains(bond, energy)
+    lowest, longest = strain_range(bond, energy)
     strains = np.linspace(lowest, longest, 66)
     strains = strains[strains != 0.0]
     with np.errstate(divide="ignore"):  # a bond compressed to nothing

@@ -248,7 +248,15 @@ class _Chain:
         lever = Lever.of_equal(len(velocities)) if self.equal else Lever.of(masses)
         return self._escape(ENERGY_MARGIN * energy, lever, mean - speed)
 
-    def _gaps(self, cuts, levers, means, behind, ahead, energies) -> tuple[Array, Array]:
+    def _gaps(
+        self,
+        cuts: NDArray[np.int64],
+        levers: list[tuple[Lever, Lever]],
+        means: Array,
+        behind: Array,
+        ahead: Array,
+        energies: Array,
+    ) -> tuple[Array, Array]:
         """Return strains of the cut bonds, and their growth, that no motion can fall below."""
         far = zip(energies[:-1], levers[:-1], strict=True)
         near = zip(energies[1:], levers[1:], strict=True)

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -29,6 +32,14 @@ class Replay:
     scheme: str
     numerics: Numerics | None
     accuracy: float | None
+
+    @property
+    def masses(self) -> NDArray[np.float64]:
+        """Of all particles: the chain's, then those of a free target."""
+        line = self.scene.line
+        if line is None:
+            return np.ones(self.scene.particles)
+        return np.concatenate((line.chain_masses, line.target_masses))
 
     def record(self, interval: float) -> Frames:
         """

@@ -2,6 +2,8 @@
 
 import sys
 
+import numpy as np
+
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -47,13 +49,30 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     n = scene.particles + (scene.target_particles or 0)
     # A displacement is of order v0 times the time of a vibration.
     v0 = scene.impact_velocity / scene.slow_stiffness**0.5
-    arithmetic = ARITHMETIC_FLOOR * n
+    arithmetic = ARITHMETIC_FLOOR * n * heat_of(scene)
     if engine != "lammps":
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     sensitivity = SHORT_DRIFT_SENSITIVITY if short else ROUNDING_SENSITIVITY
-    return arithmetic + sensitivity * grain / v0
+    return arithmetic + sensitivity * grain / v0 * heat_of(scene) ** 0.5
+
+
+def heat_of(scene: Scene) -> float:
+    """
+    Return the energy that two bodies come with over that of their relative translation.
+
+    A chain that vibrates rounds velocities that are larger than its own by the root of this, and
+    may come back faster than it came. 1 for a cold chain.
+    """
+    line = scene.line
+    if line is None:
+        return 1.0
+    masses = np.where(np.isinf(line.masses), 0.0, line.masses)
+    energy = 0.5 * float(masses @ line.velocities**2)
+    energy += float(np.sum(scene.bond.energy(np.delete(line.strains, line.gap))))
+    chain = float(np.sum(line.chain_masses))
+    return max(energy / (0.5 * chain * scene.impact_velocity**2), 1.0)
 
 
 def rounding_of(outcome: Outcome, scene: Scene) -> float:

@@ -162,7 +162,16 @@ class Composed:
         """Return the composed map, see `StepScheme`."""
         first, further, drift = stages.start, stages.stage, stages.drift
 
-        def leap(wall_distance, old, new, trial, bonds, wanted, step, rule):
+        def leap(
+            wall_distance: float,
+            old: Any,
+            new: Any,
+            trial: Any,
+            bonds: int,
+            wanted: int,
+            step: float,
+            rule: Rule,
+        ) -> float:
             drifts, kicks = rule.fractions
             parameters = rule.parameters
             strain, velocity = new
@@ -249,7 +258,16 @@ class Extrapolated:
         """Return the extrapolated map, see `StepScheme`."""
         first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
 
-        def leap(wall_distance, old, new, trial, bonds, wanted, step, rule):
+        def leap(
+            wall_distance: float,
+            old: Any,
+            new: Any,
+            trial: Any,
+            bonds: int,
+            wanted: int,
+            step: float,
+            rule: Rule,
+        ) -> float:
             weights, counts = rule.fractions
             parameters = rule.parameters
             wanted = min(bonds, wanted)

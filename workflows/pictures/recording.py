@@ -1,24 +1,31 @@
 """The motion of a collision, for pictures: frames at regular times, by the in-house engines."""
 
 from dataclasses import replace
+from typing import Final
 
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import adaptive, modal
-from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.engines.in_house import adaptive, modal, stepping
+from chaincor.workflows.engines.outcome import Outcome
 
 # Far finer than any picture resolves.
 _ACCURACY = 1e-6
+_SCHEME: Final = "order8"
 
 
 def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     Carry a chain through its collision and keep frames of the motion.
 
-    Frames are `interval` apart, from the first contact to the end of the run; the scene's engine
-    and numerics are not used.
+    Frames are `interval` apart, from the first contact to the end of the run, and show a free
+    target as well; the scene's engine and numerics are not used.
     """
-    if scene.bond.is_harmonic:
+    if modal.serves(scene):
         return modal.run(scene, interval)
+    if scene.line is not None:
+        step = guess_step(scene, _SCHEME, _ACCURACY)
+        return stepping.run(scene, Numerics(scheme=_SCHEME, timestep=step), interval)
     return adaptive.run(scene, _ACCURACY, interval)
 
 
@@ -26,14 +33,12 @@ def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
     """Keep about 400 frames of a collision; the last ones show the chain flying off."""
     # Two units of time are sound crossing two bonds: enough to see that.
     end = 1.15 * last_contact_time + 2.0
+    if scene.line is not None and scene.line.soft:
+        end = max(end, record_motion(scene, end).duration)  # the bodies overlap for a while
     outcome = record_motion(scene, end / 400.0)
     frames = outcome.frames
     assert frames is not None
-    shown = frames.times <= end
-    return replace(
-        outcome,
-        frames=Frames(frames.times[shown], frames.displacements[shown], frames.velocities[shown]),
-    )
+    return replace(outcome, frames=frames.until(end))
 
 
 def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
@@ -48,9 +53,9 @@ def write_animation(scene: Scene, last_contact_time: float, path: str, pictures:
     assert frames is not None
     animate_collision(
         frames.times,
-        frames.displacements,
-        frames.velocities,
+        *frames.along_x(),
         path,
+        targets=frames.targets,
         impact_velocity=scene.impact_velocity,
         frames=pictures,
         title=f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.4g}",

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pictures.recording import record_motion
 
-POTENTIALS = ("harmonic", "lj", "toda", "log")
+POTENTIALS = ("harmonic", "lj", "morse", "toda", "log")
 SPEEDS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 _FRAMES = 120
 # Displacements and velocities travel as 16-bit whole numbers: a picture shows a thousand steps.
@@ -40,7 +41,12 @@ def explore_page(
         collisions[potential].append(_collision(potential, particles, speed))
         if progress is not None:
             progress(done, len(chosen))
-    data = {"particles": particles, "speeds": list(speeds), "collisions": collisions}
+    data = {
+        "particles": particles,
+        "speeds": list(speeds),
+        "levels": _levels([c["restitution"] for each in collisions.values() for c in each]),
+        "collisions": collisions,
+    }
     return _template().render(
         # A script ends at the first "</", wherever it stands.
         data=json.dumps(data, allow_nan=False).replace("</", "<\\/"),
@@ -48,6 +54,12 @@ def explore_page(
         potentials=potentials,
         speeds=speeds,
     )
+
+
+def _levels(restitutions: Sequence[float]) -> list[float]:
+    """Return the marks of an axis, 1 the last, that holds all: chains of few lose half and more."""
+    first = min(math.floor(10.0 * min(restitutions)), 8)
+    return [k / 10.0 for k in range(first, 11)]
 
 
 def _collision(potential: str, particles: int, speed: float | None) -> dict[str, Any]:
@@ -65,6 +77,7 @@ def _collision(potential: str, particles: int, speed: float | None) -> dict[str,
         "restitution": float((outcome.velocities.mean() / scene.impact_velocity) ** 2),
         "contacts": [round(float(time), 3) for time in outcome.contact_times],
         "fragments": outcome.fragments,
+        "ending": outcome.ending.kind,
         "end": float(moments[-1]),
         "frames": _FRAMES,
         "displacements": _packed(displacements),

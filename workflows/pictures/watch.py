@@ -4,12 +4,15 @@ import time
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
+from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.terminal import draw_moment
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.pictures.recording import follow_to_the_end
@@ -40,22 +43,32 @@ def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
     """Draw a collision, moment by moment: the time and number of contacts, and the chain."""
     frames = outcome.frames
     assert frames is not None
-    x = frames.displacements + np.arange(scene.particles)
-    longest = max(1.0, float(np.max(x)))
+    u, v = frames.along_x()
+    x = u + rest_positions(u.shape[1], frames.targets)
+    lowest = float(np.min(x)) if frames.targets else 0.0
+    longest = max(lowest + 1.0, float(np.max(x)))
     shown = min(len(frames.times), int(_SECONDS * _PER_SECOND))
     for k in np.linspace(0, len(frames.times) - 1, shown).astype(int):
-        velocities = frames.velocities[k]
+        velocities = v[k]
         moment = frames.times[k]
         contacts = int(np.searchsorted(outcome.contact_times, moment, side="right"))
-        translation = (velocities.mean() / scene.impact_velocity) ** 2
+        line = scene.line
+        mean = velocities.mean() if line is None else line.separation(_with_wall(line, velocities))
+        translation = (mean / scene.impact_velocity) ** 2
         heading = (
             f"t = {moment:6.1f}   contacts {contacts:3d}   "
             f"translation {100.0 * translation:5.1f} % of the energy\n"
         )
         yield Text(heading) + draw_moment(
-            frames.displacements[k],
+            u[k],
             velocities,
             impact_velocity=scene.impact_velocity,
             longest=longest,
             columns=columns,
+            lowest=lowest,
+            targets=frames.targets,
         )
+
+
+def _with_wall(line: Line, velocities: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate(([0.0], velocities)) if line.rigid else velocities

@@ -131,10 +131,14 @@ def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
 
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
+    """Return the versions that made the results: several where a store was carried on with."""
+    found: dict[str, dict[str, None]] = {}
     for point in measured.all_points():
-        if point.answer is not None and point.answer.result is not None:
-            return dict(point.answer.result["versions"])
-    return {}
+        for answer in (point.lammps, point.in_house):
+            if answer is not None and answer.result is not None:
+                for name, version in answer.result["versions"].items():
+                    found.setdefault(name, {})[version] = None
+    return {name: " and ".join(versions) for name, versions in found.items()}
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:

@@ -55,7 +55,9 @@ def _curves(plan: Plan) -> Study:
     return Study("curves", "COR against speed, lj, toda, log", tuple(scenes))
 
 
-def _harmonic(particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY):
+def _harmonic(
+    particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY
+) -> Scene:
     return Scene(potential="harmonic", particles=particles, velocity=velocity, tolerance=tolerance)
 
 

@@ -67,7 +67,8 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
             "pandas is not installed; expected it: pip install chaincor[export]"
         ) from None
     frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
-    whole = dict.fromkeys(("contacts", "fragments", "power_order", "table_points"), "Int64")
+    names = ("contacts", "fragments", "power_order", "table_points", "target_particles")
+    whole = dict.fromkeys(names, "Int64")
     return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))
 
 

@@ -1,14 +1,22 @@
 """Questions to a store for tables and plots: columns, conditions, order."""
 
+import math
 import re
 from collections.abc import Sequence
 from typing import Any
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.schema import PLAIN_COLUMNS
+from chaincor.workflows.store.schema import (
+    BODY_COLUMNS,
+    FLAG_COLUMNS,
+    PLAIN_COLUMNS,
+    SCENE_KEYS,
+    WORDS_OF_SCENES,
+)
 
-_CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
+_PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
+_CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
 
 def query_rows(
@@ -28,10 +36,13 @@ def query_rows(
         The store.
     columns : sequence of str
         Names from :data:`~chaincor.workflows.store.schema.PLAIN_COLUMNS`, or ``scene``, the JSON
-        text of the canonical scene.
+        text of the canonical scene; ``parameters.a`` is the parameter a of a formula, ``masses.2``
+        the mass of particle 2 of the chain, counted from the contact outward,
+        ``target_masses.1`` that of the target's first particle.
     where : sequence of str
         Conditions that must all hold, as ``potential=lj`` or ``speed<=0.5``; an empty value, as in
-        ``failure=``, stands for a field that is not there.
+        ``failure=``, stands for a field that is not there. Words are compared letter by letter:
+        ``finished>2026-11`` holds for later dates.
     order : sequence of str
         Columns to sort by; with ``-`` before it, the largest first.
     limit : int, optional
@@ -45,9 +56,10 @@ def query_rows(
     Raises
     ------
     StoreError
-        If there is no such column, or a condition cannot be read.
+        If there is no such column, a condition cannot be read, or a column of numbers is compared
+        with a word.
     """
-    conditions, values = _conditions(where)
+    conditions, values = _conditions(store, where)
     descending = [name.startswith("-") for name in order]
     ordered = [
         _quoted(name.removeprefix("-")) + (" DESC" if down else "")
@@ -64,35 +76,72 @@ def query_rows(
 
 def count_rows(store: Store, where: Sequence[str] = ()) -> int:
     """Count the rows that fulfil conditions as for :func:`query_rows`."""
-    conditions, values = _conditions(where)
+    conditions, values = _conditions(store, where)
     return store.select(f"SELECT count(*) FROM collisions{conditions}", values)[1][0][0]
 
 
-def _conditions(where: Sequence[str]) -> tuple[str, list[Any]]:
-    parts, values = [], []
+def _conditions(store: Store, where: Sequence[str]) -> tuple[str, list[Any]]:
+    parts: list[str] = []
+    values: list[float | str] = []
+    types: dict[str, str] = {}
+    if where:
+        types = dict(store.select("SELECT name, type FROM pragma_table_info('collisions')")[1])
     for text in where:
         match = _CONDITION.fullmatch(text)
         if match is None:
             raise StoreError(f"the condition '{text}' cannot be read; expected as potential=lj")
         name, operator, value = match.groups()
+        column = _quoted(name)
         if value:
-            parts.append(f"{_quoted(name)} {operator} ?")
-            values.append(_number_or_text(value))
+            parts.append(f"{column} {operator} ?")
+            kind = types.get(name, "TEXT" if name in WORDS_OF_SCENES else "REAL")
+            values.append(value if kind == "TEXT" else _number(text, name, value))
         elif operator in ("=", "==", "!="):
-            parts.append(f"{_quoted(name)} IS {'NOT ' if operator == '!=' else ''}NULL")
+            parts.append(f"{column} IS {'NOT ' if operator == '!=' else ''}NULL")
         else:
             raise StoreError(f"the condition '{text}' has no value; expected as speed<0.5")
     return (" WHERE " + " AND ".join(parts) if parts else ""), values
 
 
-def _number_or_text(value: str) -> float | str:
+def _number(text: str, name: str, value: str) -> float:
+    """Return what a column of numbers is compared with: for SQLite a word is above all numbers."""
+    if name in FLAG_COLUMNS and value.lower() in ("true", "false"):
+        return float(value.lower() == "true")
     try:
-        return float(value)
+        number = float(value)
     except ValueError:
-        return {"true": 1.0, "false": 0.0}.get(value.lower(), value)
+        number = math.nan
+    if math.isnan(number):
+        raise StoreError(
+            f"the condition '{text}' compares column '{name}' with '{value}'; expected a number, "
+            "as in speed<0.5"
+        )
+    return number
+
+
+# A mass of one particle: which body, and which of its particles, counted from 1.
+ONE_MASS = re.compile(r"(masses|target_masses)\.([1-9]\d{0,7})")
 
 
 def _quoted(name: str) -> str:
+    """Return what stands for a column in a query."""
+    if name in BODY_COLUMNS:
+        return BODY_COLUMNS[name]
+    if one := ONE_MASS.fullmatch(name):
+        return _mass(one[1], int(one[2]))
+    if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
+        return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
+
+
+def _mass(masses: str, particle: int) -> str:
+    """Return the mass of one particle: lists repeat; a chain that names none has masses 1."""
+    place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
+    body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
+    return (
+        f"CASE WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
+        f"WHEN json_type(scene, '$.{masses}') IS NULL THEN {absent} "
+        f"WHEN json_type(scene, '$.{masses}') = 'array' THEN json_extract(scene, {place}) END"
+    )

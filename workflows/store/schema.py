@@ -80,6 +80,10 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 SCHEMA_VERSION = len(MIGRATIONS)
 
 SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
+# Of bonds that few scenes have: taken out of the scene's JSON.
+SCENE_KEYS = ("morse_a", "energy", "parameters")
+# What scenes say in words or lists, where there is no column whose type tells.
+WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
 # Fields of a result that have a column of their own; the others go to `details`.
 RESULT_COLUMNS = (
     "velocity",
@@ -111,11 +115,34 @@ RESULT_COLUMNS = (
 )
 FAILURE_COLUMNS = ("failure", "failure_message", "failure_tolerance", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
+# What only scenes of more than a cold chain and a wall have, as expressions over the JSON of a row:
+# such keys need no columns that all other rows leave empty, and no new schema.
+BODY_COLUMNS = {
+    "masses": "json_extract(scene, '$.masses')",
+    "target_particles": "json_extract(scene, '$.target_particles')",
+    "target_masses": "json_extract(scene, '$.target_masses')",
+    "contact_stiffness": "json_extract(scene, '$.contact[0]')",
+    "contact_exponent": "json_extract(scene, '$.contact[1]')",
+    "initial": "json_extract(scene, '$.initial')",
+    "compression": "json_extract(scene, '$.compression')",
+} | {
+    name: f"json_extract(details, '$.{name}')"
+    for name in (
+        "velocity_after",
+        "target_velocity_after",
+        "translational_energy",
+        "vibrational_energy",
+        "target_translational_energy",
+        "target_vibrational_energy",
+    )
+}
 # What can be shown, filtered, plotted and exported.
 PLAIN_COLUMNS = (
     *SCENE_COLUMNS,
     *RESULT_COLUMNS,
     *FAILURE_COLUMNS,
     *RECORD_COLUMNS,
+    *BODY_COLUMNS,
+    *SCENE_KEYS,
 )
 FLAG_COLUMNS = ("tolerance_met", "crossed", "failure_stands")

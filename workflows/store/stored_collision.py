@@ -36,7 +36,8 @@ class StoredCollision:
         When: UTC, ISO 8601.
     arrays : dict
         Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
-        and ``displacements``; empty where they were not kept or not asked for.
+        and ``displacements``, the last three also of a free target (``target_...``); empty where
+        they were not kept or not asked for.
     has_arrays : bool
         Whether the store keeps the arrays of this row.
     """

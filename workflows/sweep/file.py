@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
-from chaincor.lammps_inputs.scene_file import read_scene_fields
+from chaincor.lammps_inputs.scene_file import MASSES_READ, from_folder, read_scene_fields
 from chaincor.workflows.errors import SweepError
-from chaincor.workflows.sweep.points import SweepPoints, merged
+from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints, merged
 
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
-_WHOLE = ("particles", "power_order", "table_points")
+_WHOLE = ("particles", "target_particles", "power_order", "table_points")
 _MOST_POINTS = 10_000_000
 
 
@@ -50,10 +50,11 @@ def read_sweep(path: Path | str) -> Sweep:
     ----------
     path : pathlib.Path or str
         A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
-        ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field, or a list of
-        tables that set several fields at once; ``zip = [["particles", "speed"]]`` makes axes move
-        together; ``store`` and ``arrays`` say what is kept and where. Relative paths are taken
-        from the file's folder.
+        ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
+        a list of lists), or a list of tables that set several fields at once; an axis
+        ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes
+        axes move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are
+        taken from the file's folder.
 
     Returns
     -------
@@ -83,8 +84,9 @@ def read_sweep(path: Path | str) -> Sweep:
                 f"'{key}' in a sweep would write every point to one place; expected none: "
                 "use arrays = true beside [scene], or --keep-jobs DIR"
             )
-    if isinstance(base.get("bond_file"), str):
-        base["bond_file"] = path.parent / base["bond_file"]
+    base = from_folder(base, path.parent)
+    inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
+    axes |= {f"{PARAMETER_AXIS}{name}": axis for name, axis in inner.items()}
     values = {name: _axis_values(name, axis) for name, axis in axes.items()}
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
@@ -111,7 +113,7 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     """Return what each value of an axis sets."""
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
         return axis
-    if name not in Scene.model_fields:
+    if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
             f"axis '{name}' is not a field of a scene; expected one of "
             f"{', '.join(Scene.model_fields)}, or a list of tables that set several"
@@ -122,6 +124,12 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
         raise SweepError(
             f"axis '{name}' is {axis!r}; expected a list, or {{from, to, points}}, or "
             "{from, to, step}"
+        )
+    if name in MASSES_READ and any(isinstance(value, int | float) for value in axis):
+        # One value of such a key is a list itself: was one chain meant, or one mass a chain?
+        raise SweepError(
+            f"axis '{name}' is {axis!r}; expected a list of lists, as [[1, 2], [1, 3]]: one value "
+            "for all points goes under [scene]"
         )
     return [{name: value} for value in axis]
 

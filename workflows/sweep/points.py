@@ -9,8 +9,9 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
+from chaincor.lammps_inputs.scene_file import from_folder
 from chaincor.workflows.errors import SweepError
 
 # An axis over the key drops these from the base scene, which they would contradict.
@@ -20,6 +21,8 @@ _RIVALS = {
     "tolerance": NUMERICS_KEYS,
     **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
 }
+# Begins the name of an axis over one parameter of a formula.
+PARAMETER_AXIS = "parameters."
 
 
 class SweepPoints(Sequence[Scene]):
@@ -65,13 +68,21 @@ class SweepPoints(Sequence[Scene]):
         point = merged(*reversed(parts))
         dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
         fields = {key: value for key, value in self.base.items() if key not in dropped} | point
-        if isinstance(fields.get("bond_file"), str):
-            fields["bond_file"] = self._folder / fields["bond_file"]
+        _fold_parameters(fields)
         try:
-            return Scene(**fields)
-        except SceneError as error:
+            return Scene(**from_folder(fields, self._folder))
+        except (PotentialError, SceneError) as error:
             shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
             raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None
+
+
+def _fold_parameters(fields: dict[str, Any]) -> None:
+    """Put ``parameters.a`` into ``parameters``; what is no table there the scene refuses."""
+    single = {key: fields.pop(key) for key in list(fields) if str(key).startswith(PARAMETER_AXIS)}
+    base = fields.get("parameters", {})
+    if single and isinstance(base, dict):
+        own = {key.removeprefix(PARAMETER_AXIS): value for key, value in single.items()}
+        fields["parameters"] = base | own
 
 
 def merged(*parts: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Engine, Scene
+from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.bond_tables import TablePoint, measure_tables
@@ -98,8 +100,15 @@ def measure_tradeoff(
     Measure error against time for a scene, on this machine.
 
     The scene's own numerics, engine and files are ignored; `quick` takes seconds instead of a
-    minute or two. Raises RunError if the collision cannot be converged, or no setting ran at all.
+    minute or two. Raises RunError if the collision cannot be converged, or no setting ran at all,
+    and InputError for masses, targets, soft contacts and states of one's own.
     """
+    if scene.line is not None:
+        raise InputError(
+            "a study takes its truth and its oracles from a cold chain of unit masses before a "
+            f"hard wall; expected none of {', '.join(given_bodies(scene))}: drop them, or compare "
+            "runs by --scheme and --timestep"
+        )
     started = time.perf_counter()
     plan = QUICK if quick else FULL
     tolerance = scene.tolerance or DEFAULT_TOLERANCE

@@ -10,6 +10,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene_bodies import plain_bodies
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
@@ -21,6 +22,9 @@ _EXTREME_SHARE, _ROUNDING = 0.08, 1e-12
 # The in-house result should not be what limits the comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
+
+# Seconds that a user's function may take where nothing else is said.
+USER_TIMEOUT = 600.0
 
 _GRID_SIZES = (2, 10, 50)
 _GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
@@ -94,6 +98,7 @@ class Validation:
             "potential": self.scene.label,
             "particles": self.scene.particles,
             "velocity": self.scene.impact_velocity,
+            **plain_bodies(self.scene),
             "subject": self.subject,
             "judge": self.judge,
             "restitution": self.restitution,
@@ -103,11 +108,26 @@ class Validation:
         }
 
 
-def grid_around(scene: Scene) -> list[Scene]:
+# Beyond a chain and a wall: masses, free targets, soft contacts, a chain that comes compressed.
+_GRID_BODIES: tuple[dict[str, Any], ...] = (
+    {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
+    {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
+    {"potential": "harmonic", "velocity": 0.1, "target_particles": 20},
+    {"potential": "lj", "speed": 0.5, "target_particles": 10},
+    {"potential": "toda", "speed": 0.4, "target_particles": 1, "target_masses": (5.0,)},
+    {"potential": "log", "speed": 0.3, "masses": (2.0, 1.0), "target_particles": 6},
+    {"potential": "lj", "speed": 0.3, "contact": "power"},
+    {"potential": "toda", "speed": 0.3, "contact": "power", "target_particles": 5},
+    {"potential": "lj", "speed": 0.3, "compression": 0.02},
+)
+
+
+def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     """
     Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
 
-    Engine, tolerance and explicit numerics are those of the scene.
+    With `bodies` also scenes of masses, free targets, soft contacts and compressed chains, but for
+    those that numerics rule out. Engine, tolerance and explicit numerics are those of the scene.
     """
     fields = {
         name: getattr(scene, name)
@@ -121,11 +141,13 @@ def grid_around(scene: Scene) -> list[Scene]:
         for potential in ("lj", "toda", "log")
         for speed in _GRID_SPEEDS
     ]
-    return [
-        Scene(particles=n, **(fields | chain | (tables if "velocity" in chain else {})))
-        for n in _GRID_SIZES
-        for chain in chains
-    ]
+    sized = [{"particles": n} | chain for n in _GRID_SIZES for chain in chains]
+    if bodies:
+        # The stock wall is rigid and hard.
+        stock = scene.wall == "reflect"
+        needs = {"target_particles", "contact"} if stock else set()
+        sized += [{"particles": 10} | chain for chain in _GRID_BODIES if not needs & set(chain)]
+    return [Scene(**(fields | chain | (tables if "velocity" in chain else {}))) for chain in sized]
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
@@ -182,11 +204,13 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         comparisons.append(
             Comparison(name, abs(lengths[0] - lengths[1]), _EXTREME_SHARE * strain + _ROUNDING)
         )
-    for name in ("contact_times", "contact_speeds", "velocities", "mode_energies"):
+    names = ["contact_times", "contact_speeds", "velocities", "mode_energies"]
+    if scene.target_particles is not None:
+        names += ["target_velocities", "target_mode_energies"]
+    for name in names:
         allowed = _spread(subject, name) + _spread(judge, name)
-        comparisons.append(
-            Comparison(name, _distance(getattr(subject, name), getattr(judge, name)), allowed)
-        )
+        distance = _distance(getattr(subject, name), getattr(judge, name))
+        comparisons.append(Comparison(name, distance, allowed if np.isfinite(allowed) else None))
     return Validation(
         scene=scene,
         subject=f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}",
@@ -198,7 +222,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
 
 
 def validate_user(
-    scene: Scene, against: str, tolerance: float | None = None, timeout: float = 600.0
+    scene: Scene, against: str, tolerance: float | None = None, timeout: float = USER_TIMEOUT
 ) -> Validation:
     """
     Compare a user's own integrator with the in-house one.
@@ -211,8 +235,7 @@ def validate_user(
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)
-    v0 = scene.impact_velocity
-    eta = float(restitution(user.velocities, v0))
+    eta = _restitution(user, scene)
     bar = judge.restitution_error or 0.0
     comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
     comparisons += _compare_user_arrays(user, judge, scene)
@@ -238,10 +261,33 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
         distance = _distance(user.contact_speeds, judge.contact_speeds)
         comparisons.append(Comparison("contact_speeds", distance, None))
     if user.displacements is not None:
-        energies = mode_energies(user.displacements, user.velocities, scene.bond.stiffness)
+        masses = None if scene.line is None else scene.line.chain_masses
+        state = user.displacements, user.velocities
+        energies = mode_energies(*state, scene.bond.stiffness, masses)
         distance = _distance(energies, judge.mode_energies)
         comparisons.append(Comparison("mode_energies", distance, None))
+    if user.target_velocities is not None:
+        assert judge.target_velocities is not None
+        distance = _distance(user.target_velocities, judge.target_velocities)
+        comparisons.append(Comparison("target_velocities", distance, None))
+    if user.target_displacements is not None:
+        assert scene.line is not None
+        assert user.target_velocities is not None
+        assert judge.target_mode_energies is not None
+        state = user.target_displacements, user.target_velocities
+        energies = mode_energies(*state, scene.bond.stiffness, scene.line.target_masses)
+        distance = _distance(energies, judge.target_mode_energies)
+        comparisons.append(Comparison("target_mode_energies", distance, None))
     return comparisons
+
+
+def _restitution(user: UserOutcome, scene: Scene) -> float:
+    """Return eta: of the relative translation, where the target is free."""
+    line, v0 = scene.line, scene.impact_velocity
+    if line is None:
+        return float(restitution(user.velocities, v0))
+    target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
+    return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2
 
 
 def _spread(result: Collision, name: str) -> float:

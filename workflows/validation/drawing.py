@@ -8,6 +8,7 @@ import numpy as np
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.agreement import plot_agreement
 from chaincor.analysis.figures.style import new_figure
+from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.validation.comparison import Validation
 
 
@@ -34,4 +35,5 @@ def _label(result: Validation) -> str:
     speed = f"{scene.impact_velocity:.3g}"
     if v_star is not None:
         speed = f"{scene.impact_velocity / v_star:.3g} v*"
-    return f"{scene.label}, n = {scene.particles}, {speed}"
+    kinds = "".join(f", {key.replace('_', ' ')}" for key in given_bodies(scene))
+    return f"{scene.label}, n = {scene.particles}, {speed}{kinds}"

@@ -16,7 +16,14 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import RunError
 
-_ARRAYS = ("velocities", "displacements", "contact_times", "contact_speeds")
+_ARRAYS = (
+    "velocities",
+    "displacements",
+    "contact_times",
+    "contact_speeds",
+    "target_velocities",
+    "target_displacements",
+)
 
 
 class UserIntegratorError(RunError):
@@ -38,6 +45,10 @@ class UserOutcome:
         Right after the last contact, where given, like the velocities then; for mode energies.
     contact_times, contact_speeds : ndarray of shape (contacts,) or None
         Where given: counted from the first contact, which is included.
+    target_velocities : ndarray of shape (M,) or None
+        Of a free target, from the contact outward, along x as the chain's; None for a wall.
+    target_displacements : ndarray of shape (M,) or None
+        Likewise, where given.
     """
 
     source: str
@@ -45,6 +56,8 @@ class UserOutcome:
     displacements: NDArray[np.float64] | None = None
     contact_times: NDArray[np.float64] | None = None
     contact_speeds: NDArray[np.float64] | None = None
+    target_velocities: NDArray[np.float64] | None = None
+    target_displacements: NDArray[np.float64] | None = None
 
 
 def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutcome:
@@ -54,7 +67,10 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     The function is the user's own code and is run as such, in a process of its own. It gets a
     :class:`~chaincor.lammps_inputs.scene.Scene` and returns the final velocities (array of shape
     (n,)), or a mapping with the key ``velocities`` and, if it likes, ``displacements``,
-    ``contact_times`` and ``contact_speeds``.
+    ``contact_times`` and ``contact_speeds``. Masses, a target, a soft contact and the state at the
+    start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`; None where the scene
+    has none of them); for a free target the mapping must have ``target_velocities``, too, and may
+    have ``target_displacements``.
 
     A path that ends in .csv or .npz is read. The result is checked for shape and finiteness.
 
@@ -165,6 +181,12 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
         raise UserIntegratorError(
             f"{source} gives no velocities; expected the final velocities of all particles"
         )
+    targets = scene.target_particles or 0
+    if targets and "target_velocities" not in found:
+        raise UserIntegratorError(
+            f"{source} gives no target_velocities; expected those of the free target's {targets} "
+            "particles beside the chain's: return a mapping, or write an NPZ file"
+        )
     arrays: dict[str, NDArray[np.float64] | None] = dict.fromkeys(_ARRAYS)
     for name in _ARRAYS:
         if name not in found:
@@ -173,7 +195,12 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
             values = np.asarray(found[name], dtype=float)
         except (TypeError, ValueError):
             raise UserIntegratorError(f"{source}: {name} are not numbers") from None
-        wanted = (scene.particles,) if name in ("velocities", "displacements") else None
+        size = targets if name.startswith("target") else scene.particles
+        wanted = None if name.startswith("contact") else (size,)
+        if name.startswith("target") and not targets:
+            raise UserIntegratorError(
+                f"{source} gives {name}, and the scene has a rigid wall; expected none of them"
+            )
         if wanted is not None and values.shape != wanted:
             raise UserIntegratorError(
                 f"{source}: {name} have shape {values.shape}; expected {wanted}, one per particle"

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
-    NAMED_POTENTIALS,
     Harmonic,
     LennardJones,
     Logarithmic,
+    Morse,
     Power,
     PowerParameters,
     Toda,
@@ -31,6 +31,8 @@ BONDS = [
     LennardJones(),
     Toda(),
     Toda(3.0),
+    Morse(),
+    Morse(2.0),
     Logarithmic(),
     Power(3, -1.0),
     Power(4, 1.0),
@@ -50,6 +52,10 @@ EXACT = {
     "toda": (
         lambda s, b: ((-b * s).exp() - 1) / b**2 + s / b,
         lambda s, b: ((-b * s).exp() - 1) / b,
+    ),
+    "morse": (
+        lambda s, a: (1 - (-a * s).exp()) ** 2 / (2 * a**2),
+        lambda s, a: -(1 - (-a * s).exp()) * (-a * s).exp() / a,
     ),
     "log": (lambda s: s - (1 + s).ln(), lambda s: 1 / (1 + s) - 1),
     "power": (
@@ -143,6 +149,7 @@ def test_power_kernels_are_told_apart(order):
         (LennardJones(), 0.128489059895),
         (Toda(), 0.253608391351),
         (Logarithmic(), 0.967042944497),
+        (Morse(), 0.154921210939),
         (Power(3, -1.0), 0.707106781187),
         (Power(4, 1.0), 1.0),
         (Power(5, -1.0), 1.12246204831),
@@ -197,9 +204,16 @@ def test_lammps_formula_is_the_energy(bond):
 
 def test_lj_dissociates_at_its_depth():
     assert LennardJones().energy(1e6) == pytest.approx(LennardJones.dissociation, rel=1e-12)
-    assert all(
-        math.isinf(cls.dissociation) for name, cls in NAMED_POTENTIALS.items() if name != "lj"
-    )
+    assert Morse(5.0).energy(1e6) == Morse(5.0).dissociation == 0.02
+    others = [bond for bond in BONDS if bond.name not in ("lj", "morse")]
+    assert len(others) == 8
+    assert all(math.isinf(bond.dissociation) for bond in others)
+
+
+@pytest.mark.parametrize("a", [0.0, -1.0, math.nan, math.inf, 1e200, 1e-200])
+def test_morse_refuses_a(a):
+    with pytest.raises(PotentialError, match="morse_a is"):
+        Morse(a)
 
 
 @pytest.mark.parametrize("b", [0.0, -1.0, math.nan, math.inf, 1e200, 1e-200])

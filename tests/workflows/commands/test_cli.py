@@ -27,7 +27,7 @@ def test_every_command_has_help(capsys, command):
 def test_help_of_run_documents_every_option(capsys):
     _, out, _ = chaincor(capsys, "run", "--help")
     for option in (
-        "--potential [harmonic|lj|toda|log|power|table]",
+        "--potential [harmonic|lj|toda|morse|log|power|table|formula]",
         "--toda-b",
         "--power-order",
         "--power-c",

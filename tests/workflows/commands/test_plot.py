@@ -110,6 +110,17 @@ def test_a_heat_map_over_several_scenes_is_refused(plot):
     assert plot("--x", "velocity", "--y", "particles", *options)[0] == 0
 
 
+@pytest.mark.parametrize("role", ["--x", "--y", "--colour"])
+def test_words_make_no_axis(plot, role):
+    columns = {"--x": "velocity", "--y": "particles", "--colour": "restitution", role: "scheme"}
+    options = [word for pair in columns.items() for word in pair]
+    status, error, _ = plot(*options, "--where", "potential=lj")
+    assert status == 2
+    assert "column 'scheme' holds '" in error
+    assert "expected numbers along an axis" in error
+    assert error.count("\n") == 1
+
+
 def test_a_heat_map_never_averages():
     from chaincor.analysis.figures.store_plots import plot_heat_map
     from chaincor.lammps_inputs.errors import InputError

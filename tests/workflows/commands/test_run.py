@@ -128,7 +128,25 @@ BAD = [
     (["--particles", "ten"], "Invalid value for '--particles'"),
     (["--velocity", "nan"], "velocity is nan"),
     (["--velocity", "-1"], "velocity is -1.0"),
-    (["--potential", "morse"], "Invalid value for '--potential'"),
+    (["--potential", "mie"], "Invalid value for '--potential'"),
+    (["--potential", "formula"], "needs energy"),
+    (["--energy", "s^2"], "energy goes with potential 'formula'"),
+    (
+        ["--potential", "formula", "--energy", "a*s^2", "--parameters", "a=x"],
+        "does not give each name one number",
+    ),
+    (
+        ["--potential", "formula", "--energy", "a*s^2", "--parameters", "a=1,a=2"],
+        "does not give each name one number",
+    ),
+    (
+        ["--potential", "formula", "--energy", "__import__('os')", "--velocity", "0.1"],
+        "has the character",
+    ),
+    (
+        ["--potential", "formula", "--energy", "s^2\nrun 1", "--velocity", "0.1"],
+        "has the character '\\n'",
+    ),
     (["--potential", "harmonic", "--speed", "0.4"], "give velocity"),
     (["--speed", "0.4", "--velocity", "0.1"], "both given"),
     (["--tolerance", "1e-6", "--timestep", "0.1"], "tolerance and timestep are both given"),

@@ -58,6 +58,17 @@ def test_numbers_are_those_of_collide(data):
         # The motion is followed to 1e-6 and LAMMPS to 1e-7.
         assert shown["restitution"] == pytest.approx(result.restitution, abs=3e-6)
         assert len(shown["contacts"]) == result.contacts
+        assert (shown["ending"] == "open") == (result.ending == "open")
+
+
+@pytest.mark.parametrize("particles", [3, 6])
+def test_the_axis_holds_every_point(particles):
+    # Chains of three keep half of their energy; the axis once began at 60 % for all.
+    page = explore_page(particles, ("harmonic", "lj"), (0.3, 1.0))
+    data = json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.S)[1])
+    etas = [c["restitution"] for each in data["collisions"].values() for c in each]
+    assert data["levels"][0] <= min(etas) < data["levels"][-1] == 1.0
+    assert "y = eta => 190 - 170 * (eta - low) / (1 - low)" in page
 
 
 def test_frames_unpack_to_the_motion(data):

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -87,3 +88,24 @@ def test_nothing_finished_is_computed_twice(folder):
     before = record()
     reproduce_paper(TINY, folder, run_into_store(folder / "results.sqlite", 2, progress=False))
     assert record() == before
+
+
+@pytest.mark.slow
+def test_versions_are_those_of_all_results(folder, tmp_path):
+    # A store may have been begun with other versions; all but one of its results are of these.
+    shutil.copy(folder / "results.sqlite", tmp_path)
+    with Store(tmp_path / "results.sqlite") as store:
+        execute = store.connection.execute
+        execute(
+            "INSERT INTO environments (versions) "
+            "SELECT json_set(versions, '$.lammps', '2024.8.29') FROM environments"
+        )
+        execute(
+            "UPDATE collisions SET environment = (SELECT max(id) FROM environments) "
+            "WHERE rowid = (SELECT max(rowid) FROM collisions WHERE engine = 'lammps')"
+        )
+    reproduce_paper(TINY, tmp_path, run_into_store(tmp_path / "results.sqlite", 2, progress=False))
+    before = json.loads((folder / "report.json").read_text(encoding="utf-8"))["versions"]
+    versions = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["versions"]
+    assert versions.pop("lammps") == f"{before.pop('lammps')} and 2024.8.29"
+    assert versions == before

@@ -72,6 +72,25 @@ def test_questions_with_conditions_and_order(store, make_attempt, make_failure):
         query_rows(store, ["speed; DROP TABLE collisions"])
 
 
+@pytest.mark.parametrize("condition", ["speed<0,15", "speed>fast", "particles!=ten", "speed<nan"])
+def test_a_column_of_numbers_is_compared_with_numbers_only(store, make_attempt, condition):
+    # For SQLite a word is above all numbers: each of these would have been ignored, or have hidden
+    # every row.
+    store.record([make_attempt(SCENE)])
+    with pytest.raises(StoreError, match="expected a number"):
+        count_rows(store, [condition])
+
+
+def test_words_and_flags_are_compared_as_they_are_written(store, make_attempt):
+    store.record([make_attempt(SCENE)])
+    # As a number, 1000 is '1000.0', which sorts after a date of the year 1000, and 2e3 is none.
+    (year,) = {row[0][:4] for row in query_rows(store, ["finished"])}
+    for condition in (f"finished>{year}", f"finished>={year}", "host!=2e3", "tolerance_met=true"):
+        assert count_rows(store, [condition]) == 1, condition
+    assert count_rows(store, [f"finished<{year}"]) == 0
+    assert count_rows(store, ["tolerance_met=FALSE"]) == 0
+
+
 def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_failure):
     pandas = pytest.importorskip("pandas")
     scenes = [Scene(potential="lj", speed=0.1 * k) for k in range(1, 8)]

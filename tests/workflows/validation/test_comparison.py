@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.cli import main
 from chaincor.workflows.validation.comparison import grid_around, validate, validate_user
 
@@ -100,10 +101,20 @@ def test_a_users_integrator_that_is_wrong(users_module, wrong):
 
 def test_the_grid_keeps_tolerance_and_numerics():
     grid = grid_around(SCENE.replace(tolerance=None, scheme="order6", timestep=0.05))
-    assert len(grid) == 39
+    assert len(grid) == 48
     assert {scene.label for scene in grid} == {"harmonic", "lj", "toda", "log"}
     assert {(scene.scheme, scene.timestep) for scene in grid} == {("order6", 0.05)}
     assert {scene.tolerance for scene in grid_around(SCENE)} == {1e-9}
+
+
+def test_the_grid_has_bodies_of_every_kind_that_numerics_allow():
+    kinds = [set(given_bodies(scene)) for scene in grid_around(SCENE)]
+    every = {"masses", "target_particles", "target_masses", "contact", "compression"}
+    assert set().union(*kinds) == every
+    # The stock wall is rigid and hard; an integrator of one's own may know chains and walls only.
+    stock = grid_around(SCENE.replace(tolerance=None, wall="reflect"))
+    assert set().union(*(set(given_bodies(scene)) for scene in stock)) == {"masses", "compression"}
+    assert not any(given_bodies(scene) for scene in grid_around(SCENE, bodies=False))
 
 
 def chaincor(capsys, *arguments):

@@ -14,6 +14,11 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
+from chaincor.workflows.engines.in_house.adaptive_rates import (
+    array_rates,
+    looped_rates,
+    strain_bond,
+)
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
@@ -137,7 +142,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
         return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
-        advance, parameters = _build(adaptive.array_rates(bond.force)), bond.parameters
+        advance, parameters = _build(array_rates(bond.force)), bond.parameters
     else:
         advance = _compile(force.function, keep=force.keep, logarithmic=False)
         parameters = force.parameters
@@ -153,9 +158,9 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
-    bond = kernel if logarithmic else register(adaptive.strain_bond(kernel))
-    rates = register(adaptive.looped_rates(bond))
-    return compiler.compile(adaptive.build_flight(rates, register))
+    bond = kernel if logarithmic else register(strain_bond(kernel))
+    rates = register(looped_rates(bond))
+    return compiler.compile(adaptive.build_flight(rates, compiler.register_long))
 
 
 class _Flight:

@@ -1,11 +1,7 @@
-r"""
+"""
 The loops of the adaptive engine: Dormand and Prince's order 8 with contacts by the step itself.
 
-The state is one array, :math:`(x_1, y_1 \dots y_{n-1}, v_1 \dots v_n)`. The coordinate y of a bond
-is its strain or, for bonds that shrink without bound, the logarithm of its length:
-
-.. math:: \dot x_1 = v_1, \qquad \dot y_i = \frac{v_{i+1} - v_i}{dr/dy}, \qquad
-          \dot v_i = F(y_{i-1}) - F(y_i).
+The state and its equations of motion are those of ``adaptive_rates``.
 
 A contact is located on the step: the step from the state before it to the moment of contact is
 taken with the same method, so that no interpolation limits it.
@@ -15,9 +11,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.stages import Array, Parameters
 
 # Why `advance` came back.
 ARGUE, FULL, STUCK, OUTSIDE, LATE, PAUSE = range(6)
@@ -56,85 +52,6 @@ LEDGER = np.dtype(
 )
 
 
-def strain_bond(kernel: Callable) -> Callable:
-    """
-    Return what moves a bond whose coordinate is its strain.
-
-    Parameters
-    ----------
-    kernel : callable
-        -dU/dr of one strain, ``kernel(strain, parameters)``.
-
-    Returns
-    -------
-    callable
-        ``bond(strain, parameters)``: force and 1/(dr/dy), here 1.
-    """
-
-    def bond(strain, parameters):
-        return kernel(strain, parameters), 1.0
-
-    return bond
-
-
-def looped_rates(bond: Callable) -> Callable:
-    """
-    Return the equations of motion as a loop, for a compiler.
-
-    Parameters
-    ----------
-    bond : callable
-        ``bond(y, parameters)``: force and 1/(dr/dy).
-
-    Returns
-    -------
-    callable
-        ``rates(state, out, parameters)``.
-    """
-
-    def rates(state, out, parameters):
-        bonds = state.shape[0] // 2 - 1
-        velocity = bonds + 1
-        out[0] = state[velocity]
-        behind = 0.0
-        for i in range(bonds):
-            ahead, inverse_stretch = bond(state[1 + i], parameters)
-            out[1 + i] = (state[velocity + i + 1] - state[velocity + i]) * inverse_stretch
-            out[velocity + i] = behind - ahead
-            behind = ahead
-        out[velocity + bonds] = behind
-
-    return rates
-
-
-def array_rates(force: Callable) -> Callable:
-    """
-    Return the equations of motion in NumPy, for forces of the strain that cannot be compiled.
-
-    Parameters
-    ----------
-    force : callable
-        -dU/dr of an array of strains.
-
-    Returns
-    -------
-    callable
-        As :func:`looped_rates` returns it.
-    """
-
-    def rates(state, out, _parameters):
-        particles = state.shape[0] // 2
-        velocity = state[particles:]
-        forces = force(state[1:particles])
-        out[0] = velocity[0]
-        out[1:particles] = np.diff(velocity)
-        out[particles:] = 0.0
-        out[particles:-1] -= forces
-        out[particles + 1 :] += forces
-
-    return rates
-
-
 class Tableau(NamedTuple):
     """
     An embedded method of Runge and Kutta.
@@ -149,10 +66,10 @@ class Tableau(NamedTuple):
         The same of the errors of the embedded orders 3 and 5.
     """
 
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
-    third: NDArray[np.float64]
-    fifth: NDArray[np.float64]
+    a: Array
+    b: Array
+    third: Array
+    fifth: Array
 
 
 class Arrays(NamedTuple):
@@ -175,15 +92,15 @@ class Arrays(NamedTuple):
         Rates of change within the step, and within a partial one.
     """
 
-    state: NDArray[np.float64]
-    last: NDArray[np.float64]
-    contacts: NDArray[np.float64]
-    frames: NDArray[np.float64]
-    scale: NDArray[np.float64]
-    kept: NDArray[np.float64]
-    slopes: NDArray[np.float64]
-    trial: NDArray[np.float64]
-    trial_slopes: NDArray[np.float64]
+    state: Array
+    last: Array
+    contacts: Array
+    frames: Array
+    scale: Array
+    kept: Array
+    slopes: Array
+    trial: Array
+    trial_slopes: Array
 
 
 class Search(NamedTuple):
@@ -191,7 +108,7 @@ class Search(NamedTuple):
 
     arrays: Arrays
     method: Tableau
-    parameters: tuple[float, ...]
+    parameters: Parameters
 
 
 def build_flight(rates: Callable, register: Callable) -> Callable:
@@ -213,7 +130,14 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     """
 
     @register
-    def take(start, result, slopes, step, method, parameters):
+    def take(
+        start: Array,
+        result: Array,
+        slopes: Array,
+        step: float,
+        method: Tableau,
+        parameters: Parameters,
+    ) -> None:
         # One step; slopes[0] must hold the rates at the start.
         a, b = method.a, method.b
         stages = b.shape[0]
@@ -230,7 +154,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         rates(result, slopes[stages], parameters)
 
     @register
-    def estimate(slopes, step, method, scale):
+    def estimate(slopes: Array, step: float, method: Tableau, scale: Array) -> float:
         # Hairer's combination of the embedded orders 5 and 3, largest over the components.
         third, fifth = method.third, method.fifth
         errors = np.zeros((2, scale.shape[0]))
@@ -244,7 +168,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
     @register
-    def probe(time, search):
+    def probe(time: float, search: Search) -> PathPoint:
         arrays, method = search.arrays, search.method
         trial, slopes = arrays.trial, arrays.trial_slopes
         take(arrays.kept, trial, slopes, time, method, search.parameters)
@@ -253,7 +177,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
 
     find_contact = build_contact_search(probe=probe, register=register)
 
-    def advance(ledger, arrays, method, parameters):
+    def advance(ledger: np.record, arrays: Arrays, method: Tableau, parameters: Parameters) -> int:
         state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
         kept, slopes = arrays.kept, arrays.slopes
         trial, trial_slopes = arrays.trial, arrays.trial_slopes

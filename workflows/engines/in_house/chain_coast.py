@@ -109,7 +109,8 @@ class ChainCoast:
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)
 _MOST_SAMPLED = 400
-# A contact that one of a few motions comes to may be harder by this factor in the true one.
+# A contact that one of a few motions comes to may be harder by this factor in the true one. Like
+# the numbers of motions a choice, whose bars `benchmarks.judge.plain` counts.
 _HARDER = 1.5
 # Motions have come to the same end where the first pieces are alike to this part of v0, and of
 # their energy.

@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import FunctionType
+from types import CellType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,7 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
         return None
 
-    def function(strain, _parameters):
+    def function(strain: float, _parameters: tuple[float, ...]) -> float:
         return single(strain)
 
     return ScalarForce(function, bond.parameters, keep=False)
@@ -135,6 +135,14 @@ class LoopCompiler:
         # Inlined: a call that hands arrays over costs as much as a short loop.
         return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
 
+    def register_long(self, function: Callable) -> Callable:
+        """
+        Register a function that works for so long that calls of it cost nothing.
+
+        Written out wherever it is called, it would take the compiler twice the time.
+        """
+        return register_jitable(**OPTIONS)(self._own(function))
+
     def compile(self, function: Callable) -> Callable:
         """
         Compile a function that Python calls.
@@ -153,12 +161,22 @@ class LoopCompiler:
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)
+        code = function.__code__
+        # Pickled alike whether it was just compiled, where both names of its file are one object,
+        # or loaded as bytecode, where they are not.
+        file = function.__globals__.get("__file__", code.co_filename)
         copy = FunctionType(
-            function.__code__,
+            code.replace(co_filename=file),
             function.__globals__,
             function.__name__,
             function.__defaults__,
-            function.__closure__,
+            tuple(CellType(self._known(cell.cell_contents)) for cell in function.__closure__ or ()),
         )
         copy.__qualname__ = f"{function.__qualname__.removesuffix(self.label)}{self.label}"
         return copy
+
+    def _known(self, value: Any) -> Any:
+        """Register what a force calls; what was registered here bears the label."""
+        if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
+            return value
+        return self.register(value)

@@ -12,8 +12,13 @@ departure from the wall at s = 0 is not counted, for zeros have no sign.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+# Position, velocity and acceleration of particle 1.
+PathPoint = tuple[float, float, float]
 
 # Parts of a step that are not cut further. A visit to the wall as short as this changes the
 # velocity of particle 1 by a part in 1e6 of what its acceleration does in a step.
@@ -30,7 +35,7 @@ MOST_MOVES = 1000
 SETTLED = 1e-13
 
 
-def count_sign_changes(start, end, step):
+def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
     """
     Bound the number of contacts between two moments.
 
@@ -67,7 +72,7 @@ def count_sign_changes(start, end, step):
     return changes
 
 
-def first_root(coefficients, end):
+def first_root(coefficients: NDArray[np.float64], end: float) -> float:
     """
     Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
 
@@ -116,7 +121,7 @@ def first_root(coefficients, end):
     return time
 
 
-def fit_path(start, end, step):
+def fit_path(start: PathPoint, end: PathPoint, step: float) -> NDArray[np.float64]:
     """
     Fit a quintic to the path of particle 1 between two moments.
 
@@ -166,7 +171,7 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
     guess_root = register(first_root)
 
     @register
-    def refine(low, high, guess, search):
+    def refine(low: float, high: float, guess: float, search: Any) -> float:
         # The position is positive at `low`, a departure apart, and not at `high`.
         time = guess if low < guess < high else 0.5 * (low + high)
         for _ in range(MOST_ITERATIONS):
@@ -189,7 +194,7 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
         return time
 
     @register
-    def find_contact(step, start, end, search):
+    def find_contact(step: float, start: PathPoint, end: PathPoint, search: Any) -> float:
         low, width, before = 0.0, step, start
         while low < step:
             high = low + width

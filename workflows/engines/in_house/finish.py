@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Frames, Outcome
 from chaincor.workflows.engines.pieces import count_fragments
 from chaincor.workflows.errors import (
     BarrierError,
@@ -23,8 +23,6 @@ from chaincor.workflows.errors import (
 # The end is looked for when particle 1 has been away for so many mean intervals between contacts.
 PATIENCE = 2.0
 
-# Far more than any step that resolves its bonds can be off.
-_MOST_ENERGY_GROWTH = 2.0
 # A bond that fails this near the end of its data has left them within a step.
 _NEAR_END = 0.95
 
@@ -143,7 +141,7 @@ def finish(
 
 def refuse_growth(scene: Scene, energy_start: float, energy_end: float) -> None:
     """Raise TimestepError if energy has grown as only unstable steps make it grow."""
-    if not energy_end <= _MOST_ENERGY_GROWTH * energy_start:
+    if not energy_end <= MOST_ENERGY_GROWTH * energy_start:
         raise TimestepError(
             f"the energy of the {scene.label} chain grew from {energy_start:.6g} to "
             f"{energy_end:.6g}; expected it to be kept: take a smaller timestep, or lower the speed"

@@ -183,7 +183,7 @@ def stopping_length(bond: Potential, speed: float) -> float:
     """
     from scipy.optimize import brentq
 
-    def excess(strain):
+    def excess(strain: float) -> float:
         return float(bond.energy(np.array(strain))) - speed**2
 
     shortest = math.nextafter(-1.0, 0.0)

@@ -67,7 +67,7 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
         coast = _compile_coast(force.function, force.keep)
         return Kernels(advance, coast, force.parameters, compiled=True)
 
-    def first_force(strain, _parameters):
+    def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
     stages = array_stages(bond)

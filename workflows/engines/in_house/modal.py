@@ -28,6 +28,8 @@ from chaincor.workflows.engines.in_house.finish import (
     run_single_particle,
     unfinished_error,
 )
+from chaincor.workflows.engines.in_house.lines import modal as line_modal
+from chaincor.workflows.engines.in_house.lines.body_modes import MOST_UNEQUAL, are_equal
 from chaincor.workflows.engines.in_house.mode_flight import ModalChain, strains_of
 from chaincor.workflows.engines.outcome import Frames, Outcome
 
@@ -40,8 +42,25 @@ Array = NDArray[np.float64]
 
 
 def serves(scene: Scene) -> bool:
-    """Return whether a scene is propagated by its modes."""
-    return scene.bond.is_harmonic and scene.line is None
+    """
+    Return whether a scene is propagated by its modes.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+
+    Returns
+    -------
+    bool
+        Harmonic bonds and hard contacts; bodies of unequal masses no longer than `MOST_UNEQUAL`.
+    """
+    line = scene.line
+    if line is None or not scene.bond.is_harmonic:
+        return scene.bond.is_harmonic
+    bodies = (line.chain_masses, line.target_masses)
+    unequal = [len(masses) for masses in bodies if len(masses) > 1 and not are_equal(masses)]
+    return not line.soft and max(unequal, default=0) <= MOST_UNEQUAL
 
 
 def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
@@ -70,6 +89,13 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
     if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects 'harmonic'")
+    if scene.line is not None:
+        if not serves(scene):
+            raise SceneError(
+                "modal propagation expects hard contacts, and at most "
+                f"{MOST_UNEQUAL} particles in a body of unequal masses"
+            )
+        return line_modal.run(scene, scene.line, frame_interval)
     if scene.particles == 1:
         return run_single_particle(scene, "modal", None, frame_interval)
     chain = ModalChain.at_first_contact(scene.particles, scene.impact_velocity)

@@ -1,5 +1,5 @@
 r"""
-A harmonic chain in its modes, and its flight from contact to contact.
+Harmonic bodies in their modes, and their flight from contact to contact.
 
 A mode is kept as the velocity :math:`p_j` and the strain-like amplitude
 :math:`e_j = \omega_j q_j`, so that its motion is a rotation and a long wave of large amplitude
@@ -13,7 +13,8 @@ after m terms is below :math:`2^{m - 1} \sqrt{2 E} / m!`, which at m = 26 is 8e-
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numba import njit
@@ -35,7 +36,14 @@ _first_root = njit(cache=True, error_model="numpy")(first_root)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving):
+def expand_path(
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    moving: Array,
+) -> Array:
     """
     Expand the path of particle 1 in time.
 
@@ -73,7 +81,7 @@ def expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, movin
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def rotate(strain_modes, velocity_modes, omega, time):
+def rotate(strain_modes: Array, velocity_modes: Array, omega: Array, time: float) -> None:
     """
     Let all modes move freely, in place.
 
@@ -95,7 +103,16 @@ def rotate(strain_modes, velocity_modes, omega, time):
 
 
 @njit(cache=True, error_model="numpy")
-def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longest):
+def fly(
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    window: float,
+    flown: float,
+    longest: float,
+) -> tuple[float, float, float]:
     """
     Move the chain to its next contact, or for a given time.
 
@@ -107,6 +124,8 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longes
         Frequencies and shapes at particle 1.
     wall_distance : float
         x of particle 1; zero for a departure.
+    window : float
+        How long the Taylor series holds.
     flown : float
         Time flown before, by earlier calls.
     longest : float
@@ -124,7 +143,7 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longes
     moving = np.empty((2, omega.shape[0]))
     while flown < longest:
         path = expand_path(strain_modes, velocity_modes, omega, shape, wall_distance, moving)
-        root = _first_root(path, WINDOW)
+        root = _first_root(path, window)
         if root >= 0.0:
             rotate(strain_modes, velocity_modes, omega, root)
             incoming = 0.0
@@ -133,9 +152,9 @@ def fly(strain_modes, velocity_modes, omega, shape, wall_distance, flown, longes
             return flown + root, 0.0, -abs(incoming)
         wall_distance = 0.0
         for m in range(TERMS - 1, -1, -1):
-            wall_distance = wall_distance * WINDOW + path[m]
-        rotate(strain_modes, velocity_modes, omega, WINDOW)
-        flown += WINDOW
+            wall_distance = wall_distance * window + path[m]
+        rotate(strain_modes, velocity_modes, omega, window)
+        flown += window
     return flown, wall_distance, 1.0
 
 
@@ -159,18 +178,18 @@ def strains_of(strain_modes: Array) -> Array:
 
 
 @dataclass
-class ModalChain:
+class ModalGap:
     """
-    A free harmonic chain in its modes.
+    The gap between two bodies in their modes, of which the first is the translation.
 
     Attributes
     ----------
     strain_modes, velocity_modes : ndarray of shape (n,)
         e_j = omega_j q_j and p_j.
     omega, shape : ndarray of shape (n,)
-        Frequencies, and the modes at particle 1.
+        Frequencies, and what each mode has of the gap.
     wall_distance : float
-        x of particle 1.
+        The gap; before a wall the x of particle 1.
     """
 
     strain_modes: Array
@@ -178,6 +197,47 @@ class ModalChain:
     omega: Array
     shape: Array
     wall_distance: float = 0.0
+
+    def copy(self) -> Self:
+        """
+        Return a motion that goes on independently.
+
+        Returns
+        -------
+        ModalGap
+            In the same state.
+        """
+        return replace(
+            self, strain_modes=self.strain_modes.copy(), velocity_modes=self.velocity_modes.copy()
+        )
+
+    def drifted(self, duration: float) -> Self:
+        """
+        Return the state after a free flight.
+
+        Parameters
+        ----------
+        duration : float
+            How long; contacts are not looked for.
+
+        Returns
+        -------
+        ModalGap
+            A copy.
+        """
+        later = self.copy()
+        rotate(later.strain_modes, later.velocity_modes, self.omega, duration)
+        # x moves by the integral of its velocity; 1 - cos is taken without cancellation.
+        vibrating, omega = slice(1, None), self.omega[1:]
+        swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
+        swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
+        later.wall_distance += float(self.shape[0] * self.velocity_modes[0] * duration)
+        later.wall_distance += float(self.shape[vibrating] @ (swing / omega))
+        return later
+
+
+class ModalChain(ModalGap):
+    """A free harmonic chain of unit masses in its modes, before a wall."""
 
     @classmethod
     def at_first_contact(cls, particles: int, speed: float) -> "ModalChain":
@@ -207,23 +267,6 @@ class ModalChain:
     def momentum(self) -> float:
         """Momentum of the chain."""
         return float(self.velocity_modes[0]) * math.sqrt(len(self.omega))
-
-    def copy(self) -> "ModalChain":
-        """
-        Return a chain that moves independently.
-
-        Returns
-        -------
-        ModalChain
-            In the same state.
-        """
-        return ModalChain(
-            self.strain_modes.copy(),
-            self.velocity_modes.copy(),
-            self.omega,
-            self.shape,
-            self.wall_distance,
-        )
 
     def strains(self) -> Array:
         """
@@ -275,6 +318,7 @@ class ModalChain:
                 self.omega,
                 self.shape,
                 self.wall_distance,
+                WINDOW,
                 flown,
                 min(longest, flown + at_once),
             )
@@ -293,27 +337,3 @@ class ModalChain:
             Its speed into the wall.
         """
         self.velocity_modes += 2.0 * incoming * self.shape
-
-    def drifted(self, duration: float) -> "ModalChain":
-        """
-        Return the chain after a free flight.
-
-        Parameters
-        ----------
-        duration : float
-            How long; the wall is not looked at.
-
-        Returns
-        -------
-        ModalChain
-            A copy.
-        """
-        later = self.copy()
-        rotate(later.strain_modes, later.velocity_modes, self.omega, duration)
-        # x moves by the integral of its velocity; 1 - cos is taken without cancellation.
-        vibrating, omega = slice(1, None), self.omega[1:]
-        swing = self.velocity_modes[vibrating] * np.sin(omega * duration)
-        swing -= 2.0 * self.strain_modes[vibrating] * np.sin(0.5 * omega * duration) ** 2
-        later.wall_distance += float(self.shape[0] * self.velocity_modes[0] * duration)
-        later.wall_distance += float(self.shape[vibrating] @ (swing / omega))
-        return later

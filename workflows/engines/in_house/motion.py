@@ -1,13 +1,13 @@
 """The loops that move a chain: exact steps with the contacts inside them, and coarse ones."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
-from chaincor.workflows.engines.in_house.stages import Stages, State
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
 # Why `advance` came back: all steps done, the end may be near, no room for more contacts, more
@@ -117,7 +117,7 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
     copy, count_outside = stages.copy, stages.count_outside
 
     @register
-    def probe(time, search):
+    def probe(time: float, search: Search) -> PathPoint:
         # Particle 1 after a step of any size; of the bonds only the first matters.
         ledger, near, rule = search.ledger, search.near, search.rule
         x0, bonds = ledger.wall_distance, ledger.active
@@ -126,7 +126,14 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
 
     find_contact = build_contact_search(probe=probe, register=register)
 
-    def advance(ledger, arrays, goal, step, fractions, parameters):
+    def advance(
+        ledger: Any,
+        arrays: tuple,
+        goal: int,
+        step: float,
+        fractions: tuple,
+        parameters: Parameters,
+    ) -> int:
         now, last, kept, near, trial, contacts = arrays
         kept, now, last = State(kept[0], kept[1]), State(now[0], now[1]), State(last[0], last[1])
         near, trial = State(near[0], near[1]), State(trial[0], trial[1])
@@ -238,7 +245,7 @@ def build_coast(stages: Stages) -> Callable:
     """
     stage, drift, count_outside = stages.stage, stages.drift, stages.count_outside
 
-    def coast(ledger, state, glide, parameters):
+    def coast(ledger: Any, state: tuple, glide: tuple, parameters: Parameters) -> int:
         strain, velocity = state
         steps, step, clearance, first, last = glide
         bonds = strain.shape[0]

@@ -19,6 +19,10 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 
+Array = NDArray[np.float64]
+# What a force kernel is told: a NamedTuple, one kind for each potential.
+Parameters = tuple[float, ...]
+
 
 class State(NamedTuple):
     """
@@ -32,8 +36,8 @@ class State(NamedTuple):
         Velocities, positive away from the wall.
     """
 
-    strain: NDArray[np.float64]
-    velocity: NDArray[np.float64]
+    strain: Array
+    velocity: Array
 
 
 class Stages(NamedTuple):
@@ -90,7 +94,15 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
     # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
     # that LLVM vectorises, and one pass costs less memory traffic than two.
     @register
-    def start(old, new_strain, new_velocity, bonds, drift, kick, parameters):
+    def start(
+        old: State,
+        new_strain: Array,
+        new_velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
         strain, velocity = old
         behind = 0.0
         for i in range(bonds):
@@ -102,7 +114,14 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
         new_velocity[bonds] = velocity[bonds] + kick * behind
 
     @register
-    def stage(strain, velocity, bonds, drift, kick, parameters):
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
         behind = 0.0
         for i in range(bonds):
             stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
@@ -113,12 +132,12 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
         velocity[bonds] += kick * behind
 
     @register
-    def drift(strain, velocity, bonds, time):
+    def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
         for i in range(bonds):
             strain[i] += time * (velocity[i + 1] - velocity[i])
 
     @register
-    def copy(strain, velocity, new, bonds):
+    def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
         new_strain, new_velocity = new
         for i in range(bonds):
             new_strain[i] = strain[i]
@@ -126,7 +145,9 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
         new_velocity[bonds] = velocity[bonds]
 
     @register
-    def mix(state, old, mixture, bonds, drift, weight):
+    def mix(
+        state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
+    ) -> None:
         strain, velocity = state
         old_strain, old_velocity = old
         mix_strain, mix_velocity = mixture
@@ -137,7 +158,7 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
             mix_velocity[i] += weight * (velocity[i] - old_velocity[i])
 
     @register
-    def count_outside(strain, bonds, low, high):
+    def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
         outside = 0
         for i in range(bonds):
             outside += not (low <= strain[i] <= high)
@@ -161,30 +182,47 @@ def array_stages(bond: Potential) -> Stages:
         The same as NumPy expressions.
     """
 
-    def start(old, strain, velocity, bonds, drift, kick, parameters):
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
         copy(old.strain, old.velocity, State(strain, velocity), bonds)
         stage(strain, velocity, bonds, drift, kick, parameters)
 
-    def stage(strain, velocity, bonds, time, kick, _parameters):
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        time: float,
+        kick: float,
+        _parameters: Parameters,
+    ) -> None:
         drift(strain, velocity, bonds, time)
         impulse = kick * bond.force(strain[:bonds])
         velocity[:bonds] -= impulse
         velocity[1 : bonds + 1] += impulse
 
-    def drift(strain, velocity, bonds, time):
+    def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
         strain[:bonds] += time * np.diff(velocity[: bonds + 1])
 
-    def copy(strain, velocity, new, bonds):
+    def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
         new.strain[:bonds] = strain[:bonds]
         new.velocity[: bonds + 1] = velocity[: bonds + 1]
 
-    def mix(state, old, mixture, bonds, drift, weight):
+    def mix(
+        state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
+    ) -> None:
         near, ends = slice(bonds), slice(bonds + 1)
         moved = state.strain[near] + drift * np.diff(state.velocity[ends])
         mixture.strain[near] += weight * (moved - old.strain[near])
         mixture.velocity[ends] += weight * (state.velocity[ends] - old.velocity[ends])
 
-    def count_outside(strain, bonds, low, high):
+    def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
         strain = strain[:bonds]
         return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
 

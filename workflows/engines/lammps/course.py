@@ -1,5 +1,7 @@
 """The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,10 +10,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
-from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.lammps.bodies import approach_time, bodies_of
 from chaincor.workflows.engines.lammps.flight import Flight
+from chaincor.workflows.engines.lammps.meeting import Contact
 from chaincor.workflows.engines.outcome import Frames, Outcome
-from chaincor.workflows.engines.pieces import count_fragments
 from chaincor.workflows.errors import (
     BarrierError,
     BondRangeError,
@@ -55,22 +57,28 @@ class ChainCollision:
         self.bond = scene.bond
         self.flight = flight
         self.chain = flight.chain
-        self.contacts: list[tuple[float, float]] = []
-        self.rest = np.arange(scene.particles, dtype=float)
+        self.bodies = bodies_of(scene)
+        self.contacts: list[Contact] = []
         self.after_contact = self._state()
         # Of all bonds so far, and of those up to the last contact.
         self.shortest_seen, self.longest_seen = np.inf, -np.inf
-        self.shortest = self.longest = 1.0
+        # At the start all are 1 long, but where a scene says; a single particle has none.
+        self.start_shortest = self.start_longest = 1.0
+        if scene.line is not None and len(self.chain.lengths()):
+            self.start_shortest = float(self.chain.lengths().min())
+            self.start_longest = float(self.chain.lengths().max())
+        self.shortest, self.longest = self.start_shortest, self.start_longest
         self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
         self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
         if dumped and not isinstance(scene.dump_frames, str):
-            frame_interval = scene.particles / scene.dump_frames
+            crossing = scene.particles / scene.bond.stiffness**0.5
+            frame_interval = crossing / scene.dump_frames
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []
         # How long after a contact, and when, a next one would be late.
-        self.patience = PATIENCE / self.bond.stiffness**0.5
+        self.patience = PATIENCE / scene.slow_stiffness**0.5
         self.overdue = np.inf
         # When the end was seen, and until when frames are wanted nevertheless.
         self.ended_at = 0.0
@@ -79,62 +87,91 @@ class ChainCollision:
         self.flown_on = np.inf
 
     def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self.chain.x - self.rest, self.chain.v.copy()
+        return self.chain.x - self.bodies.rest, self.chain.v.copy()
 
     def carry_out(self) -> None:
         """Go from contact to contact until no further one can come."""
-        if self.scene.particles == 1:
+        if self.bodies.only_meets:
             self._bounce_once()
             return
-        interval = look_interval(self.scene.particles, self.bond.stiffness)
-        next_watch = interval
+        self._approach()
+        interval = look_interval(self.scene.span, self.scene.slow_stiffness)
+        next_watch = self.flight.time + interval
         while self.ending is None or self.flight.time < self.flown_on:
-            try:
-                limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
-                contact = self.flight.advance(limit)
-            except BondRangeError as error:
-                raise self._named(error) from None
-            except OverflowError:
-                raise LostAtomsError(
-                    f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
-                    "stable integration: use a smaller timestep"
-                ) from None
+            limit = min(next_watch, self.next_frame, self.overdue, self.flown_on)
+            contact = self._advance(limit)
             self._watch_bonds()
             if contact is not None:
-                self._take_contact(contact.time, contact.speed)
+                self._take_contact(contact)
             now = self.flight.time
             if now >= next_watch:
                 next_watch = now + interval
             if now >= self.next_frame:
                 self._take_frame()
             if now >= self.overdue:
-                self._ask_what_comes()
+                if self.flight.meeting.touching:
+                    self.overdue = now + self.patience
+                else:
+                    self._ask_what_comes()
         if self.frames and self.frames[-1][0] < self.flight.time:
             self._take_frame()
+
+    def _advance(self, limit: float) -> Contact | None:
+        try:
+            return self.flight.advance(limit)
+        except BondRangeError as error:
+            raise self._named(error) from None
+        except OverflowError:
+            raise LostAtomsError(
+                f"coordinates at time {self.flight.time:g} are beyond all numbers; expected a "
+                "stable integration: use a smaller timestep"
+            ) from None
+
+    def _approach(self) -> None:
+        """Set the clock so that the first contact is at 0, where the bodies start before it."""
+        gap, opening, _ = self.flight.meeting.state()
+        if gap == 0.0 and opening < 0.0:
+            return
+        start, stages = self.chain.snapshot(), self.chain.stages_done
+        longest = approach_time(self.scene)
+        while self._advance(self.flight.time + self.patience) is None:
+            self._watch_bonds()
+            if self.flight.meeting.touching:
+                break
+            if self.flight.time > longest:
+                raise unfinished_error(self.scene, self.flight.time)
+        self.flight.meeting.reset()
+        self.chain.restore(start)
+        self.chain.stages_done = stages
+        self.flight.time *= -1.0
+        if self.frame_interval is not None:
+            self.next_frame = self.flight.time
 
     def _bounce_once(self) -> None:
         contact = None
         while contact is None:
             contact = self.flight.advance(self.flight.time + self.patience)
-        self._take_contact(contact.time, contact.speed)
+        self._take_contact(contact)
         if self.frame_interval is not None:
             self._take_frame()
         self.ending = Ending("proved")
 
-    def _take_contact(self, time: float, speed: float) -> None:
-        self.contacts.append((time, speed))
+    def _take_contact(self, contact: Contact) -> None:
+        if not self.contacts:  # the clock starts with it
+            self.flight.time -= contact.time
+            contact = replace(contact, time=0.0, end=contact.end - contact.time)
+        self.contacts.append(contact)
         self.after_contact = self._state()
-        # At the start all are 1 long; a single particle has none.
-        self.shortest = min(1.0, self.shortest_seen)
-        self.longest = max(1.0, self.longest_seen)
+        self.shortest = min(self.start_shortest, self.shortest_seen)
+        self.longest = max(self.start_longest, self.longest_seen)
         self.ending, self.flown_on = None, np.inf
-        self.overdue = time + self.patience
+        self.overdue = contact.end + self.patience
         if self.frames_at_contacts:
             self._take_frame()
 
     def _named(self, error: BondRangeError) -> BondRangeError:
         """Say which bond it was, and when: LAMMPS tells only its length."""
-        lengths = np.abs(np.diff(self.chain.x))
+        lengths = np.abs(self.chain.lengths())
         bond = int(np.argmin(np.abs(lengths - error.length))) + 1
         side = "below" if error.length < 1.0 else "beyond"
         named = BondRangeError(
@@ -145,8 +182,7 @@ class ChainCollision:
         return named
 
     def _watch_bonds(self) -> None:
-        x = self.chain.x
-        lengths = x[1:] - x[:-1]  # half the time of np.diff
+        lengths = self.chain.lengths()
         shortest, longest = float(lengths.min()), float(lengths.max())
         if not shortest > 0.0:
             bond = int(np.argmin(lengths)) + 1
@@ -168,21 +204,15 @@ class ChainCollision:
 
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
-        now, last = self.flight.time, self.contacts[-1][0]
-        chain = self.chain
-        if float(chain.v.sum()) <= 0.0:
-            if now > longest_collision(self.scene.particles, self.bond.stiffness, last):
+        now, last = self.flight.time, self.contacts[-1].end
+        if not self.bodies.apart(self.chain.v):
+            if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience
             return
         displacements, velocities = self._state()
-        next_event = follow(
-            self.scene,
-            displacements,
-            velocities,
-            now=now,
-            last_contact=last,
-            shortest=self.shortest_seen,
+        next_event = self.bodies.follow(
+            displacements, velocities, now=now, last_contact=last, shortest=self.shortest_seen
         )
         self.overdue = next_event.time + self.patience
         self.doubt = max(self.doubt, next_event.doubt)
@@ -192,7 +222,7 @@ class ChainCollision:
         self.ended_at, self.overdue = next_event.time, np.inf
         self.flown_on = now
         if self.frame_interval is not None or self.frames_at_contacts:
-            quiet = quiet_time(self.scene.particles, self.bond.stiffness)
+            quiet = quiet_time(self.scene.span, self.scene.slow_stiffness)
             self.flown_on = min(self.ended_at, last + quiet)
 
     def _take_frame(self) -> None:
@@ -208,14 +238,13 @@ class ChainCollision:
         """Gather what is known at the end."""
         assert self.ending is not None
         displacements, velocities = self.after_contact
-        times, speeds = np.array(self.contacts).T
-        strains = np.diff(displacements)
-        energy_end = 0.5 * float(velocities @ velocities) + float(np.sum(self.bond.energy(strains)))
+        contacts = self.contacts
         frames = None
         if self.frames:
-            frame_times, frame_displacements, frame_velocities = zip(*self.frames, strict=True)
+            moments = [self.bodies.split(u, v) for _, u, v in self.frames]
+            times = np.array([time for time, _, _ in self.frames])
             frames = Frames(
-                np.array(frame_times), np.array(frame_displacements), np.array(frame_velocities)
+                times, **{name: np.array([m[name] for m in moments]) for name in moments[0]}
             )
         if not np.all(np.isfinite(velocities)):
             raise RunError("the final velocities are not finite; use a smaller timestep")
@@ -224,18 +253,17 @@ class ChainCollision:
             wall=numerics.wall,
             scheme=numerics.scheme,
             timestep=numerics.timestep,
-            displacements=displacements,
-            velocities=velocities,
-            contact_times=times,
-            contact_speeds=speeds,
-            impulses=2.0 * speeds,
+            **self.bodies.split(displacements, velocities),
+            contact_times=np.array([contact.time for contact in contacts]),
+            contact_speeds=np.array([contact.speed for contact in contacts]),
+            impulses=np.array([contact.impulse for contact in contacts]),
             ending=self.ending,
             duration=max(self.flight.time, self.ended_at),
             bond_min=self.shortest,
             bond_max=self.longest,
-            energy_start=0.5 * self.scene.particles * self.scene.impact_velocity**2,
-            energy_end=energy_end,
-            fragments=count_fragments(strains, velocities, self.bond),
+            energy_start=self.bodies.energy_start(),
+            energy_end=self.bodies.energy(displacements, velocities),
+            fragments=self.bodies.fragments(displacements, velocities),
             seconds=seconds,
             force_evaluations=self.chain.stages_done,
             frames=frames,

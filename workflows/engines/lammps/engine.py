@@ -17,13 +17,16 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.blind import BlindBound
+from chaincor.workflows.engines.lammps.bodies import bodies_of
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.course import ChainCollision
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.lammps.meeting import Meeting, meeting_of
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
     BondRangeError,
     ChaincorError,
@@ -49,8 +52,6 @@ _UNSEEN: float = measured("unseen_stretch")
 _HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
 _LARGEST_FLOOR = 0.1
-# A stable integration does not double the energy.
-_MOST_ENERGY = 2.0
 
 
 def run(
@@ -168,9 +169,9 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> tuple[list[Outcome], list[float]]:
         return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
 
-    if bond.is_harmonic or scene.particles == 1:
+    if bond.is_harmonic or bodies_of(scene).only_meets:
         return tuple(collide_all(None)[0])
-    bond_range = numerics.bond_range or guess_bond_range(bond, scene.impact_velocity)
+    bond_range = numerics.bond_range or guess_bond_range(scene)
     excused = False
     for _ in range(_MOST_WIDENINGS):
         table = _tabulate(bond, bond_range, numerics)
@@ -200,10 +201,16 @@ def _run_in_folder(
     )
 
 
-def guess_bond_range(bond: Potential, impact_velocity: float) -> tuple[float, float]:
+def guess_bond_range(scene: Scene) -> tuple[float, float]:
     """Guess the shortest and longest bond of a collision without running it."""
-    shortest = compressed_strain(bond, _GUESS_ENERGY * impact_velocity**2)
-    longest = min(_GUESS_STRETCH * impact_velocity, 0.9 * bond.strain_max)
+    bond, v0, line = scene.bond, scene.impact_velocity, scene.line
+    heaviest = 1.0 if line is None else max(1.0, float(np.max(line.chain_masses)))
+    shortest = compressed_strain(bond, _GUESS_ENERGY * heaviest * v0**2)
+    longest = min(_GUESS_STRETCH * heaviest**0.5 * v0, 0.9 * bond.strain_max)
+    if line is not None:
+        strains = np.delete(line.strains, line.gap)
+        shortest = min(shortest, float(np.min(strains, initial=0.0)))
+        longest = max(longest, float(np.max(strains, initial=0.0)))
     return 1.0 + shortest, 1.0 + longest
 
 
@@ -216,13 +223,14 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
-    n, v0 = scene.particles, scene.impact_velocity
-    # All energy, n v0^2/2, in one bond, or in two particles that part for as long as may be.
-    speed = (2.0 * n) ** 0.5 * v0
-    longest = 1.0 + speed * longest_collision(n, scene.bond.stiffness, np.inf)
+    energy = bodies_of(scene).energy_start()
+    lightest = 1.0 if scene.line is None else scene.line.lightest
+    # All energy in one bond, or in two particles that part for as long as may be.
+    speed = 2.0 * (energy / lightest) ** 0.5
+    longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
     if length > longest:
         return True
-    return float(scene.bond.energy(np.array(length - 1.0))) > _MOST_ENERGY * 0.5 * n * v0**2
+    return float(scene.bond.energy(np.array(length - 1.0))) > MOST_ENERGY_GROWTH * energy
 
 
 def _widened(bond: Potential, table: BondTable, length: float) -> tuple[float, float]:
@@ -277,11 +285,14 @@ def _collide(
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
         bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
-        blind = BlindBound(scene.bond, bond_range) if scene.particles > 1 else None
+        blind = None
+        if scene.line is None and scene.particles > 1:
+            blind = BlindBound(scene.bond, bond_range)
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
-            flight = _choose_flight(used, chain, None if ask_every_step else blind)
+            meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
+            flight = _choose_flight(used, chain, meeting, None if ask_every_step else blind)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
             collision.carry_out()
@@ -296,7 +307,9 @@ def _collide(
     return outcomes, longest_seen
 
 
-def _choose_flight(numerics: Numerics, chain: LammpsChain, blind: BlindBound | None) -> Flight:
+def _choose_flight(
+    numerics: Numerics, chain: LammpsChain, meeting: Meeting, blind: BlindBound | None
+) -> Flight:
     if numerics.scheme != "verlet":
-        return ComposedFlight(chain)
-    return VerletFlight(chain, numerics.wall == "reflect", blind)
+        return ComposedFlight(chain, meeting)
+    return VerletFlight(chain, numerics.wall == "reflect", blind, meeting)

@@ -2,29 +2,12 @@
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.crossing import RESOLUTION, first_crossing, foretold_crossing
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.meeting import Contact, HardWall, Meeting
 from chaincor.workflows.errors import LostAtomsError, TimestepError
-
-
-@dataclass(frozen=True)
-class Contact:
-    """
-    One hit of particle 1 on the wall.
-
-    Attributes
-    ----------
-    time : float
-        Time since the first contact.
-    speed : float
-        Incoming speed, positive.
-    """
-
-    time: float
-    speed: float
 
 
 class Flight(ABC):
@@ -35,6 +18,8 @@ class Flight(ABC):
     ----------
     chain : LammpsChain
         The chain, right after a contact or in flight.
+    meeting : Meeting or None
+        What it meets; None for the hard wall, by a particle 1 of mass 1.
 
     Attributes
     ----------
@@ -42,8 +27,9 @@ class Flight(ABC):
         Time since the first contact.
     """
 
-    def __init__(self, chain: LammpsChain) -> None:
+    def __init__(self, chain: LammpsChain, meeting: Meeting | None = None) -> None:
         self.chain = chain
+        self.meeting = HardWall(chain) if meeting is None else meeting
         self.time = 0.0
 
     @abstractmethod
@@ -51,7 +37,7 @@ class Flight(ABC):
         """
         Go on to the next contact and carry it out.
 
-        None where a step ends at or past the time limit first.
+        None where a step ends at or past the time limit first, or soft bodies come to touch.
         """
 
 
@@ -76,10 +62,18 @@ class VerletFlight(Flight):
         Whether the reflecting wall fix is at work.
     bound : BlindBound or None
         When steps may be taken without asking; None asks at every step.
+    meeting : Meeting or None
+        As in `Flight`; a bound is for the hard wall only.
     """
 
-    def __init__(self, chain: LammpsChain, reflect: bool, bound: BlindBound | None) -> None:
-        super().__init__(chain)
+    def __init__(
+        self,
+        chain: LammpsChain,
+        reflect: bool,
+        bound: BlindBound | None,
+        meeting: Meeting | None = None,
+    ) -> None:
+        super().__init__(chain, meeting)
         self.reflect = reflect
         self.bound = bound
         # Part of the bound's time that is taken: a collision of sharp bonds further on, which the
@@ -88,15 +82,10 @@ class VerletFlight(Flight):
 
     _NEAR = 0.25
 
-    def _next_position(self) -> float:
-        chain, h = self.chain, self.chain.timestep
-        return float(chain.x[0] + h * (chain.v[0] + 0.5 * h * chain.f[0]))
-
-    def _dips(self) -> bool:
+    def _dips(self, now: list[float]) -> bool:
         """Return whether particle 1 reaches the wall and turns within the next step."""
-        chain = self.chain
-        v, a = float(chain.v[0]), float(chain.f[0])
-        return v < 0.0 < v + chain.timestep * a and v * v > 2.0 * float(chain.x[0]) * a
+        x, v, a = now
+        return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
 
     def advance(self, limit: float) -> Contact | None:
         """Run blind while the bound allows it, and ask before each step where it does not."""
@@ -111,9 +100,11 @@ class VerletFlight(Flight):
                 # A long window is followed by another; after a short one the wall is near.
                 if taken == last or steps * h > self._NEAR:
                     continue
-            ahead = self._next_position()
-            if ahead < 0.0 or (not self.reflect and self._dips()):
-                return self._reflect() if self.reflect else self._hit()
+            now = self.meeting.state()
+            x, v, a = now
+            ahead = x + h * (v + 0.5 * h * a)
+            if ahead < 0.0 or (not self.reflect and self._dips(now)):
+                return self._reflect(now) if self.reflect else self._hit(now)
             if not math.isfinite(ahead):
                 raise LostAtomsError(
                     f"particle 1 is at {ahead} at time {self.time:g}; expected a finite number: "
@@ -142,31 +133,26 @@ class VerletFlight(Flight):
         chain.restore(state)
         return 0
 
-    def _hit(self) -> Contact | None:
+    def _hit(self, now: list[float]) -> Contact | None:
         """Cut the step at the wall; None where its last kick turned particle 1 already."""
-        chain = self.chain
-        x, v, a = float(chain.x[0]), float(chain.v[0]), float(chain.f[0])
+        x, v, a = now
         root = math.sqrt(v * v - 2.0 * x * a)
         # The root of x + v s + a s^2/2 that does not cancel; particle 1 may turn within the step.
         s = 2.0 * x / (root - v) if v < 0.0 else -(v + root) / a
         if s > 0.0:
-            chain.verlet(s)
+            self.chain.verlet(s)
         self.time += s
-        speed = -float(chain.v[0])
-        chain.x[0] = 0.0
-        if speed <= 0.0:
-            return None
-        chain.v[0] = speed
-        return Contact(self.time, speed)
+        return self.meeting.arrive(self.time)
 
-    def _reflect(self) -> Contact:
+    def _reflect(self, now: list[float]) -> Contact:
         chain, h = self.chain, self.chain.timestep
+        x, v, a = now
         # The fix reverses the velocity of the drift, that of the half step.
-        speed = -float(chain.v[0]) - 0.5 * h * float(chain.f[0])
-        contact = Contact(self.time + float(chain.x[0]) / speed, speed)
+        speed = -v - 0.5 * h * a
+        time = self.time + x / speed
         chain.run(1)
         self.time += h
-        return contact
+        return Contact(time, speed, 2.0 * self.meeting.reduced_mass * speed, time)
 
 
 class ComposedFlight(Flight):
@@ -191,23 +177,24 @@ class ComposedFlight(Flight):
 
     def advance(self, limit: float) -> Contact | None:
         """Step, and look ahead and back over each step for a contact."""
-        chain, step = self.chain, self.chain.timestep
+        chain = self.chain
         earlier: list[float] | None = None
-        now = self._first_particle()
+        now, step = self.meeting.state(), chain.timestep
         while self.time < limit:
             if now[0] == 0.0 and now[1] < 0.0:
-                return self._reverse()
+                return self.meeting.arrive(self.time)
             before = chain.snapshot()
+            done, step = step, self.meeting.step(self.time, now)
             if earlier is not None:
-                foretold = foretold_crossing(earlier, now, step)
+                foretold = foretold_crossing(earlier, now, done)
                 if foretold is not None:
                     taken = self._go_to_wall(now, foretold)
                     if taken is not None and taken <= step:
                         self.time += taken
-                        return self._reverse()
+                        return self.meeting.arrive(self.time)
                     chain.restore(before)
-            chain.step()
-            after = self._first_particle()
+            chain.step(None if step == chain.timestep else step)
+            after = self.meeting.state()
             guess = first_crossing(now, after, step)
             if guess is not None:
                 whole = chain.snapshot()
@@ -215,10 +202,10 @@ class ComposedFlight(Flight):
                 taken = self._go_to_wall(now, guess)
                 if taken is not None:
                     self.time += taken
-                    return self._reverse()
+                    return self.meeting.arrive(self.time)
                 # The polynomial touched the wall and the motion did not.
                 chain.restore(whole)
-                if chain.x[0] < 0.0:
+                if after[0] < 0.0:
                     raise TimestepError(
                         f"particle 1 ends a step behind the wall at time {self.time:g}, but does "
                         "not come in within it; expected a motion that the step resolves: use a "
@@ -228,17 +215,13 @@ class ComposedFlight(Flight):
             self.time += step
         return None
 
-    def _first_particle(self) -> list[float]:
-        chain = self.chain
-        return [float(chain.x[0]), float(chain.v[0]), float(chain.f[0])]
-
     def _go_to_wall(self, now: list[float], guess: float) -> float | None:
         """Return the time to the first contact, having gone there; None where none is found."""
         state = self.chain.snapshot()
         taken = self._step_to_wall(guess)
         if taken is not None:
             # The way there must have been in front of the wall.
-            first = first_crossing(now, [0.0, *self._first_particle()[1:]], taken)
+            first = first_crossing(now, [0.0, *self.meeting.state()[1:]], taken)
             if first is not None and first < (1.0 - 2.0 * RESOLUTION) * taken:
                 self.chain.restore(state)
                 return self._step_to_wall(first)
@@ -250,7 +233,7 @@ class ComposedFlight(Flight):
         chain.step(guess)
         taken = guess
         for _ in range(self._MOST_CORRECTIONS):
-            x, v = float(chain.x[0]), float(chain.v[0])
+            x, v, _ = self.meeting.state()
             # Positions are rounded to about 1e-16 of the natural length.
             if abs(x) < 1e-18 or v == 0.0:
                 break
@@ -264,12 +247,6 @@ class ComposedFlight(Flight):
             chain.verlet(correction)
             if abs(correction) < self._EXACT * chain.timestep:
                 break
-        arrived = abs(float(chain.x[0])) < self._AT_WALL and float(chain.v[0]) < 0.0 < taken
+        x, v, _ = self.meeting.state()
+        arrived = abs(x) < self._AT_WALL and v < 0.0 < taken
         return taken if arrived else None
-
-    def _reverse(self) -> Contact:
-        chain = self.chain
-        speed = -float(chain.v[0])
-        chain.x[0] = 0.0
-        chain.v[0] = speed
-        return Contact(self.time, speed)

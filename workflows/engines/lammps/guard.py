@@ -6,12 +6,11 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import number
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.lammps.instance import LammpsChain
 
-# A stable integration does not double the energy.
-_MOST_ENERGY = 2.0
 # Strains at which the tension is looked at, in units of the one that holds all energy in a bond
 # of stiffness 1; between two of them it differs by little, and twice the largest is reckoned with.
 _STRAINS = np.geomspace(1e-3, 1e3, 601)
@@ -24,7 +23,7 @@ def largest_tension(scene: Scene) -> float:
     It is twice the largest U'(s) of a stretched bond with no more than twice the energy of the
     collision: the acceleration of particle 1 at most, whatever the chain does.
     """
-    energy = _MOST_ENERGY * 0.5 * scene.particles * scene.impact_velocity**2
+    energy = MOST_ENERGY_GROWTH * 0.5 * scene.particles * scene.impact_velocity**2
     strains = np.sqrt(2.0 * energy) * _STRAINS
     strains = strains[strains < scene.bond.strain_max]
     with np.errstate(all="ignore"):

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
-from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import (
@@ -38,7 +39,8 @@ class LammpsChain:
     A chain set up in LAMMPS at its first contact.
 
     Positions, velocities and forces are views of LAMMPS's own memory along x: reading them costs
-    nothing and writing them is felt by the next step.
+    nothing and writing them is felt by the next step. A free target's particles follow the chain's,
+    from the contact outward.
 
     Parameters
     ----------
@@ -53,8 +55,10 @@ class LammpsChain:
 
     Attributes
     ----------
-    x, v, f : ndarray of shape (n,)
+    x, v, f : ndarray of shape (n + M,)
         Live coordinates, velocities and forces.
+    particles : int
+        Of the chain, n.
     weights : tuple of float
         Of the stages of a composed step, or of the mixture that makes an extrapolated one.
     stages_done : int
@@ -64,12 +68,15 @@ class LammpsChain:
     def __init__(
         self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
     ) -> None:
-        positions, velocities = initial_chain(scene.particles, scene.impact_velocity)
+        line = scene.line
+        self.particles = scene.particles
+        count = scene.particles + (0 if line is None else line.targets)
+        self._alone = count == scene.particles
         self._far = None
         if table is not None and table.far is not None:
-            self._far = np.zeros(scene.particles - 1, dtype=bool)
+            self._far = np.zeros(count - (1 if self._alone else 2), dtype=bool)
         bond_types = 1 if self._far is None else 2
-        (folder / DATA_FILE).write_text(format_chain_data(positions, velocities, bond_types))
+        (folder / DATA_FILE).write_text(format_scene_data(scene, bond_types))
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
@@ -83,7 +90,7 @@ class LammpsChain:
         self.timestep = numerics.timestep
         self.stages_done = 0
         self._dump_started = False
-        self._at_once = steps_at_once(_PARTICLE_WORK * scene.particles)
+        self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
         log = str(folder / LOG_FILE) if scene.save is not None else "none"
         self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
@@ -94,16 +101,18 @@ class LammpsChain:
         self._failed = self._lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
-            # Composed schemes take guarded steps only to look ahead, well clear of the wall.
-            stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
-            self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
+            self._guard = None
+            if line is None:
+                # Composed schemes take guarded steps only to look ahead, well clear of the wall.
+                stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
+                self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
         except Exception:
             self.close()
             raise
-        ids = self._lammps.numpy.extract_atom("id", nelem=scene.particles)
-        assert np.array_equal(ids, np.arange(1, scene.particles + 1)), "LAMMPS kept the order"
+        ids = self._lammps.numpy.extract_atom("id", nelem=count)
+        assert np.array_equal(ids, np.arange(1, count + 1)), "LAMMPS kept the order"
         self.x, self.v, self.f = (
-            self._lammps.numpy.extract_atom(name, nelem=scene.particles)[:, 0] for name in "xvf"
+            self._lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
@@ -145,6 +154,24 @@ class LammpsChain:
             self._send(self._handle, b"timestep " + number(timestep).encode())
             self._current = timestep
 
+    def lengths(self) -> NDArray[np.float64]:
+        """Return the lengths of all bonds, the chain's first, each body's from the contact on."""
+        x, n = self.x, self.particles
+        if self._alone:
+            return x[1:] - x[:-1]  # half the time of np.diff
+        return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))
+
+    def _fastest_opening(self) -> float:
+        """Return how fast any bond's length changes."""
+        v, n = self.v, self.particles
+        chain = float(np.max(np.abs(np.diff(v[:n])), initial=0.0))
+        return max(chain, float(np.max(np.abs(np.diff(v[n:])), initial=0.0)))
+
+    def _ends(self, bond: int) -> tuple[int, int]:
+        """Return the ids of the particles that a bond joins."""
+        first = bond + (1 if bond < self.particles - 1 else 2)
+        return first, first + 1
+
     def run(self, steps: int) -> None:
         """Take full Verlet steps without looking; RunError, named after what LAMMPS says."""
         self._set_timestep(self.timestep)
@@ -163,6 +190,7 @@ class LammpsChain:
     @property
     def guard_position(self) -> float:
         """Where :meth:`run_guarded` stops particle 1: so near the wall that it is to be asked."""
+        assert self._guard is not None
         return self._guard.position
 
     def run_guarded(self, steps: int) -> bool:
@@ -171,6 +199,7 @@ class LammpsChain:
 
         False where one ended at the wall or behind it, or failed: the state is then useless.
         """
+        assert self._guard is not None
         self._guard.watch(True)
         try:
             self.run(steps)
@@ -183,10 +212,10 @@ class LammpsChain:
     def _steps_within_tables(self) -> int:
         """Return how many Verlet steps no bond needs at least to be due for its other table."""
         assert self._far is not None
-        lengths = np.diff(self.x)
+        lengths = self.lengths()
         room = FAR_OUT - np.max(lengths, where=~self._far, initial=-np.inf)
         room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_BACK)
-        fastest = float(np.max(np.abs(np.diff(self.v))))
+        fastest = self._fastest_opening()
         # Half the room: bonds may speed up while they fall together. The step of the change is then
         # the same however steps are divided into runs.
         return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
@@ -243,15 +272,16 @@ class LammpsChain:
     def _change_tables(self) -> None:
         """Give bonds that got very long the far table, and those that came back the near one."""
         assert self._far is not None
-        lengths = np.diff(self.x)
+        lengths = self.lengths()
         far = np.where(self._far, lengths > FAR_BACK, lengths > FAR_OUT)
         changed = np.flatnonzero(far != self._far)
         if len(changed) == 0:
             return
         lines = []
         for bond in changed.tolist():
+            first, second = self._ends(bond)
             lines += [
-                f"group ends id {bond + 1} {bond + 2}",
+                f"group ends id {first} {second}",
                 f"set group ends bond {2 if far[bond] else 1}",
                 "group ends delete",
             ]
@@ -261,7 +291,7 @@ class LammpsChain:
 
     def restart(self, timestep: float) -> None:
         """Put the chain back to its first contact, for a run with another composed step H."""
-        if timestep != self.timestep and len(self.weights) == 1:
+        if self._guard is not None and timestep != self.timestep and len(self.weights) == 1:
             self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
@@ -286,13 +316,13 @@ class LammpsChain:
             self.commands(
                 "variable clock internal 0.0\n"
                 "variable time atom v_clock\n"
-                "variable displacement atom x-(id-1)\n"
+                f"variable displacement atom {displacement(self.particles, self._alone)}\n"
             )
         self._lammps.set_internal_variable("clock", time)
         append = "yes" if self._dump_started else "no"
         self.commands(
             f'write_dump all custom "{(self.folder / DUMP_FILE).as_posix()}" '
-            "id x vx v_displacement v_time "
+            f"id {'' if self._alone else 'mol '}x vx v_displacement v_time "
             f"modify sort id format float %.17g append {append}"
         )
         self._dump_started = True

@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
-from chaincor.lammps_inputs.chain_data import format_chain_data, initial_chain
+from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.script import (
@@ -18,6 +18,8 @@ from chaincor.lammps_inputs.script import (
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
+from chaincor.workflows.engines.in_house.lines.following import line_bonds_in_flight
+from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
@@ -38,16 +40,16 @@ def job_script(
     `scouted` is how the collision ended elsewhere; for `frame_time` see
     :func:`~chaincor.lammps_inputs.script.render_job`.
     """
-    stiffness = scene.bond.stiffness
-    look = look_interval(scene.particles, stiffness)
-    quiet = quiet_time(scene.particles, stiffness)
+    span, stiffness = scene.span, scene.slow_stiffness
+    look = look_interval(span, stiffness)
+    quiet = quiet_time(span, stiffness)
     last = 0.0 if scouted is None else scouted.last_contact_time
     return render_job(
         scene,
         numerics,
         table,
         quiet=quiet,
-        cap=longest_collision(scene.particles, stiffness, max(quiet, last)),
+        cap=longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene),
         look=look,
         scouted=scouted,
         frame_time=frame_time,
@@ -60,8 +62,8 @@ def flown_on(scene: Scene) -> float:
 
     For that time its bond table must hold the bonds.
     """
-    stiffness = scene.bond.stiffness
-    return quiet_time(scene.particles, stiffness) + 2.0 * look_interval(scene.particles, stiffness)
+    span, stiffness = scene.span, scene.slow_stiffness
+    return quiet_time(span, stiffness) + 2.0 * look_interval(span, stiffness)
 
 
 def kept_files(
@@ -86,8 +88,7 @@ def kept_files(
         if table.far is not None or bond_range != (float(table.lengths[0]), table.longest):
             table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
             files[TABLE_FILE] = table.to_text()
-            data = format_chain_data(*initial_chain(scene.particles, scene.impact_velocity))
-            files[DATA_FILE] = data
+            files[DATA_FILE] = format_scene_data(scene)
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme != "verlet":
@@ -112,8 +113,9 @@ def _range_in_flight(
 ) -> tuple[float, float]:
     """Return the lengths of a table for the engine's bonds, and for those of the flight after."""
     low, high = float(table.lengths[0]), table.longest
-    if outcome is None or scene.particles == 1:
+    if outcome is None or scene.span == 1:
         return low, high
-    shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
+    flight = bonds_in_flight if scene.line is None else line_bonds_in_flight
+    shortest, longest = flight(scene, outcome, flown_on(scene))
     # Coarse steps, and steps of the script's own, may see other bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

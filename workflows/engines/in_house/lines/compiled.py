@@ -43,7 +43,7 @@ def _line_kernels_for(bond: Potential, build_leap: Callable) -> LineKernels:
         advance = _compile_line(force.function, force.keep, build_leap)
         return LineKernels(advance, force.parameters)
 
-    def first_force(strain, _parameters):
+    def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
     stages = array_line_stages(bond)

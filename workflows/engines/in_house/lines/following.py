@@ -8,9 +8,12 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.finish import unfinished_error
 from chaincor.workflows.engines.in_house.follow import STEP, Flight
+from chaincor.workflows.engines.in_house.lines import loop
 from chaincor.workflows.engines.in_house.lines.bodies import LineInMotion
 from chaincor.workflows.engines.in_house.lines.running import advance_to, watch_of
 from chaincor.workflows.engines.outcome import Outcome
+
+_MOST_HALVINGS = 8
 
 
 def follow_line(
@@ -96,7 +99,11 @@ def line_bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tup
     velocities = np.concatenate((target[1], outcome.velocities))
     sharper = max(float(scene.bond.curvature(outcome.bond_min - 1.0)) / scene.bond.stiffness, 1.0)
     step = STEP / math.sqrt(sharper * scene.fast_stiffness)
-    moving = LineInMotion.of(line, scene.bond, "order8", step, strains, velocities)
-    moving.advance(moving.steps_until(duration))
+    # Bonds may be compressed more than ever after the last contact.
+    for _ in range(_MOST_HALVINGS):
+        moving = LineInMotion.of(line, scene.bond, "order8", step, strains, velocities)
+        if moving.advance(moving.steps_until(duration)) == loop.DONE:
+            break
+        step *= 0.5
     ledger = moving.ledger
     return 1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)

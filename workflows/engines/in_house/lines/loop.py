@@ -9,14 +9,14 @@ small part of the usual one, and steps towards it halve.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
 from chaincor.workflows.engines.in_house.lines.verlet import LineParameters
-from chaincor.workflows.engines.in_house.stages import Stages, State
+from chaincor.workflows.engines.in_house.stages import Array, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
 # Why `advance` came back: all steps done, no room for more contacts, more contacts in one step than
@@ -94,7 +94,9 @@ class LineSearch(NamedTuple):
     rule: Rule
 
 
-def build_line_motion(force: Callable, leap: Callable, stages: Stages, register: Callable):
+def build_line_motion(
+    force: Callable, leap: Callable, stages: Stages, register: Callable
+) -> Callable:
     """
     Put the loop together.
 
@@ -118,7 +120,7 @@ def build_line_motion(force: Callable, leap: Callable, stages: Stages, register:
     copy = stages.copy
 
     @register
-    def opening(state, parameters):
+    def opening(state: State, parameters: LineParameters) -> PathPoint:
         # The gap, its rate and the rate of that.
         gap, inverse = parameters.gap, parameters.inverse
         strain, velocity = state
@@ -135,7 +137,7 @@ def build_line_motion(force: Callable, leap: Callable, stages: Stages, register:
         return strain[gap], velocity[gap + 1] - velocity[gap], pull
 
     @register
-    def probe(time, search):
+    def probe(time: float, search: LineSearch) -> PathPoint:
         bonds = search.kept.strain.shape[0]
         leap(0.0, search.kept, search.near, search.trial, bonds, bonds, time, search.rule)
         gap, rate, bend = opening(search.near, search.rule.parameters)
@@ -144,7 +146,7 @@ def build_line_motion(force: Callable, leap: Callable, stages: Stages, register:
     find_contact = build_contact_search(probe=probe, register=register)
 
     @register
-    def note_strains(ledger, strain, gap):
+    def note_strains(ledger: Any, strain: Array, gap: int) -> bool:
         # Not of the gap, which may be as large as it likes.
         for i in range(strain.shape[0]):
             if i != gap and not ledger.strain_min <= strain[i] <= ledger.strain_max:
@@ -155,13 +157,20 @@ def build_line_motion(force: Callable, leap: Callable, stages: Stages, register:
         return True
 
     @register
-    def momentum_of(masses, velocity):
+    def momentum_of(masses: Array, velocity: Array) -> float:
         total = 0.0
         for i in range(masses.shape[0]):
             total += masses[i] * velocity[i]
         return total
 
-    def advance(ledger, arrays, goal, step, fractions, parameters):
+    def advance(
+        ledger: Any,
+        arrays: tuple,
+        goal: int,
+        step: float,
+        fractions: tuple,
+        parameters: LineParameters,
+    ) -> int:
         now, last, kept, trial, near, near_trial, contacts, masses, window = arrays
         now, last = State(now[0], now[1]), State(last[0], last[1])
         kept, trial = State(kept[0], kept[1]), State(trial[0], trial[1])

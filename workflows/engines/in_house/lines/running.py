@@ -25,6 +25,10 @@ Array = NDArray[np.float64]
 _KNOWN_MARGIN = 5.0
 
 
+# Soft bodies may overlap for so many times what two free particles would.
+LONGEST_TOUCHES = 100.0
+
+
 def watch_of(scene: Scene) -> EndWatch:
     """Return the watch for the end of a scene with a line."""
     return EndWatch(scene.span, scene.bond, scene.slow_stiffness)
@@ -67,15 +71,14 @@ def _carry_out(
     bodies, stiffness = scene.span, scene.slow_stiffness
     # Times of outcomes count from the first contact, those of the motion from its start.
     look = 0.0
+    margin = _KNOWN_MARGIN / stiffness**0.5
     frames.record()
     while True:
-        begin = float(moving.contacts[0, 0]) if ledger.contacts else 0.0
         until = look
         if known is not None:
-            margin = _KNOWN_MARGIN / stiffness**0.5
-            until = begin + float(known.contact_times[-1]) + margin
-            if ledger.contacts == 0:
-                until = moving.time + margin
+            until = moving.time + margin
+            if ledger.contacts > 0:
+                until = float(moving.contacts[0, 0] + known.contact_times[-1]) + margin
         advance_to(scene, moving, frames.steps_until(until), unresolved=f"{moving.step:g}")
         frames.record()
         now = moving.time
@@ -87,7 +90,8 @@ def _carry_out(
             continue
         last = float(ledger.parted)
         if known is not None:
-            if moving.time >= begin + float(known.contact_times[-1]) and not ledger.touching:
+            compared = float(moving.contacts[0, 0] + known.contact_times[-1])
+            if now >= compared and not ledger.touching:
                 return known.ending
             continue
         if not ledger.touching:
@@ -96,7 +100,11 @@ def _carry_out(
                 return ending
             if not follow and now - last > quiet_time(bodies, stiffness):
                 return Ending("argued")
-        if now > watch.followed_until(last):
+        patience = watch.followed_until(last)
+        if ledger.touching:
+            begun = float(moving.contacts[0, -1])
+            patience = max(patience, begun + LONGEST_TOUCHES * scene.contact_duration)
+        if now > patience:
             raise unfinished_error(scene, now)
         # While contacts follow one another, looks would be for nothing.
         look = max(watch.next_look(now, last), now + 2.0 / stiffness**0.5)

@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
-from chaincor.workflows.engines.in_house.stages import Stages, State, array_stages, looped_stages
+from chaincor.workflows.engines.in_house.stages import (
+    Array,
+    Stages,
+    State,
+    array_stages,
+    looped_stages,
+)
 
 
 class LineParameters(NamedTuple):
@@ -53,7 +59,7 @@ class LineParameters(NamedTuple):
         return self._replace(inverse=self.inverse[begin:end], gap=self.gap - begin)
 
 
-def contact_force(gap, stiffness, exponent):
+def contact_force(gap: float, stiffness: float, exponent: float) -> float:
     """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
     return stiffness * (-gap) ** exponent if gap < 0.0 else 0.0
 
@@ -80,7 +86,17 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
     # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more than
     # its force.
     @register
-    def bonds_from(begin, end, behind, old, strain, velocity, drift, kick, parameters):
+    def bonds_from(
+        begin: int,
+        end: int,
+        behind: float,
+        old: State,
+        strain: Array,
+        velocity: Array,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> float:
         old_strain, old_velocity = old
         bond, inverse = parameters.bond, parameters.inverse
         for i in range(begin, end):
@@ -92,7 +108,15 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
         return behind
 
     @register
-    def start(old, strain, velocity, bonds, drift, kick, parameters):
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
         old_strain, old_velocity = old
         gap, inverse = parameters.gap, parameters.inverse
         behind = bonds_from(0, gap, 0.0, old, strain, velocity, drift, kick, parameters)
@@ -104,7 +128,14 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
         velocity[bonds] = old_velocity[bonds] + kick * inverse[bonds] * behind
 
     @register
-    def stage(strain, velocity, bonds, drift, kick, parameters):
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
         start((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
 
     return plain._replace(start=start, stage=stage)
@@ -126,11 +157,26 @@ def array_line_stages(bond: Potential) -> Stages:
     """
     plain = array_stages(bond)
 
-    def start(old, strain, velocity, bonds, drift, kick, parameters):
+    def start(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
         plain.copy(old.strain, old.velocity, State(strain, velocity), bonds)
         stage(strain, velocity, bonds, drift, kick, parameters)
 
-    def stage(strain, velocity, bonds, time, kick, parameters):
+    def stage(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        time: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
         plain.drift(strain, velocity, bonds, time)
         gap = parameters.gap
         forces = np.concatenate(

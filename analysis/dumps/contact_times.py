@@ -65,14 +65,14 @@ def reintegrate_contacts(
     u, v = state.displacements[:count].copy(), state.velocities[:count].copy()
     size = float(np.max(np.abs(v)))
 
-    def motion(_time, y):
+    def motion(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
         pull = -bond.force(np.diff(y[:count]))
         acceleration = np.zeros(count)
         acceleration[:-1] += pull
         acceleration[1:] -= pull
         return np.concatenate((y[count:], acceleration / m[:count]))
 
-    def distance(_time, y):
+    def distance(_time: float, y: NDArray[np.float64]) -> float:
         return y[0]
 
     distance.terminal = True  # type: ignore[attr-defined]

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.contact_detection import ContactDetector
 from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.contact_detection import ContactDetector
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
-from chaincor.analysis.contact_times import reintegrate_contacts
 from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.contact_times import reintegrate_contacts
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.contact_times import interpolate_contact, reintegrate_contacts
 from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.contact_times import interpolate_contact, reintegrate_contacts
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.

@@ -1,0 +1,143 @@
+"""Random scenes of two bodies on a line: masses, free targets, soft contacts, initial states."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.scene import Scene
+
+_POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
+_MOST_PARTICLES = 60
+# With masses so unlike each other the fast ones take so many more steps: of few particles.
+_EXTREME, _MOST_EXTREME = 1e6, 6
+_SLOWEST, _FASTEST = 0.05, 1.2
+
+
+def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | None = None) -> Scene:
+    """
+    Draw a scene that asks for more than a cold chain of unit masses before a hard wall.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+        Decides everything.
+    folder : pathlib.Path
+        Where a CSV file of the initial state goes.
+    engine : str, optional
+        For one engine only; drawn otherwise.
+
+    Returns
+    -------
+    Scene
+        A valid scene; where all drawn masses are 1, it may be a plain one.
+
+    Raises
+    ------
+    SceneError
+        If what was drawn is none.
+    """
+    extreme = bool(random.random() < 0.1)
+    most = _MOST_EXTREME if extreme else _MOST_PARTICLES
+    potential = str(random.choice(_POTENTIALS))
+    particles = _count(random, most)
+    fields: dict[str, Any] = {
+        "potential": potential,
+        "particles": particles,
+        "engine": engine or str(random.choice(["lammps", "reference"])),
+        "tolerance": float(10 ** random.uniform(-9, -4)),
+    }
+    if potential == "toda":
+        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
+    if potential == "morse":
+        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
+    if potential == "power":
+        order = int(random.integers(3, 7))
+        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    if potential == "harmonic":
+        fields["velocity"] = float(10 ** random.uniform(-3, -0.4))
+    else:
+        # Bonds of odd order break over their barrier.
+        fastest = 0.3 if potential == "power" and order % 2 else _FASTEST
+        low, high = np.log10(_SLOWEST), np.log10(fastest)
+        fields["speed"] = float(10 ** random.uniform(low, high))
+    masses = _masses(random, particles, extreme)
+    if random.random() < 0.55:
+        fields["target_particles"] = targets = _count(random, most)
+        fields["target_masses"] = _masses(random, targets, extreme) or (1.0,)
+    if random.random() < 0.4:
+        fields |= {
+            "contact": "power",
+            "contact_stiffness": float(10 ** random.uniform(-1, 2)),
+            "contact_exponent": float(random.choice([1.0, 1.5, 2.0, random.uniform(1, 3)])),
+        }
+    start = random.random()
+    if start < 0.2:
+        return _with_state(random, fields, masses, folder)
+    if start < 0.35:
+        fields["compression"] = float(random.uniform(-0.02, 0.05)) * _scale(fields)
+    return Scene(**fields, **({} if masses is None else {"masses": masses}))
+
+
+def _count(random: np.random.Generator, most: int) -> int:
+    return round(10 ** random.uniform(0.0, np.log10(most)))
+
+
+def _masses(random: np.random.Generator, count: int, extreme: bool) -> tuple[float, ...] | None:
+    """Draw masses: all 1, two kinds in turn, any, or one that differs; None for those of 1."""
+    ratio = float(10 ** random.uniform(-1.5, 1.5))
+    if random.random() < 0.15:
+        ratio **= 2.0
+    if extreme:
+        ratio = float(random.choice([_EXTREME, 1.0 / _EXTREME]))
+    kind = random.choice(["equal", "pair", "any", "defect", "taper"], p=[0.25, 0.25, 0.2, 0.2, 0.1])
+    if kind == "equal":
+        return None
+    if kind == "pair":
+        return (1.0, ratio)[:count] if random.random() < 0.5 else (ratio, 1.0)[:count]
+    if kind == "any":
+        return tuple(float(m) for m in ratio ** random.uniform(0, 1, count))
+    if kind == "taper":
+        return tuple(float(m) for m in np.geomspace(1.0, ratio, count))
+    masses = [1.0] * count
+    masses[int(random.integers(count))] = ratio
+    return tuple(masses)
+
+
+def _scale(fields: dict[str, Any]) -> float:
+    """Return strains in units of what stiffens a bond."""
+    return min(1.0, 10.0 / fields.get("toda_b", 10.0), 6.0 / fields.get("morse_a", 6.0))
+
+
+def _with_state(
+    random: np.random.Generator,
+    fields: dict[str, Any],
+    masses: tuple[float, ...] | None,
+    folder: Path,
+) -> Scene:
+    """Return the scene with a state from a file: strains, a gap, velocities, masses."""
+    count = fields["particles"]
+    speed = Scene(**fields).impact_velocity
+    rows: dict[str, Any] = {}
+    strains = 0.02 * _scale(fields) * random.normal(size=count)
+    strains[0] = 0.0 if random.random() < 0.5 else random.uniform(0.0, 2.0)
+    if random.random() < 0.5:
+        rows["position"] = np.cumsum(strains) + np.arange(count)
+    else:
+        rows["strain"] = strains
+    if random.random() < 0.7:
+        rows["velocity"] = -speed * (1.0 + 0.3 * random.normal(size=count))
+        fields.pop("speed", None)
+        fields.pop("velocity", None)
+    if masses is not None:
+        if random.random() < 0.5:
+            rows["mass"] = np.resize(masses, count)
+        else:
+            fields["masses"] = masses
+    path = folder / "state.csv"
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(rows)
+        writer.writerows(zip(*(map(repr, map(float, row)) for row in rows.values()), strict=True))
+    return Scene(**fields, initial=path)

@@ -1,0 +1,241 @@
+"""
+Random scenes of two bodies on a line: what `collide` says of them, and what the judge does.
+
+    python -m benchmarks.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
+        [--engine reference|lammps] [--most-seconds 300]
+
+The judge is that of ``bodies``, which shares nothing with the engines. A row is written for every
+scene, and a study that was stopped goes on where it was. The verdicts: *inside* the error bar;
+*outside*, and by how many; *open*, where the end is called so, inside or not; *refused*, by what
+name; *judge unsure*.
+"""
+
+import argparse
+import json
+import multiprocessing
+import tempfile
+import time
+from collections import Counter
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.bars.line_scenes import draw_line_scene
+from benchmarks.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+# How far beyond the last contact the judge looks; less where the end is called open.
+MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
+# The judge is sure where it knows the number to this part of the bar, or to this.
+_SHARE, _SHARPEST = 0.2, 2e-12
+# Roundings of the judge, of a number up to 1; a warm chain may come back faster than it came, and
+# that is rounded as itself is.
+_ROUNDING = 1e-12
+
+
+def bonds_of(scene: Scene) -> Bonds:
+    """Return the law of a scene's bonds, for the judge."""
+    if scene.potential == "toda":
+        return Bonds("toda", float(scene.toda_b or 10.0))
+    if scene.potential == "power":
+        return Bonds("power", float(scene.power_c or 0.0), float(scene.power_order or 0))
+    if scene.potential == "morse":
+        steepness = scene.bond.parameters.a
+        return Bonds("morse", 0.5 / steepness**2, steepness)
+    return Bonds(str(scene.potential))
+
+
+def bodies_of(scene: Scene) -> Bodies:
+    """Return the bodies of a scene, for the judge."""
+    line = scene.line
+    assert line is not None
+    return Bodies(
+        line.masses,
+        line.velocities,
+        line.strains,
+        line.first,
+        line.contact_stiffness,
+        line.contact_exponent,
+    )
+
+
+def judge_scene(scene: Scene, bar: float, multiple: float = MULTIPLE) -> Judgement:
+    """Judge a scene, with steps as short as a bar asks for."""
+    found: Judgement | None = None
+    for closer in CLOSER:
+        found = judge(bonds_of(scene), bodies_of(scene), closer=closer, multiple=multiple)
+        if found.error <= max(_SHARE * bar, _SHARPEST):
+            break
+    assert found is not None
+    return found
+
+
+def draw(seed: int, index: int, engine: str | None, folder: Path) -> Scene:
+    """Return one scene of the study: the first valid one of its own random numbers."""
+    for attempt in range(100):
+        try:
+            scene = draw_line_scene(np.random.default_rng([seed, index, attempt]), folder, engine)
+        except ChaincorError:
+            continue
+        if scene.line is not None:
+            return scene
+    raise AssertionError("no valid scene in 100")
+
+
+def try_scene(index: int, *, seed: int, engine: str | None, most_seconds: float) -> dict[str, Any]:
+    """Run one scene and judge it."""
+    with tempfile.TemporaryDirectory() as folder:
+        scene = draw(seed, index, engine, Path(folder))
+        return _try(scene, {"index": index, **describe(scene)}, most_seconds)
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """Return what a row says of its scene."""
+    line = scene.line
+    assert line is not None
+    free = line.masses[np.isfinite(line.masses)]
+    return {
+        "potential": scene.potential,
+        "particles": scene.particles,
+        "target": line.targets,
+        "mass_ratio": float(free.max() / free.min()),
+        "contact": [line.contact_stiffness, line.contact_exponent] if line.soft else "hard",
+        "start": "file" if scene.initial else "compressed" if scene.compression else "cold",
+        "velocity": scene.impact_velocity,
+        "speed": scene.speed,
+        "engine": scene.engine,
+        "asked": scene.tolerance,
+    }
+
+
+def _try(scene: Scene, row: dict[str, Any], most_seconds: float) -> dict[str, Any]:
+    begun = time.process_time()
+    try:
+        found = collide(scene, most_seconds=most_seconds)
+    except ChaincorError as error:
+        return row | {
+            "verdict": "refused",
+            "name": type(error).__name__,
+            "reason": str(error)[:300],
+            "seconds": time.process_time() - begun,
+        }
+    row |= {
+        "seconds": time.process_time() - begun,
+        "ending": found.ending,
+        "scheme": found.scheme,
+        "eta": found.restitution,
+        "bar": found.restitution_error,
+        "contacts": found.contacts,
+        "last": found.last_contact_time,
+        "tolerance_met": found.tolerance_met,
+        "reason": found.reason,
+        "crossed": found.crossed,
+    }
+    begun = time.process_time()
+    is_open = found.ending == "open"
+    try:
+        truth = judge_scene(scene, found.restitution_error, MULTIPLE_OPEN if is_open else MULTIPLE)
+    except Unsure as error:
+        return row | {"verdict": "judge unsure", "judge_reason": str(error)}
+    seen = truth.seen
+    off = abs(found.restitution - seen.restitution)
+    row |= {
+        "judge": seen.restitution,
+        "judge_error": truth.error,
+        "judge_contacts": seen.contacts,
+        "judge_last": seen.last_contact - seen.first_contact,
+        "judge_drift": seen.energy_drift,
+        "judge_seconds": time.process_time() - begun,
+        "bars": off / max(found.restitution_error, 1e-300),
+    }
+    if not truth.error <= 1e-4:
+        verdict = "judge unsure"
+    elif is_open:
+        verdict = "open"
+    elif off > found.restitution_error + 3.0 * truth.error + _ROUNDING * max(
+        found.restitution, 1.0
+    ):
+        verdict = "outside"
+    else:
+        verdict = "inside"
+    return row | {"verdict": verdict}
+
+
+def report(rows: list[dict[str, Any]]) -> bool:
+    """Print the figures; return whether at least 99 % of what is judged is inside its bar."""
+    print(f"scenes: {len(rows)}")
+    for (engine, verdict), count in sorted(
+        Counter((row["engine"], row["verdict"]) for row in rows).items()
+    ):
+        print(f"  {engine:10} {verdict:14} {count}")
+    names = Counter((row["engine"], row["name"]) for row in rows if row["verdict"] == "refused")
+    for (engine, name), count in sorted(names.items()):
+        print(f"  refused by {engine}: {name} {count}")
+    judged = [row for row in rows if row["verdict"] in ("inside", "outside")]
+    inside = sum(row["verdict"] == "inside" for row in judged)
+    differ = sum(row["contacts"] != row["judge_contacts"] for row in judged)
+    met = sum(bool(row["tolerance_met"]) for row in judged)
+    print(f"inside: {inside}/{len(judged)}; tolerance met: {met}; contacts differ: {differ}")
+    for row in rows:
+        if row["verdict"] == "outside":
+            print(f"  outside by {row['bars']:.3g} bars: {_line(row)}")
+    for row in rows:
+        if row["verdict"] == "open":
+            print(f"  open, at {row['bars']:.3g} bars: {_line(row)}")
+    for row in rows:
+        if row["verdict"] == "judge unsure":
+            known = row.get("judge_reason") or f"to {row['judge_error']:.1g}"
+            print(f"  judge unsure ({known}): {_line(row)}")
+    for name in dict.fromkeys(name for _, name in names):
+        example = next(row for row in rows if row.get("name") == name)
+        print(f"  {name}, as {example['index']}: {example['reason'][:160]}")
+    return inside >= 0.99 * len(judged)
+
+
+def _line(row: dict[str, Any]) -> str:
+    text = (
+        f"{row['index']} {row['engine']} {row['potential']} n={row['particles']} "
+        f"M={row['target']} masses 1:{row['mass_ratio']:.3g} contact {row['contact']} "
+        f"{row['start']} v0={row['velocity']:.4g} asked {row['asked']:.1g} {row['scheme']}: "
+        f"{row['eta']:.10f} +- {row['bar']:.1e}, {row['contacts']} contacts, {row['ending']}"
+    )
+    if "judge" not in row:
+        return text
+    return (
+        f"{text}; judge {row['judge']:.10f} +- {row['judge_error']:.0e}, "
+        f"{row['judge_contacts']} contacts"
+    )
+
+
+def main() -> None:
+    """Run the study from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--most-seconds", type=float, default=300.0, help="a collision may take")
+    given = parser.parse_args()
+    rows: dict[int, dict[str, Any]] = {}
+    if given.output.exists():
+        rows = {r["index"]: r for r in map(json.loads, given.output.read_text().splitlines())}
+    missing = [index for index in range(given.count) if index not in rows]
+    attempt = partial(
+        try_scene, seed=given.seed, engine=given.engine, most_seconds=given.most_seconds
+    )
+    pool = multiprocessing.get_context("spawn").Pool(given.processes)
+    with pool, given.output.open("a") as file:
+        for row in pool.imap_unordered(attempt, missing):
+            rows[row["index"]] = row
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+    raise SystemExit(0 if report([row for _, row in sorted(rows.items())]) else 1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,183 @@
+"""Draw what unequal masses, lengths of two rods and one defect do to the restitution.
+
+Three figures and, with every digit and error bar, a table of their points. Points that are in the
+store are not computed again.
+
+Run: python -m benchmarks.two_bodies [--engine lammps|reference] [--tolerance 1e-9]
+"""
+
+import argparse
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.store.stored_collision import StoredCollision
+from chaincor.workflows.sweep.execution import run_scenes
+
+# Ratios of two particles lie densely: their curve has corners. Its minimum is at 1.43447.
+_RATIOS = {2: 401, 10: 161, 50: 81}
+_LEAST_OF_TWO = 1.43447
+_ROD = 24
+_LENGTHS = (*range(6, 24, 2), *range(24, 49, 3), 64, 96)
+_DEFECT_CHAIN = 50
+_DEFECTS = (10.0, 3.0, 1.0 / 3.0)
+_COLOURS = (BLUE, VERMILION, GREEN, ORANGE)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One point of a figure: its curve, where it lies, and the collision."""
+
+    figure: str
+    curve: str
+    x: float
+    scene: Scene
+
+
+def diatomic_points(common: dict[str, Any]) -> Iterator[Point]:
+    """Yield chains of two kinds of particles: mass of those at odd places over that of the rest."""
+    for particles, count in _RATIOS.items():
+        ratios = [*np.geomspace(0.1, 10.0, count).round(6).tolist(), _LEAST_OF_TWO]
+        for ratio in sorted(ratios):
+            scene = Scene(
+                potential="harmonic",
+                velocity=0.1,
+                particles=particles,
+                masses=[ratio, 1.0],
+                **common,
+            )
+            yield Point("mass_ratio", f"{particles} particles", ratio, scene)
+
+
+def rod_points(common: dict[str, Any]) -> Iterator[Point]:
+    """Yield harmonic rods on free rods at rest: length of the target over that of the other."""
+    for factor in (1, 4, 16):
+        for length in _LENGTHS:
+            scene = Scene(
+                potential="harmonic",
+                velocity=0.1,
+                particles=_ROD * factor,
+                target_particles=length * factor,
+                **common,
+            )
+            yield Point("two_rods", f"n = {_ROD * factor}", length / _ROD, scene)
+
+
+def defect_points(common: dict[str, Any]) -> Iterator[Point]:
+    """Yield harmonic chains in which one particle has another mass: its place from the wall."""
+    for mass in _DEFECTS:
+        for place in range(1, _DEFECT_CHAIN + 1):
+            masses = [1.0] * _DEFECT_CHAIN
+            masses[place - 1] = mass
+            scene = Scene(
+                potential="harmonic",
+                velocity=0.1,
+                particles=_DEFECT_CHAIN,
+                masses=masses,
+                **common,
+            )
+            yield Point("one_defect", f"mass {mass:.3g}", float(place), scene)
+
+
+def kinematic_bar(row: StoredCollision) -> tuple[float, float]:
+    """Return e = sqrt(eta) and how far it may be off: half of eta's bar over e, or its root."""
+    eta, bar = row.restitution, row.restitution_error
+    assert bar is not None
+    e = eta**0.5
+    return e, max((eta + bar) ** 0.5 - e, e - max(eta - bar, 0.0) ** 0.5)
+
+
+def draw(
+    points: list[Point],
+    rows: list[StoredCollision],
+    name: str,
+    label: str,
+    path: Path,
+    *,
+    logarithmic: bool,
+) -> None:
+    """Draw e over x, each curve with its bars, into a file."""
+    figure, ax = new_figure()
+    chosen = [(p, row) for p, row in zip(points, rows, strict=True) if p.figure == name]
+    low, high = min(p.x for p, _ in chosen), max(p.x for p, _ in chosen)
+    curves = list(dict.fromkeys(p.curve for p, _ in chosen))
+    for curve, colour in zip(curves, _COLOURS, strict=False):
+        mine = [(p.x, *kinematic_bar(row)) for p, row in chosen if p.curve == curve]
+        x, e, bar = np.array(mine).T
+        ax.errorbar(
+            x, e, yerr=bar, color=colour, marker="o", ms=2.0, lw=0.8, capsize=1.5, label=curve
+        )
+    if name == "two_rods":
+        x = np.linspace(min(_LENGTHS), max(_LENGTHS), 400) / _ROD
+        ax.plot(x, np.minimum(x, 1.0 / x), color=BLACK, lw=1.0, ls="--", label="Saint-Venant")
+    if logarithmic:
+        ax.set_xscale("log")
+        ticks = [tick for tick in (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0) if low <= tick <= high]
+        ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        ax.minorticks_off()
+    ax.set_xlabel(label)
+    ax.set_ylabel(r"kinematic restitution $e$")
+    ax.legend(frameon=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=150)
+    print(path)
+
+
+def write_table(points: list[Point], rows: list[StoredCollision], path: Path) -> None:
+    """Write every point with its bar."""
+    with path.open("w", newline="", encoding="ascii") as file:
+        writer = csv.writer(file)
+        writer.writerow(
+            ["figure", "curve", "x", "restitution", "restitution_error", "e", "e_error"]
+        )
+        for point, row in zip(points, rows, strict=True):
+            bar = row.restitution_error
+            assert bar is not None
+            e, e_bar = kinematic_bar(row)
+            # The last digits of a processor are below the bar: they are not written.
+            numbers = (f"{row.restitution:.12f}", f"{bar:.1e}", f"{e:.12f}", f"{e_bar:.1e}")
+            writer.writerow([point.figure, point.curve, f"{point.x:.9g}", *numbers])
+    print(path)
+
+
+FIGURES = {
+    "mass_ratio": ("mass of particles 1, 3, ... over that of 2, 4, ...", True),
+    "two_rods": ("length of the target over that of the other rod", True),
+    "one_defect": ("place of the defect, counted from the wall", False),
+}
+
+
+def main() -> None:
+    """Compute what the store lacks, and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--engine", default="lammps", choices=("lammps", "reference"))
+    parser.add_argument("--tolerance", type=float, default=1e-9)
+    parser.add_argument("--store", type=Path, default=Path("two_bodies.sqlite"))
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
+    given = parser.parse_args()
+    common = {"engine": given.engine, "tolerance": given.tolerance}
+    points = [*diatomic_points(common), *rod_points(common), *defect_points(common)]
+    rows = run_scenes([point.scene for point in points], given.store, workers=given.workers)
+    failed = [
+        (p.scene, row.failure) for p, row in zip(points, rows, strict=True) if row.result is None
+    ]
+    for scene, failure in failed:
+        print(f"{scene!r}: {failure}")
+    missed = [row for row in rows if row.result is not None and not row.result["tolerance_met"]]
+    print(f"{len(points)} points, {len(failed)} failed, {len(missed)} missed the tolerance")
+    if failed:
+        raise SystemExit(1)
+    for name, (label, logarithmic) in FIGURES.items():
+        draw(points, rows, name, label, given.output / f"{name}.png", logarithmic=logarithmic)
+    write_table(points, rows, given.output / "two_bodies.csv")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,251 @@
+"""From a formula to functions: differentiated by SymPy, written as Python of plain arithmetic."""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
+from chaincor.lammps_inputs.bonds.formula_text import FUNCTIONS, STRAIN, read_formula
+from chaincor.lammps_inputs.errors import PotentialError
+
+if TYPE_CHECKING:
+    import sympy
+
+# Operations of energy, force and stiffness together; a formula of a page has some hundreds.
+_MOST_OPERATIONS = 3000
+# Terms of the series about rest, beside the first.
+SERIES_TERMS = 22
+
+
+class FormulaParameters(NamedTuple):
+    """
+    What the kernel of a formula is told.
+
+    Attributes
+    ----------
+    given : tuple of float
+        The formula's parameters, sorted by name; one zero where it has none.
+    rest : float
+        Strain at rest, as the formula counts it.
+    near : float
+        Strains below this are left to the series.
+    series : tuple of float
+        Coefficients of the force over strain, from the constant on: -k, -k g_1, ...
+    """
+
+    given: tuple[float, ...]
+    rest: float
+    near: float
+    series: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class FormulaCode:
+    """
+    Functions of a formula, for any values of its parameters.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the parameters, sorted.
+    energy, force, curvature : str
+        U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
+    guards : tuple of str
+        What must not vanish: bases of powers that are no whole positive ones, arguments of log.
+    """
+
+    names: tuple[str, ...]
+    energy: str
+    force: str
+    curvature: str
+    guards: tuple[str, ...]
+
+    def function(self, text: str, namespace: Any = np) -> Callable:
+        """
+        Return ``f(s, p)`` of one of the texts.
+
+        Parameters
+        ----------
+        text : str
+            Made here, of numbers, names and operations alone.
+        namespace : module
+            Where exp and its like come from: NumPy, or mpmath for more digits.
+
+        Returns
+        -------
+        callable
+            With the strain as the formula counts it, and the parameters in order of their names.
+        """
+        known = {name: getattr(namespace, name) for name in FUNCTIONS}
+        return eval(f"lambda s, p: {text}", {"__builtins__": {}} | known)
+
+    @cached_property
+    def kernel(self) -> Callable:
+        """
+        The force for compiled loops: a series near rest, where the formula cancels.
+
+        Both are evaluated, and one is multiplied by zero: no branch keeps a loop from being
+        vectorised, and the same text serves arrays.
+        """
+        digest = hashlib.sha256(self.force.encode()).hexdigest()[:16]
+        horner = "c[-1]".replace("-1", str(SERIES_TERMS))
+        for k in reversed(range(SERIES_TERMS)):
+            horner = f"c[{k}] + x*({horner})"
+        text = (
+            "def enclose(exp, expm1):\n"
+            "  def kernel(strain, parameters):\n"
+            "    p, c, near = parameters.given, parameters.series, parameters.near\n"
+            "    x = minimum(maximum(strain, -near), near)\n"
+            "    is_near = 1.0*(abs(strain) < near)\n"
+            "    s = parameters.rest + strain\n"
+            f"    return is_near*(x*({horner})) + (1.0 - is_near)*({self.force})\n"
+            "  return kernel\n"
+        )
+        known = {name: getattr(np, name) for name in (*FUNCTIONS, "minimum", "maximum", "abs")}
+        scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
+        exec(compile(text, f"<formula {digest}>", "exec"), scope)
+        kernel = scope["enclose"](exponential, exp_less_one)
+        # Compiled loops are told apart by qualified names, and found again on disk by their code.
+        kernel.__qualname__ = f"formula_{digest}"
+        return kernel
+
+
+@lru_cache(maxsize=64)
+def formula_code(text: str, names: tuple[str, ...]) -> FormulaCode:
+    """
+    Differentiate a formula and write it as Python.
+
+    Parameters
+    ----------
+    text : str
+        The energy.
+    names : tuple of str
+        Of the parameters.
+
+    Returns
+    -------
+    FormulaCode
+        Its functions.
+
+    Raises
+    ------
+    PotentialError
+        If the text is no formula, or one too long to differentiate twice.
+    """
+    import sympy
+
+    energy = read_formula(text, names)
+    strain = sympy.Symbol(STRAIN, real=True)
+    symbols = {strain: "s"} | {
+        sympy.Symbol(name, real=True): f"p[{k}]" for k, name in enumerate(sorted(names))
+    }
+    _refuse_kinks(energy, text)
+    force = -sympy.diff(energy, strain)
+    _refuse_long(force, text)
+    curvature = -sympy.diff(force, strain)
+    _refuse_long(curvature, text)
+    _refuse_kinks(curvature, text)
+    writer = _Writer(symbols)
+    try:
+        return FormulaCode(
+            names=tuple(sorted(names)),
+            energy=writer.text(energy),
+            force=writer.text(force),
+            curvature=writer.text(curvature),
+            guards=tuple(dict.fromkeys(writer.text(guard) for guard in _guards(energy, strain))),
+        )
+    except (OverflowError, TypeError, ValueError):
+        raise PotentialError(
+            f"energy {text!a} has no finite value; expected one at every length near 1"
+        ) from None
+
+
+def _refuse_kinks(expression: "sympy.Expr", text: str) -> None:
+    import sympy
+
+    if expression.has(sympy.Abs, sympy.sign, sympy.Heaviside, sympy.DiracDelta):
+        raise PotentialError(
+            f"energy {text!a} has a kink, as sqrt(s^2) = |s| has; expected a smooth function "
+            "(bonds with kinks: UserBond, from Python, or a bond table)"
+        )
+    if expression.has(sympy.zoo, sympy.oo, -sympy.oo, sympy.nan, sympy.I):
+        raise PotentialError(
+            f"energy {text!a} has no finite value; expected one at every length near 1"
+        )
+
+
+def _refuse_long(expression: "sympy.Expr", text: str) -> None:
+    if any(count > _MOST_OPERATIONS for count, _ in enumerate(_walk(expression))):
+        raise PotentialError(
+            f"energy {text!a} has derivatives of more than {_MOST_OPERATIONS} operations; "
+            "expected a shorter formula, with fewer factors and functions within functions"
+        )
+
+
+def _walk(expression: "sympy.Expr") -> Any:
+    import sympy
+
+    return sympy.preorder_traversal(expression)
+
+
+def _guards(expression: "sympy.Expr", strain: "sympy.Symbol") -> Sequence["sympy.Expr"]:
+    """Return what must keep its sign where the expression is smooth."""
+    import sympy
+    from sympy.codegen.cfunctions import log1p
+
+    found = []
+    for part in _walk(expression):
+        if isinstance(part, sympy.Pow) and part.base.has(strain):
+            whole = part.exp.is_Integer and part.exp >= 0
+            found += [] if whole else [part.base]
+        elif isinstance(part, sympy.log) and part.args[0].has(strain):
+            found.append(part.args[0])
+        elif isinstance(part, log1p) and part.args[0].has(strain):
+            found.append(1 + part.args[0])
+    return found
+
+
+class _Writer:
+    """Writes SymPy expressions in Python: floats, whole powers, and functions by bare names."""
+
+    def __init__(self, symbols: dict["sympy.Symbol", str]) -> None:
+        self._symbols = symbols
+
+    def text(self, expression: "sympy.Expr") -> str:
+        import sympy
+
+        if expression in self._symbols:
+            return self._symbols[expression]
+        if expression.is_Number or expression.is_NumberSymbol:
+            return f"({_finite(float(expression))!r})"
+        if isinstance(expression, sympy.Add):
+            return f"({' + '.join(map(self.text, expression.args))})"
+        if isinstance(expression, sympy.Mul):
+            return f"({'*'.join(map(self.text, expression.args))})"
+        if isinstance(expression, sympy.Pow):
+            return self._power(*expression.args)
+        name = type(expression).__name__
+        if name not in FUNCTIONS or len(expression.args) != 1:
+            raise TypeError(name)
+        return f"{name}({self.text(expression.args[0])})"
+
+    def _power(self, base: "sympy.Expr", exponent: "sympy.Expr") -> str:
+        written = self.text(base)
+        if exponent.is_Integer:
+            power = int(exponent)
+            # Multiplications for compiled loops, up to where the compiler has them.
+            raised = f"{written}**{abs(power)}" if abs(power) != 1 else written
+            return f"({raised})" if power > 0 else f"(1.0/{raised})"
+        if exponent.is_Rational and exponent.q == 2 and abs(exponent.p) == 1:
+            return f"sqrt({written})" if exponent.p > 0 else f"(1.0/sqrt({written}))"
+        return f"({written}**{self.text(exponent)})"
+
+
+def _finite(number: float) -> float:
+    if not abs(number) < 1e300:
+        raise OverflowError
+    return number

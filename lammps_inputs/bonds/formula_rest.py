@@ -1,0 +1,161 @@
+"""Where a formula is at rest, its series there, and how many digits it keeps elsewhere."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.formula_code import SERIES_TERMS, FormulaCode
+from chaincor.lammps_inputs.errors import PotentialError
+
+# Digits with which rest and the series about it are found, and with which the formula is judged.
+_DIGITS = 40
+# Left out of the series at its end, as part of the force; the series is used no farther than this.
+_CUT, _FARTHEST = 1e-18, 0.25
+# The natural length is looked for, and allowed, between these strains.
+_NEAREST_REST, _SHORTEST_REST, _LONGEST_REST = 1e-7, -0.5, 1.0
+# Stiffnesses that are allowed.
+_SOFTEST, _STIFFEST = 1e-8, 1e8
+# What the double-precision force may be wrong by, as part of the larger of it and 1e-3 k |s|.
+LOST = 1e-11
+Refuse = Callable[[str, str], PotentialError]
+
+
+def many_digits() -> Any:
+    """Return mpmath of 40 digits; one of its own for each user, as its precision is global."""
+    import mpmath
+
+    context = mpmath.MPContext()
+    context.dps = _DIGITS
+    return context
+
+
+def expand(
+    code: FormulaCode, values: tuple[float, ...], refuse: Refuse
+) -> tuple[Any, tuple[float, ...]]:
+    """
+    Find where a formula is at rest, nearest to length 1, and expand its force there.
+
+    Parameters
+    ----------
+    code : FormulaCode
+        The formula.
+    values : tuple of float
+        Of its parameters.
+    refuse : callable
+        Makes the error of what is wrong and what was expected.
+
+    Returns
+    -------
+    tuple
+        The strain at rest, with many digits, and the series of force over strain: -k, -k g_1 ...
+
+    Raises
+    ------
+    PotentialError
+        If there is no stable length near 1, or its stiffness is out of bounds.
+    """
+    bracket, digits = _bracket(code, values, refuse), many_digits()
+    exact = [digits.mpf(value) for value in values]
+    force = code.function(code.force, digits)
+    try:
+        rest = digits.findroot(
+            lambda s: force(s, exact), bracket, solver="anderson", tol=1e-70, maxsteps=200
+        )
+        if not bracket[0] <= rest <= bracket[1]:
+            raise ValueError
+        terms = digits.taylor(lambda s: force(s, exact), rest, SERIES_TERMS + 1)
+        series = tuple(float(term) for term in terms[1:])
+    except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+        series = (math.nan,)
+    if not all(map(math.isfinite, series)) or not series[0] < 0.0:
+        raise refuse(
+            "has no stable natural length near 1", "a smooth minimum with positive stiffness"
+        )
+    if not _SOFTEST <= -series[0] <= _STIFFEST:
+        raise refuse(
+            f"has the stiffness {-series[0]:.3g} at rest",
+            f"one from {_SOFTEST:g} to {_STIFFEST:g}: scale energies so that it is near 1",
+        )
+    return rest, series
+
+
+def _bracket(code: FormulaCode, values: tuple[float, ...], refuse: Refuse) -> tuple[float, float]:
+    """Return two strains between which the force falls through zero, nearest to zero."""
+    out = np.geomspace(_NEAREST_REST, _LONGEST_REST, 400)
+    strains = np.concatenate((-out[out <= -_SHORTEST_REST][::-1], out))
+    forces = np.asarray(code.function(code.force)(strains, values), dtype=float)
+    forces = forces * np.ones_like(strains)
+    falls = (forces[:-1] > 0.0) & (forces[1:] < 0.0)
+    places = np.flatnonzero(falls)
+    if not len(places):
+        raise refuse(
+            "has no stable natural length: its force falls through zero nowhere from length "
+            f"{1.0 + _SHORTEST_REST:g} to {1.0 + _LONGEST_REST:g}",
+            "a minimum there: scale lengths so that it is near 1",
+        )
+    nearest = places[np.argmin(np.abs(strains[places] + strains[places + 1]))]
+    return float(strains[nearest]), float(strains[nearest + 1])
+
+
+def reach_of(series: tuple[float, ...]) -> float:
+    """Return the strain up to which what is left out of the series is no part of the force."""
+    reach = _FARTHEST
+    for k in range(len(series) - 6, len(series)):
+        part = abs(series[k] / series[0])
+        if part > 0.0:
+            reach = min(reach, (_CUT / part) ** (1.0 / k))
+    return reach
+
+
+def lost_digits(
+    code: FormulaCode,
+    values: tuple[float, ...],
+    rest: Any,
+    force: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    near: float,
+    reach: tuple[float, float],
+) -> tuple[float, float] | None:
+    """
+    Compare a force with one of many digits.
+
+    Parameters
+    ----------
+    code : FormulaCode
+        The formula.
+    values : tuple of float
+        Of its parameters.
+    rest : digits.mpf
+        The strain at rest.
+    force : callable
+        What is to be judged, of strains from rest.
+    near : float
+        Up to where it is a series.
+    reach : tuple of float
+        Strains between which it is of use.
+
+    Returns
+    -------
+    tuple of float or None
+        The strain nearest to rest where more than ``LOST`` is lost, and how much.
+    """
+    digits = many_digits()
+    out = np.geomspace(0.5 * near, 4.0, 16)
+    strains = np.concatenate((-out[out < -0.95 * reach[0]], out[out < 0.95 * reach[1]]))
+    strains = strains[np.argsort(np.abs(strains))]
+    found = force(strains)
+    exact_values = [digits.mpf(value) for value in values]
+    function = code.function(code.force, digits)
+    stiffness = float(-digits.diff(lambda s: function(s, exact_values), rest))
+    for strain, one in zip(strains.tolist(), found.tolist(), strict=True):
+        try:
+            exact = function(rest + digits.mpf(strain), exact_values)
+            size = max(abs(exact), 1e-3 * stiffness * abs(strain))
+            lost = float(abs(one - exact) / size)
+        except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+            lost = math.nan
+        if not lost <= LOST:
+            return strain, lost
+    return None

@@ -1,0 +1,262 @@
+"""The text of a bond energy: checked against a small grammar before anything evaluates it."""
+
+import ast
+import keyword
+import math
+import re
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from chaincor.lammps_inputs.errors import PotentialError
+
+if TYPE_CHECKING:
+    import sympy
+
+# Analytic wherever they are finite: a force then has kinks only where it has no value either.
+FUNCTIONS = (
+    "exp", "expm1", "log", "log1p", "sqrt", "sin", "cos", "sinh", "cosh", "tanh"
+)  # fmt: skip
+STRAIN, LENGTH = "s", "r"
+_RESERVED = (STRAIN, LENGTH, "pi", *FUNCTIONS)
+
+# Of what a person writes none of these is felt; what they keep out would take minutes to
+# differentiate, or to compile.
+_LONGEST_TEXT, _MOST_NODES, _DEEPEST, _MOST_PARAMETERS = 400, 160, 24, 20
+_LARGEST, _SMALLEST, _HIGHEST_POWER = 1e100, 1e-100, 99
+_OTHER_CHARACTER = re.compile(r"[^A-Za-z0-9_.+\-*/^(), ]")
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,31}")
+
+
+def check_parameters(given: Any) -> dict[str, float]:
+    """
+    Check the parameters of a formula.
+
+    Parameters
+    ----------
+    given : mapping
+        Name to number.
+
+    Returns
+    -------
+    dict
+        Sorted by name.
+
+    Raises
+    ------
+    ValueError
+        One line, naming the parameter.
+    """
+    if not isinstance(given, Mapping):
+        raise ValueError("expected names and numbers, such as { D = 0.0139, a = 6.0 }")
+    if len(given) > _MOST_PARAMETERS:
+        raise ValueError(f"there are {len(given)} of them; expected at most {_MOST_PARAMETERS}")
+    return {name: _checked(name, given[name]) for name in sorted(given, key=str)}
+
+
+def _checked(name: Any, value: Any) -> float:
+    shown = repr(name)[:60]
+    if not isinstance(name, str) or not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        raise ValueError(
+            f"{shown} cannot be the name of a parameter; expected a letter, then up to 31 letters, "
+            "digits and underscores, and no word of Python"
+        )
+    if name in _RESERVED:
+        raise ValueError(
+            f"{shown} means something else in a formula; expected another name for the parameter"
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{name} is {repr(value)[:60]}; expected a number")
+    if not (value == 0 or _SMALLEST <= abs(value) <= _LARGEST):
+        raise ValueError(
+            f"{name} is {repr(value)[:60]}; expected a finite number, of a size from "
+            f"{_SMALLEST:g} to {_LARGEST:g}"
+        )
+    return float(value)
+
+
+def canonical_text(text: str) -> str:
+    """Return one text for all that differ in blanks, brackets without meaning, and ^ for **."""
+    return ast.unparse(_parsed(text))
+
+
+def read_formula(text: str, names: Iterable[str]) -> "sympy.Expr":
+    """
+    Read a formula.
+
+    Parameters
+    ----------
+    text : str
+        The energy as a function of the strain ``s``, or the length ``r``.
+    names : iterable of str
+        Of the parameters; each must occur.
+
+    Returns
+    -------
+    sympy.Expr
+        Of real symbols by these names; r is 1 + s.
+
+    Raises
+    ------
+    PotentialError
+        One line: what is in the text that cannot be, and what can.
+    """
+    import sympy
+
+    tree = _parsed(text)
+    used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    unused = sorted(set(names) - used)
+    if unused:
+        raise _refused(
+            text, f"does not use the parameter '{unused[0]}'", "parameters that occur in it"
+        )
+    if not used & {STRAIN, LENGTH}:
+        raise _refused(text, "does not depend on the strain", "a function of s, or of r = 1 + s")
+    symbols: dict[str, Any] = {name: sympy.Symbol(name, real=True) for name in (STRAIN, *names)}
+    symbols |= {LENGTH: 1 + symbols[STRAIN], "pi": math.pi}
+    try:
+        return _Reader(text, symbols).read(tree.body)
+    except (OverflowError, ZeroDivisionError, RecursionError, TypeError, ValueError):
+        raise _refused(text, "has no finite value", _expected()) from None
+
+
+def _parsed(text: str) -> ast.Expression:
+    if len(text) > _LONGEST_TEXT:
+        raise _refused(text, f"has {len(text)} characters", f"a formula of at most {_LONGEST_TEXT}")
+    other = _OTHER_CHARACTER.search(text)
+    if other is not None:
+        raise _refused(text, f"has the character {other[0]!a}", _expected())
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            tree = ast.parse(text.strip().replace("^", "**"), mode="eval")
+    except (SyntaxError, RecursionError, MemoryError, ValueError):
+        raise _refused(text, "cannot be read", f"a formula of {_expected()}") from None
+    if sum(isinstance(node, ast.expr) for node in ast.walk(tree)) > _MOST_NODES:
+        raise _refused(text, "is too long", f"at most {_MOST_NODES} numbers, names and operations")
+    if _depth(tree) > _DEEPEST:
+        raise _refused(text, "is nested too deeply", f"at most {_DEEPEST} levels")
+    return tree
+
+
+def _depth(tree: ast.AST) -> int:
+    depth, level = 0, [tree]
+    while level:
+        depth += 1
+        level = [c for node in level for c in ast.iter_child_nodes(node) if isinstance(c, ast.expr)]
+    return depth
+
+
+def _expected() -> str:
+    return (
+        "numbers, s (the strain), r (the length 1 + s), pi, parameters, + - * / ^ and "
+        f"{', '.join(FUNCTIONS)}"
+    )
+
+
+def _refused(text: str, what: str, expected: str) -> PotentialError:
+    shown = ascii(text) if len(text) <= 80 else ascii(text[:77]) + "..."
+    return PotentialError(f"energy {shown} {what}; expected {expected}")
+
+
+def _is_symbolic(term: Any) -> bool:
+    return not isinstance(term, int | float)
+
+
+def _double(number: float) -> "sympy.Float":
+    import sympy
+
+    return sympy.Float(float(number))
+
+
+class _Reader:
+    """Turns the nodes that are allowed into numbers and SymPy expressions."""
+
+    def __init__(self, text: str, symbols: Mapping[str, Any]) -> None:
+        self._text, self._symbols = text, symbols
+
+    def read(self, node: ast.expr) -> Any:
+        match node:
+            case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+                return self._number(value)
+            case ast.Name(id=name) if name in self._symbols:
+                return self._symbols[name]
+            case ast.Name(id=name):
+                hint = "it is a function" if name in FUNCTIONS else "nothing tells its value"
+                raise self._refuse(f"names '{name[:40]}', and {hint}", _expected())
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return -self.read(operand)
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self.read(operand)
+            case ast.BinOp(left=left, op=op, right=right):
+                return self._operation(self.read(left), op, self.read(right))
+            case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if (
+                name in FUNCTIONS and not isinstance(argument, ast.Starred)
+            ):
+                return self._call(name, self.read(argument))
+            case ast.Call(func=ast.Name(id=name)):
+                if name in FUNCTIONS:
+                    raise self._refuse(f"gives {name} something else", f"{name}(one number)")
+                raise self._refuse(
+                    f"calls '{name[:40]}'", f"a smooth function: {', '.join(FUNCTIONS)}"
+                )
+        raise self._refuse(f"has {type(node).__name__} in it", _expected())
+
+    def _operation(self, left: Any, op: ast.operator, right: Any) -> Any:
+        numbers = not _is_symbolic(left) and not _is_symbolic(right)
+        if not numbers and not isinstance(op, ast.Pow):
+            # Doubles from here on, which have no millions of digits.
+            left, right = (x if _is_symbolic(x) else _double(x) for x in (left, right))
+        match op:
+            case ast.Add():
+                found = left + right
+            case ast.Sub():
+                found = left - right
+            case ast.Mult():
+                found = left * right
+            case ast.Div():
+                if not numbers and right == 0:
+                    raise ZeroDivisionError
+                found = left / right
+            case ast.Pow():
+                found = self._power(left, right)
+            case _:
+                raise self._refuse(f"has the operator {type(op).__name__}", _expected())
+        return self._number(found) if numbers else found
+
+    def _power(self, base: Any, exponent: Any) -> Any:
+        if isinstance(base, int | float):
+            if isinstance(exponent, int | float):
+                return float(base) ** float(exponent)
+            if base <= 0:
+                raise self._refuse(f"has a power of {base:g}", "powers of positive numbers")
+        if isinstance(exponent, float) and exponent.is_integer():
+            exponent = int(exponent)
+        if isinstance(exponent, int | float) and abs(exponent) > _HIGHEST_POWER:
+            raise self._refuse(
+                f"has the power {exponent:g}", f"powers from -{_HIGHEST_POWER} to {_HIGHEST_POWER}"
+            )
+        return (base if _is_symbolic(base) else _double(base)) ** exponent
+
+    def _call(self, name: str, argument: Any) -> Any:
+        if not _is_symbolic(argument):
+            return self._number(getattr(math, name)(argument))
+        import sympy
+        from sympy.codegen import cfunctions
+
+        function: Callable = getattr(cfunctions if name in ("expm1", "log1p") else sympy, name)
+        return function(argument)
+
+    def _number(self, value: Any) -> int | float:
+        if isinstance(value, complex) or not (value == 0 or _SMALLEST <= abs(value) <= _LARGEST):
+            raise self._refuse(
+                f"comes to the number {value:.6g}"
+                if isinstance(value, float)
+                else "has a number out of range",
+                f"sizes from {_SMALLEST:g} to {_LARGEST:g}",
+            )
+        # Whole numbers of more digits than a double has are none to whoever computes with them.
+        return value if isinstance(value, int) and abs(value) < 2**53 else float(value)
+
+    def _refuse(self, what: str, expected: str) -> PotentialError:
+        return _refused(self._text, what, expected)

@@ -1,0 +1,127 @@
+"""What a script says of both bodies and of the contact between them."""
+
+from typing import Any
+
+from chaincor.lammps_inputs.chain_data import initial_state
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene, Wall
+
+
+def number(value: float) -> str:
+    """Format a number in the shortest decimal form that LAMMPS reads back to the same bits."""
+    return repr(float(value))
+
+
+def displacement(particles: int, alone: bool = True) -> str:
+    """Return the formula of the displacement from the place at rest, of a chain and its target."""
+    return (
+        "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
+    )
+
+
+def contact_force(line: Line) -> list[str]:
+    r"""
+    Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
+
+    While they overlap, stages of a step may lie a little before or after: where q is whole, the
+    force goes on there as the same power of a negative overlap, and steps keep their order.
+    """
+    place = None if line.rigid else len(line.chain_masses) + 1
+    overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
+    power = f"{overlap}^{number(line.contact_exponent)}"
+    if not line.contact_exponent.is_integer():
+        power = f"({overlap}>0.0)*abs{power}"
+    commands = [
+        f"variable        push equal {number(line.contact_stiffness)}*{power}",
+        "group           struck id 1",
+    ]
+    if place is not None:
+        commands += [
+            f"variable        pull equal -{number(line.contact_stiffness)}*{power}",
+            f"group           met id {place}",
+        ]
+    return commands
+
+
+def contact_force_on(line: Line) -> list[str]:
+    """Return the commands that let soft bodies repel each other, from the next set-up on."""
+    commands = ["fix             push struck addforce v_push 0.0 0.0"]
+    return (
+        commands if line.rigid else [*commands, "fix             pull met addforce v_pull 0.0 0.0"]
+    )
+
+
+def contact_force_off(line: Line) -> list[str]:
+    """Return the commands that end that."""
+    return (
+        ["unfix           push"] if line.rigid else ["unfix           push", "unfix           pull"]
+    )
+
+
+def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
+    """
+    Return the formulas of a script that depend on the bodies.
+
+    Parameters
+    ----------
+    scene : Scene
+        The collision.
+    wall : str
+        ``event`` or ``reflect``.
+
+    Returns
+    -------
+    dict
+        For the template: `gap`, its rate `opening` and the rate of that, `bend`, of soft bodies
+        with the sign that makes an event of the fall through 0; `parting`, the relative velocity of
+        the bodies; what a contact does; and whether the velocity can be chosen.
+    """
+    line, n = scene.line, scene.particles
+    targets = 0 if line is None else line.targets
+    place = n + 1 if targets else None
+    gap, opening, bend = "x[1]", "vx[1]", "fx[1]"
+    if line is not None:
+        bend = f"(fx[1]/{number(line.chain_masses[0])})"
+    if line is not None and place is not None:
+        gap, opening = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
+        bend = f"({bend}-fx[{place}]/{number(line.target_masses[0])})"
+    soft = line is not None and line.soft
+    if soft:
+        gap, opening, bend = (f"(v_side*{formula})" for formula in (gap, opening, bend))
+    chain = "chain" if targets else "all"
+    values: dict[str, Any] = {
+        "gap": gap,
+        "opening": opening,
+        "bend": bend,
+        "doubled_mass": "2.0" if line is None else f"2.0*{number(line.contact_mass)}",
+        "moment": "v_now" if wall == "event" else f"v_now+{gap}/v_speed",
+        "chain": chain,
+        "targets": targets,
+        "place": place,
+        "parting": "(vcm(chain,x)-vcm(target,x))" if targets else "vcm(all,x)",
+        "displacement": displacement(n, not targets),
+        "columns": "id mol x vx v_displacement v_time"
+        if targets
+        else "id x vx v_displacement v_time",
+        "soft": soft,
+        "approaches": False,
+        "given_velocities": scene.initial_state is not None
+        and scene.initial_state.velocities is not None,
+    }
+    if line is not None:
+        positions, velocities = initial_state(line)
+        apart = positions[0] > 0.0 or velocities[0] >= 0.0
+        values |= {
+            "approaches": bool(apart),
+            "first_mass": number(line.chain_masses[0]),
+            "target_mass": number(line.target_masses[0]) if targets else None,
+        }
+    if line is not None and soft:
+        given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"
+        values |= {
+            "given": given,
+            "define_force": contact_force(line),
+            "force_on": contact_force_on(line),
+            "force_off": contact_force_off(line),
+        }
+    return values

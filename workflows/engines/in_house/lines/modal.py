@@ -1,0 +1,388 @@
+r"""
+Exact collisions of two harmonic bodies with any masses, which meet as hard particles.
+
+Between contacts the gap is a linear term and a sum of sines,
+
+.. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
+
+over the modes of both bodies, with the distance D of the mean displacements and the relative
+velocity V of the centres of mass. A contact of reduced mass :math:`\mu` that closes at w gives
+every mode :math:`2 \mu w c_j`.
+
+The end is proved: after a contact with V > 0 the gap is above
+:math:`D + V t - \sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact
+comes once that is positive. With V < 0 one always comes.
+"""
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.in_house.lines.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.lines.modal_loop import (
+    MORE,
+    bounce,
+    load_loop,
+    taylor_window,
+)
+from chaincor.workflows.engines.in_house.lines.running import line_energy
+from chaincor.workflows.engines.in_house.mode_flight import ModalGap
+from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
+from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.errors import UnfinishedCollisionError
+
+Array = NDArray[np.float64]
+
+# Bonds are sampled so often, in units of 1/frequency of what energy they have, and so many samples
+# at once; a long flight is sampled so often at most.
+_SAMPLING = 0.5
+_SAMPLES_AT_ONCE = 32
+_MOST_SAMPLES = 10_000
+# A particle that parts from rest is let do so for such a part of the window.
+_FIRST_MOVE = 1e-3
+# What is no more than this of its terms is zero.
+_ROUNDINGS = 1e-14
+# A flight of so many windows, times modes, is given up: it takes minutes.
+_MOST_WORK = 2e9
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
+# By which masses are multiplied: no powers of 4, whose roots would round nothing.
+_FACTORS = (0.61, 1.7, 2.3)
+# Contacts are carried out at once until their modes are so many numbers.
+_RECORDED = 200_000
+
+
+def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcome:
+    """
+    Carry two harmonic bodies through their collision, exactly.
+
+    Parameters
+    ----------
+    scene : Scene
+        With harmonic bonds.
+    line : Line
+        Its bodies, which meet as hard particles.
+    frame_interval : float, optional
+        Time between snapshots.
+
+    Returns
+    -------
+    Outcome
+        Scheme ``modal``, no timestep. Displacements are counted from the place where the contact
+        was before the target moved; time from the first contact.
+
+    Raises
+    ------
+    SceneError
+        If the particles that meet are at rest against each other and are pressed together.
+    UnfinishedCollisionError
+        If the bodies neither meet nor part in any time that can be followed.
+    """
+    load_loop()  # compiling is no integration
+    started = time.perf_counter()
+    collision = _Collision(scene, line, frame_interval)
+    ending = collision.run()
+    seconds = time.perf_counter() - started
+    last = collision.state(collision.departure, collision.contact_times[-1])
+    first, targets = line.first, line.targets
+    low, high = 1.0 + collision.strain_min, 1.0 + collision.strain_max
+    return Outcome(
+        engine="reference",
+        wall="event",
+        scheme="modal",
+        timestep=None,
+        displacements=last.displacements[first:],
+        velocities=last.velocities[first:],
+        contact_times=np.array(collision.contact_times),
+        contact_speeds=np.array(collision.contact_speeds),
+        impulses=2.0 * line.contact_mass * np.array(collision.contact_speeds),
+        ending=ending,
+        duration=collision.time,
+        bond_min=low,
+        bond_max=high,
+        energy_start=line_energy(scene, line, line.strains, line.velocities),
+        energy_end=line_energy(scene, line, last.strains, last.velocities),
+        fragments=1,
+        seconds=seconds,
+        force_evaluations=0,
+        crossed=low < 0.0,
+        frames=collision.frames(),
+        target_displacements=last.displacements[:targets][::-1],
+        target_velocities=last.velocities[:targets][::-1],
+    )
+
+
+def jitter(scene: Scene, line: Line) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    A common factor of all masses is a unit of time, on which eta does not depend.
+
+    Parameters
+    ----------
+    scene, line
+        As in :func:`run`.
+
+    Returns
+    -------
+    float
+        The largest change.
+    """
+    etas = []
+    for factor in (1.0, *_FACTORS):
+        scaled = replace(
+            line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
+        )
+        collision = _Collision(scene, scaled, None)
+        arriving = _opening(collision.departure)
+        collision.run()
+        etas.append((_opening(collision.departure) / arriving) ** 2)
+    return max(abs(eta - etas[0]) for eta in etas)
+
+
+@dataclass(frozen=True)
+class _State:
+    """Both bodies at a moment, along x; the strain at the gap is the gap."""
+
+    strains: Array
+    velocities: Array
+    displacements: Array
+
+
+class _Bodies:
+    """Both bodies in their modes: the chain's come first, after the translation."""
+
+    def __init__(self, line: Line, stiffness: float) -> None:
+        self.line = line
+        self.chain = body_modes(line.chain_masses, stiffness)
+        self.target: BodyModes | None = None
+        if not line.rigid:
+            self.target = body_modes(line.target_masses, stiffness)
+        self._split = len(line.chain_masses)
+
+    def at_start(self) -> ModalGap:
+        """Return the gap at the start, the target at rest."""
+        line, chain = self.line, self.chain
+        strains = chain.strain_amplitudes(line.strains[line.first :])
+        speeds = chain.velocity_amplitudes(line.velocities[line.first :])
+        still = np.zeros(line.targets - 1 if self.target else 0)
+        # Of the relative motion of the centres of mass the mass is the reduced one.
+        translation = 1.0 / math.sqrt(line.reduced_mass)
+        approach = line.separation(line.velocities)
+        bodies = [chain] + ([self.target] if self.target else [])
+        shape = np.concatenate(([translation], *(body.contact for body in bodies)))
+        return ModalGap(
+            np.concatenate(([0.0], strains, still)),
+            np.concatenate(([approach / translation], speeds, still)),
+            np.concatenate(([0.0], *(body.omega for body in bodies))),
+            shape,
+            float(line.strains[line.gap]),
+        )
+
+    def chain_part(self, amplitudes: Array) -> Array:
+        """Return the chain's of all amplitudes (..., modes)."""
+        return amplitudes[..., 1 : self._split]
+
+    def target_part(self, amplitudes: Array) -> Array:
+        """Return the target's."""
+        return amplitudes[..., self._split :]
+
+
+def _opening(gap: ModalGap) -> float:
+    """Return V, with which the centres of mass move apart."""
+    return float(gap.shape[0] * gap.velocity_modes[0])
+
+
+def _mean_distance(gap: ModalGap) -> float:
+    """Return D, the distance of the mean displacements."""
+    vibration = gap.shape[1:] @ (gap.strain_modes[1:] / gap.omega[1:])
+    return gap.wall_distance - float(vibration)
+
+
+class _Collision:
+    """One collision in progress: contacts, samples of the bonds, snapshots."""
+
+    def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
+        self._scene, self._line = scene, line
+        self._interval = frame_interval
+        self._bodies = _Bodies(line, scene.bond.stiffness)
+        self._gap = gap = self._bodies.at_start()
+        self._approach, self._first_distance = _opening(gap), _mean_distance(gap)
+        self._fastest = float(np.max(gap.omega))
+        self._flown_before = 0.0
+        self._snapshots: list[_State] = []
+        self.departure = gap.copy()
+        self.contact_times: list[float] = []
+        self.contact_speeds: list[float] = []
+        self.time = 0.0
+        self.strain_min = self.strain_max = 0.0
+        self._note(gap.strain_modes)
+
+    def run(self) -> Ending:
+        """Fly until the end and return it."""
+        self._start()
+        gap = self._gap
+        # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
+        # contact makes or takes energy, of which many would add up.
+        exchange = 2.0 / math.fsum(gap.shape**2)
+        modes, since, worked = len(gap.omega), self.time, 0.0
+        most = max(_RECORDED // modes, 1)
+        (speeds, flights), (strains, velocities) = np.empty((2, most)), np.empty((2, most, modes))
+        while True:
+            ended, count, since, gap.wall_distance = bounce(
+                gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, gap.wall_distance,
+                exchange, since, _WORK_AT_ONCE, speeds, flights, strains, velocities,
+            )  # fmt: skip
+            if count > 0:
+                self._note_contacts(speeds[:count], flights[:count], strains, velocities)
+            self.time = since + (self.contact_times[-1] if self.contact_times else 0.0)
+            worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
+            if ended == MORE and worked < _MOST_WORK:
+                continue
+            self._take_snapshots(self.time)
+            if ended != MORE:
+                return Ending("proved")
+            if not _opening(gap) > 0.0:
+                raise UnfinishedCollisionError(
+                    f"a time of {self.time:.6g} after the first contact the bodies still approach "
+                    "each other; expected them to meet or to part: change the speed or a mass"
+                )
+            return Ending("open", self._missed())
+
+    def _note_contacts(
+        self, speeds: Array, flights: Array, strains: Array, velocities: Array
+    ) -> None:
+        """Take down what the loop did."""
+        count = len(speeds)
+        for k in range(count):
+            self._sample_flight(float(flights[k]))
+            if self.contact_times:
+                now = self.contact_times[-1] + float(flights[k])
+                self._take_snapshots(now)
+            else:  # the clock starts now
+                now, self._flown_before = 0.0, float(flights[k])
+            self.contact_times.append(now)
+            self.contact_speeds.append(float(speeds[k]))
+            self.departure = replace(
+                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
+            )
+        self.departure = self.departure.copy()
+        self._note(strains[:count])
+
+    def _start(self) -> None:
+        """Let bodies that touch collide or part."""
+        line, gap = self._line, self._gap
+        closing = float(line.velocities[line.gap] - line.velocities[line.first])
+        if gap.wall_distance > 0.0 or closing < 0.0:
+            return
+        if closing > 0.0:
+            return
+        if self._is_pressed():
+            raise SceneError(
+                "initial has particle 1 at rest on the target while the rest of the chain presses "
+                "it there, which is no collision of hard particles; expected it to come, or a gap"
+            )
+        # Roundings must not tell which way it goes.
+        self.time = _FIRST_MOVE * taylor_window(
+            gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, 0.0
+        )
+        self._gap = gap.drifted(self.time)
+
+    def _is_pressed(self) -> bool:
+        """Return whether the first derivative of the gap that is not zero is negative."""
+        gap = self._gap
+        sign = -1.0
+        for order in range(1, len(gap.omega) + 1):
+            moving = gap.strain_modes if order % 2 else gap.velocity_modes
+            terms = gap.shape * gap.omega**order * moving
+            change = sign * float(np.sum(terms))
+            if abs(change) > _ROUNDINGS * float(np.sum(np.abs(terms))):
+                return change < 0.0
+            sign = sign if order % 2 else -sign
+        return False
+
+    def _missed(self) -> float:
+        """Return the largest momentum that contacts could still give, with all energy there is."""
+        mass, opening = self._line.reduced_mass, _opening(self._gap)
+        vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
+        return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
+
+    def _sample_flight(self, duration: float) -> None:
+        """Sample the bonds in the flight after the last contact."""
+        omega = self.departure.omega
+        if duration * self._fastest <= _SAMPLING:
+            return
+        modes = self.departure.strain_modes - 1j * self.departure.velocity_modes
+        energies = np.abs(modes[1:]) ** 2
+        if not np.any(energies):
+            return
+        mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
+        count = min(math.ceil(duration * mean / _SAMPLING), _MOST_SAMPLES)
+        for first in range(1, count, _SAMPLES_AT_ONCE):
+            moments = np.arange(first, min(first + _SAMPLES_AT_ONCE, count)) * (duration / count)
+            self._note((np.exp(1j * moments[:, None] * omega) * modes).real)
+
+    def _note(self, strain_modes: Array) -> None:
+        bodies = self._bodies
+        strains = [bodies.chain.strains(bodies.chain_part(strain_modes))]
+        if bodies.target is not None:
+            strains.append(bodies.target.strains(bodies.target_part(strain_modes)))
+        for each in strains:
+            self.strain_min = min(self.strain_min, float(np.min(each, initial=0.0)))
+            self.strain_max = max(self.strain_max, float(np.max(each, initial=0.0)))
+
+    def state(self, gap: ModalGap, moment: float) -> _State:
+        """Return both bodies at a moment since the first contact."""
+        bodies, line = self._bodies, self._line
+        opening = _opening(gap)
+        target_strains, resting, place = np.empty(0), np.zeros(1), 0.0
+        drift = 0.0
+        if bodies.target is not None:
+            masses = line.target_masses
+            whole = float(np.sum(masses))
+            # All momentum that the chain gained is the target's, and so are the displacements.
+            share = line.reduced_mass / whole
+            drift = -share * (opening - self._approach)
+            drifted = self._approach * (moment + self._flown_before)
+            mean = -share * (_mean_distance(gap) - self._first_distance - drifted)
+            target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
+            resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
+            outward = np.concatenate(([0.0], np.cumsum(target_strains)))
+            place = mean + float(masses @ outward) / whole - float(outward[-1])
+        chain_strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
+        moving = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
+        strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
+        return _State(
+            strains,
+            np.concatenate((resting[::-1], drift + opening + moving)),
+            np.cumsum(np.concatenate(([place], strains))),
+        )
+
+    def _take_snapshots(self, until: float) -> None:
+        """Take the snapshots due between the last contact and a time."""
+        if self._interval is None:
+            return
+        while (moment := len(self._snapshots) * self._interval) < until or moment == 0.0:
+            flown = moment - self.contact_times[-1]
+            self._snapshots.append(self.state(self.departure.drifted(flown), moment))
+
+    def frames(self) -> Frames | None:
+        """Return the snapshots, if any were asked for."""
+        if self._interval is None:
+            return None
+        first, targets = self._line.first, self._line.targets
+        displacements = np.array([shot.displacements for shot in self._snapshots])
+        velocities = np.array([shot.velocities for shot in self._snapshots])
+        return Frames(
+            np.array([k * self._interval for k in range(len(self._snapshots))]),
+            displacements[:, first:],
+            velocities[:, first:],
+            displacements[:, :targets][:, ::-1] if targets else None,
+            velocities[:, :targets][:, ::-1] if targets else None,
+        )
