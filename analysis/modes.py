@@ -100,7 +100,8 @@ def mode_energies(
     -------
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
-        vibrational energy; for others see :func:`anharmonic_remainder`.
+        vibrational energy; for others see :func:`anharmonic_remainder`. Where bonds are stretched
+        far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`.
     """
     from scipy.fft import dst
 
@@ -112,6 +113,33 @@ def mode_energies(
         strains = bond_strains(displacements)
         energies[..., 1:] += 0.5 * stiffness * dst(strains, type=1, norm="ortho", axis=-1) ** 2
     return energies
+
+
+def kinetic_mode_energies(
+    velocities: ArrayLike, masses: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    r"""
+    Return the kinetic part of the mode energies, :math:`p_j^2/2`, which any bonds allow.
+
+    The sum over j >= 1 is exactly the kinetic energy relative to the centre of mass, also where
+    bonds are strongly stretched or broken and :func:`mode_energies` means nothing. In harmonic
+    vibration its mean over time is half of :math:`E_j`.
+
+    Parameters
+    ----------
+    velocities : array_like of shape (..., n)
+        Particle velocities.
+    masses : array_like of shape (n,), optional
+        Particle masses; 1 by default.
+
+    Returns
+    -------
+    numpy.ndarray of shape (..., n)
+        Energies; j = 0 is the translation.
+    """
+    v = np.asarray(velocities, dtype=float)
+    # A chain at rest length has kinetic energy alone.
+    return mode_energies(np.zeros(v.shape), v, masses=masses)
 
 
 @dataclass(frozen=True, eq=False)

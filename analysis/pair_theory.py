@@ -48,7 +48,7 @@ def pair_interval(bond: Potential, impact_velocity: float) -> float:
     angles = 0.25 * math.pi * (nodes + 1.0)
     total = 0.0
     for angle, weight in zip(angles, weights, strict=True):
-        strain = _compressed_strain(bond, (impact_velocity * math.sin(angle)) ** 2)
+        strain = compressed_strain(bond, (impact_velocity * math.sin(angle)) ** 2)
         force = float(bond.force(np.array(strain)))
         total += weight * 2.0 * impact_velocity * math.sin(angle) / force
     return 0.25 * math.pi * total
@@ -131,8 +131,27 @@ def anharmonic_coefficient(bond: Potential) -> float:
     return float((64.0 * quarter - 20.0 * half + one) / 45.0)
 
 
-def _compressed_strain(bond: Potential, energy: float) -> float:
-    """Solve U(s) = energy for s < 0."""
+def compressed_strain(bond: Potential, energy: float) -> float:
+    """
+    Solve U(s) = energy for s < 0: how far a bond that gets all of an energy is compressed.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+    energy : float
+        More than 0.
+
+    Returns
+    -------
+    float
+        Strain s.
+
+    Raises
+    ------
+    InputError
+        If the bond cannot hold the energy.
+    """
     from scipy.optimize import brentq
 
     # Everything relative to the harmonic root, so that no digits are lost at the lowest speeds.

@@ -71,6 +71,7 @@ def basile_dumont_energies(
     interval: float = PAIR_INTERVAL,
     contacts: float | None = None,
     contact_speed: float | None = None,
+    frequencies: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     r"""
     Return the mode energies of Basile and Dumont, for contacts all alike.
@@ -78,7 +79,7 @@ def basile_dumont_energies(
     .. math:: E_j = \frac{4}{n} v^2 \cos^2\frac{\pi j}{2n}
               \frac{\sin^2(\omega_j f \Delta t/2)}{\sin^2(\omega_j \Delta t/2)}
 
-    NH eq. (7), after Basile and Dumont, Phys. Rev. E 61, 2015 (2000), with
+    NH eq. (7), after Basile and Dumont (2000), whom NH cite, with
     :math:`\omega_j = 2\sin(\pi j/2n)` where the paper prints :math:`\sin(\pi j/n)`. With an
     interval shortened by :func:`pair_interval` it is NH eq. (16), the low-speed theory.
 
@@ -96,6 +97,9 @@ def basile_dumont_energies(
         f; 0.900 n by default, from the n = 2 chain.
     contact_speed : float, optional
         Incoming speed v at each contact; 1.111 v0 by default.
+    frequencies : array_like of shape (n,), optional
+        omega_j; those of the chain by default. With pi j/n, their leading order, all energies
+        vanish: f dt = 2n is a whole number of periods of every mode.
 
     Returns
     -------
@@ -105,7 +109,8 @@ def basile_dumont_energies(
     count = PAIR_CONTACTS_PER_PARTICLE * particles if contacts is None else contacts
     speed = PAIR_SPEED * impact_velocity if contact_speed is None else contact_speed
     shape = np.cos(0.5 * np.pi * np.arange(1, particles) / particles) ** 2
-    half_phase = 0.5 * mode_frequencies(particles)[1:] * interval
+    omega = mode_frequencies(particles) if frequencies is None else np.asarray(frequencies)
+    half_phase = 0.5 * omega[1:] * interval
     # count * sinc(count x)/sinc(x) stays finite where both sines vanish.
     ratio = count * np.sinc(count * half_phase / np.pi) / np.sinc(half_phase / np.pi)
     return 4.0 / particles * speed**2 * shape * ratio**2

@@ -65,8 +65,9 @@ FLOORS = {
     "workflows/reproduce": [
         {"reproduction"},
         {"report"},
-        {"beyond", "judging", "runners", "trust"},
-        {"figures", "rules"},
+        {"beyond", "judging", "readings", "runners", "trust"},
+        {"claims", "figures"},
+        {"rules"},
         {"findings", "tables"},
         {"exact_hard_spheres", "fits", "measurements", "slips", "typesetting"},
         {"studies"},

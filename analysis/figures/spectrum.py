@@ -23,6 +23,9 @@ def plot_spectrum(
     """
     Draw E_j/E against j, on logarithmic scales.
 
+    Harmonic energies of a chain that broke mean nothing: for such, give those of
+    ``chaincor.analysis.modes.kinetic_mode_energies``.
+
     Parameters
     ----------
     mode_energies : array_like of shape (n,)

@@ -4,12 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaincor.workflows.reproduce.figures.spectra import half_of_vibration
+from chaincor.workflows.reproduce.figures.breaking import describe_breaking
+from chaincor.workflows.reproduce.figures.spectra import half_of_kinetic
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.findings.lengths import last_exponents
 from chaincor.workflows.reproduce.findings.long_limit import describe_limits, slope_limits
 from chaincor.workflows.reproduce.findings.low_speed import lj_increases
 from chaincor.workflows.reproduce.findings.speeds import minima
-from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.typesetting import format_value
 
 # An exponent above this, half of the harmonic one, is nearer to a constant.
 _CONSTANT = -1.0 / 3.0
@@ -23,16 +26,15 @@ class Remark:
     answer: str
 
 
-def remarks(measured: Measurements) -> tuple[Remark, ...]:
+def remarks(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Remark, ...]:
     """Return what is found beyond the paper, in the order of the figures."""
-    points = measured.select("curves", "lj")
     return (
         Remark(
             "Does dissipation vanish in long chains at any speed v > 0?", _long_chains(measured)
         ),
         Remark("What becomes of C in the limit n → ∞?", _slope_limit(measured)),
-        Remark("Where does the lost energy sit?", _spectra(points)),
-        Remark("When do lj chains break?", _breaking(points)),
+        Remark("Where does the lost energy sit?", _spectra(flights)),
+        Remark("When do lj chains break?", _breaking(flights)),
         Remark("Which restitution is meant?", _kinematic(measured)),
     )
 
@@ -40,7 +42,7 @@ def remarks(measured: Measurements) -> tuple[Remark, ...]:
 def _long_chains(measured: Measurements) -> str:
     laws = {speed: found for speed, found in last_exponents(measured).items() if found[1]}
     parts = [
-        f"{1.0 - points[-1].restitution:.6f} ± {points[-1].error:.0e} at {speed:g} v* "
+        f"{format_value(1.0 - points[-1].restitution, points[-1].error)} at {speed:g} v* "
         f"(n = {points[-1].particles}; last exponent {law.exponent:z.2f})"
         for speed, (law, points) in laws.items()
     ]
@@ -60,7 +62,8 @@ def _slope_limit(measured: Measurements) -> str:
     ]
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        "v₀ → 0, taken after n → ∞. By a straight line in v₀, which depends on the range: "
+        "v₀ → 0, taken after n → ∞. A straight line in v₀ gives a value that depends on its range, "
+        "by more than the bars of the fits: C is "
         + describe_limits(slope_limits(measured))
         + ". The paper has 0.66 and 2.61. Largest (η_harmonic − η)/(v₀/v*) at one length: "
         + ", ".join(peaks)
@@ -68,23 +71,44 @@ def _slope_limit(measured: Measurements) -> str:
     )
 
 
-def _spectra(points: list[Point]) -> str:
-    chosen = [p for p in points if p.speed in (0.4, 0.78, 2.0)] or points[:1]
-    return "Half of the vibrational energy is in the lowest modes up to " + ", ".join(
-        f"j = {half_of_vibration(p)} of {p.particles - 1} at {p.speed:.3g} v*" for p in chosen
-    )
+def _spectra(flights: tuple[FreeFlight, ...]) -> str:
+    whole = [f for f in flights if f.is_whole]
+    broken = [f for f in flights if f.separation > 0.0]
+    parts = []
+    if whole:
+        fastest = max(
+            (f for f in whole if f.point.speed < 1.0), key=lambda f: f.point.speed, default=whole[0]
+        )
+        chosen = [whole[0]] if fastest is whole[0] else [whole[0], fastest]
+        parts.append(
+            "In slow chains in vibration, from the longest waves to short ones: half of the "
+            f"kinetic energy of internal motion, mean over {AVERAGED_OVER:g} crossings, is in the "
+            "modes up to "
+            + ", ".join(
+                f"j = {half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
+                for f in chosen
+            )
+        )
+    if broken:
+        most = max(broken, key=lambda f: f.separation)
+        parts.append(
+            f"in faster ones also in pieces that fly apart: {most.separation:.3f} of the energy at "
+            f"impact at {most.point.speed:.3g} v*, of {1.0 - most.point.restitution:.3f} that are "
+            f"lost ({LAST:g} crossings after the last contact)"
+        )
+    return "; ".join(parts) + "."
 
 
-def _breaking(points: list[Point]) -> str:
-    broken = [p for p in points if p.answer is not None and p.answer.result["fragments"] > 1]  # type: ignore[index]
-    if not broken:
+def _breaking(flights: tuple[FreeFlight, ...]) -> str:
+    if all(f.is_whole for f in flights):
         return "None of these did."
-    most = max(broken, key=lambda p: p.answer.result["fragments"])  # type: ignore[union-attr,index]
+    most = max(flights, key=lambda f: f.pieces_at(LAST)[1])
+    fewest, largest = most.pieces_at(LAST)
+    count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
     return (
-        f"The slowest that is in pieces at its last contact flies at {broken[0].speed:.3g} v*, the "
-        f"fastest at {broken[-1].speed:.3g} v*; the most, "
-        f"{most.answer.result['fragments']}, are there at "  # type: ignore[union-attr,index]
-        f"{most.speed:.3g} v* (n = {most.particles})."
+        f"{describe_breaking(flights)} Most, {count}, there are at {most.point.speed:.3g} v* after "
+        f"{LAST:g} crossings (n = {most.point.particles}). A hot chain goes on losing pieces as "
+        "long as its energy pays for a bond: there is no last moment to count them at."
     )
 
 

@@ -81,7 +81,10 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> 
 
 
 def fit_over_ranges(
-    x: ArrayLike, y: ArrayLike, ranges: Sequence[tuple[float, float]]
+    x: ArrayLike,
+    y: ArrayLike,
+    ranges: Sequence[tuple[float, float]],
+    exponent: float | None = None,
 ) -> list[PowerLaw]:
     """Fit a power law over each range, from first to last x, that holds three points or more."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
@@ -89,7 +92,7 @@ def fit_over_ranges(
     for first, last in ranges:
         within = (x >= first) & (x <= last)
         if np.count_nonzero(within) >= 3:
-            fits.append(fit_power_law(x[within], y[within]))
+            fits.append(fit_power_law(x[within], y[within], exponent))
     return fits
 
 
@@ -103,7 +106,8 @@ class Minimum:
     place, value : float
         Where, and how low.
     place_error : float
-        Half the distance of the neighbouring points.
+        What the place changes by if the parabola goes through five points, not three; half the
+        distance of the neighbouring points where there are no five.
     """
 
     place: float
@@ -124,7 +128,13 @@ def find_minimum(x: ArrayLike, y: ArrayLike) -> Minimum:
     k = int(np.argmin(y))
     if k in (0, x.size - 1):
         return Minimum(nan, float(y[k]), nan)
-    a, b, c = np.polyfit(np.log(x[k - 1 : k + 2] / x[k]), y[k - 1 : k + 2], 2)
-    shift = -b / (2.0 * a)
-    spacing = 0.5 * (x[k + 1] - x[k - 1])
-    return Minimum(float(x[k] * np.exp(shift)), float(c - b * b / (4.0 * a)), float(0.5 * spacing))
+    places, values = [], []
+    for reach in (1, 2):
+        if reach <= k < x.size - reach:
+            near = slice(k - reach, k + reach + 1)
+            a, b, c = np.polyfit(np.log(x[near] / x[k]), y[near], 2)
+            places.append(float(x[k] * np.exp(-b / (2.0 * a))))
+            values.append(float(c - b * b / (4.0 * a)))
+    spacing = float(0.25 * (x[k + 1] - x[k - 1]))
+    error = abs(places[1] - places[0]) if len(places) > 1 else spacing
+    return Minimum(places[0], values[0], error)

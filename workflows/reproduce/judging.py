@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.exact_hard_spheres import run_hard_spheres
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.findings.harmonic import (
@@ -13,7 +14,7 @@ from chaincor.workflows.reproduce.findings.lengths import length_findings
 from chaincor.workflows.reproduce.findings.low_speed import low_speed_findings
 from chaincor.workflows.reproduce.findings.speeds import speed_findings
 from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.rules import RULES, Judgement, judge
+from chaincor.workflows.reproduce.rules import Judgement, judge
 
 
 @dataclass(frozen=True)

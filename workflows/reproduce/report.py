@@ -11,14 +11,22 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.reproduce.beyond import remarks
 from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
 from chaincor.workflows.reproduce.findings.low_speed import increases
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.rules import Verdict
+from chaincor.workflows.reproduce.readings import readings
+from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Verdict
+from chaincor.workflows.reproduce.slips.all_slips import count_slips
 from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
-from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.reproduce.typesetting import (
+    format_number,
+    format_short,
+    format_value,
+    typeset,
+)
 from chaincor.workflows.result import finite
 
 _CLASS = {
@@ -33,6 +41,7 @@ def gather(
     judged: Judged,
     slips: tuple[Slip, ...],
     figures: tuple[Figure, ...],
+    flights: tuple[FreeFlight, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """Gather everything ``report.json`` holds, as plain values; `seconds` are those of this run."""
@@ -47,6 +56,8 @@ def gather(
             "found": j.finding.text,
             "reproduced_within": j.rule.reproduced_within,
             "corrected_within": j.rule.corrected_within,
+            "margin_reason": j.rule.margin_reason,
+            "spread": j.finding.spread,
             "verdict": str(j.verdict),
             "reason": j.reason,
             "class": _CLASS[j.verdict],
@@ -69,14 +80,18 @@ def gather(
         "versions": _versions_of(measured),
         "verdicts": verdicts,
         "curves": [point_record(p) for p in measured.points["curves"]],
+        "about": ABOUT,
+        "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": asdict(examine_points(measured)),
         "fits": {
             "1 − η, harmonic": [fit.to_dict() for fit in judged.law.ranges],
             **_increase_fits(measured),
         },
-        "beyond": [asdict(remark) for remark in remarks(measured)],
+        "readings": [asdict(reading) for reading in readings(measured)],
+        "beyond": [asdict(remark) for remark in remarks(measured, flights)],
         "slips": [asdict(slip) for slip in slips],
+        "slip_count": count_slips(slips),
         "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
         "work": work,
         "dearest": _dearest(measured),
@@ -152,6 +167,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
         keep_trailing_newline=True,
     )
     environment.filters["number"] = format_number
+    environment.filters["short"] = format_short
     environment.filters["value"] = format_value
     environment.filters["typeset"] = typeset
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")

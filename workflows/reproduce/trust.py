@@ -26,6 +26,8 @@ class Health:
         Largest error bar of a plotted point.
     asked : float
         What it was to be at most.
+    missed : list of str
+        Points whose error bar is larger than that.
     largest_relative_error : float
         Largest error bar of a plotted or fitted increase, as a share of it.
     failures : list of str
@@ -39,6 +41,7 @@ class Health:
     worst_excess: float
     largest_error: float
     asked: float
+    missed: list[str]
     largest_relative_error: float
     failures: list[str]
 
@@ -64,6 +67,11 @@ def examine_points(measured: Measurements) -> Health:
         worst_excess=max(excess, default=math.nan),
         largest_error=max((p.error for p in points if p.source is not None), default=math.nan),
         asked=measured.plan.tolerance,
+        missed=[
+            f"{p.scene.label}, n = {p.particles}, {p.speed:.3g} v*"
+            for p in points
+            if p.answer is not None and p.answer.result["tolerance_met"] is False  # type: ignore[index]
+        ],
         largest_relative_error=max(relative, default=math.nan),
         failures=failures,
     )

@@ -19,12 +19,19 @@ def format_number(value: float | None) -> str:
     return typeset(f"{value:.4g}")
 
 
+def format_short(value: float) -> str:
+    """Write a number to three digits, as margins are; a dash where there is none."""
+    return typeset(f"{value:.3g}") if math.isfinite(value) else "–"
+
+
 def format_value(value: float, error: float) -> str:
     """Write a number to the digits its error allows: ``0.8098 ± 0.0001``; a dash for none."""
     if not math.isfinite(value):
         return "–"
+    if value == round(value) and error == 0.0:
+        return typeset(f"{value:.0f}")
     if not math.isfinite(error) or error <= 0.0:
-        return typeset(f"{value:.4g}")
+        return typeset(f"{value:#.4g}")
     digits = min(max(1 - math.floor(math.log10(error)), 0), 9)
     if abs(value) < 1e-3:
         return typeset(f"{value:.1e} ± {error:.0e}")

@@ -51,6 +51,22 @@ def test_minimum_of_a_parabola_in_the_logarithm():
     assert low.value == pytest.approx(0.7, rel=1e-9)
 
 
+def test_error_of_a_minimum_is_what_more_points_change():
+    x = np.geomspace(0.1, 10.0, 9)
+    exact = find_minimum(x, 0.7 + 0.2 * np.log(x / 0.83) ** 2)
+    assert exact.place_error < 1e-9
+    # A cubic part moves the parabola through five points, on a grid that is no finer.
+    skew = find_minimum(x, 0.7 + 0.2 * np.log(x / 0.83) ** 2 + 0.03 * np.log(x / 0.83) ** 3)
+    assert 1e-3 < skew.place_error < 0.25 * (x[5] - x[3])
+
+
+def test_other_ranges_can_have_a_fixed_exponent():
+    x = np.array([1.0, 2.0, 4.0, 8.0])
+    (fit,) = fit_over_ranges(x, 3.0 * x**-0.5, [(1.0, 8.0)], exponent=-0.5)
+    assert fit.prefactor == pytest.approx(3.0)
+    assert fit.exponent == -0.5
+
+
 def test_curve_without_a_minimum_has_none():
     x = np.geomspace(0.1, 10.0, 9)
     assert np.isnan(find_minimum(x, -x).place)

@@ -5,6 +5,8 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.findings.long_limit import (
     BEYOND_HARMONIC,
+    SlopeLimit,
+    describe_limits,
     scaled_speed,
     slope_limits,
     slow_long_chains,
@@ -52,3 +54,8 @@ def test_points_of_two_studies_count_once():
     assert len(points) == 3 * len(SPEEDS)
     scaled = [scaled_speed(p) for p in points]
     assert scaled == sorted(scaled)
+
+
+def test_fits_that_exclude_each_other_give_a_range():
+    limits = [SlopeLimit(0.976, 0.008, 3.5, 12), SlopeLimit(1.015, 0.011, 5.0, 7)]
+    assert describe_limits(limits).startswith("between 0.97 and 1.03 (0.976 ± 0.008 by 12 points")

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
+from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.reproduction import reproduce_paper
-from chaincor.workflows.reproduce.rules import RULES
 from chaincor.workflows.reproduce.runners import run_into_store
 from chaincor.workflows.store.results_store import Store
 
@@ -59,6 +59,11 @@ def test_every_figure_and_verdict_is_there(folder):
             assert (folder / "figures" / f"{figure['key']}.{kind}").stat().st_size > 5000
         assert f'id="{figure["key"]}"' in page
     assert len(contents["figures"]) >= 7
+    for row in contents["verdicts"]:
+        assert row["margin_reason"] in page
+    for reading in contents["readings"]:
+        assert reading["question"] in page
+    assert contents["slip_count"] in page
 
 
 @pytest.mark.slow

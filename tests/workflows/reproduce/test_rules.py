@@ -3,11 +3,13 @@
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.measurements import Answer, Point
-from chaincor.workflows.reproduce.rules import RULES, Rule, Verdict, judge
+from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Put, Rule, Verdict, judge
 
-RULE = Rule("x", "eq. (0)", "x is 2", 2.0, 0.1, 0.5, "x is {value:.1f}")
+# Margins 0.2 and 0.5.
+RULE = Rule("x", "eq. (0)", "x is about 2", 2.0, Put.WORDS, correction="x is {value:.1f}")
 
 
 def point(lammps: float, in_house: float, bar: float = 1e-6) -> Point:
@@ -20,9 +22,9 @@ def point(lammps: float, in_house: float, bar: float = 1e-6) -> Point:
 @pytest.mark.parametrize(
     ("value", "error", "verdict"),
     [
-        (2.05, 0.0, Verdict.REPRODUCED),
-        (2.15, 0.06, Verdict.REPRODUCED),
-        (2.15, 0.0, Verdict.CORRECTED),
+        (2.19, 0.0, Verdict.REPRODUCED),
+        (2.25, 0.06, Verdict.REPRODUCED),
+        (2.25, 0.0, Verdict.CORRECTED),
         (1.6, 0.0, Verdict.CORRECTED),
         (2.6, 0.0, Verdict.NOT_REPRODUCED),
         (float("nan"), 0.0, Verdict.NOT_REPRODUCED),
@@ -35,7 +37,7 @@ def test_margins_decide(value, error, verdict):
 
 def test_reasons_are_those_of_the_number_found():
     assert judge(RULE, Finding(2.3, 0.0, "")).reason == "x is 2.3"
-    assert judge(RULE, Finding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed"
+    assert judge(RULE, Finding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed; x is 3.0"
 
 
 def test_engines_that_disagree_spoil_a_number_that_is_right():
@@ -47,8 +49,63 @@ def test_engines_that_disagree_spoil_a_number_that_is_right():
     assert "disagree on 1 of 10" in spoilt.reason
 
 
+@pytest.mark.parametrize(
+    ("rule", "margins"),
+    [
+        (Rule("x", "", "", 2.31, Put.DIGITS, unit=0.01), (0.005, 0.231)),
+        (Rule("x", "", "", -2.0, Put.WORDS), (0.2, 0.5)),
+        (Rule("x", "", "", 0.0, Put.WORDS, scale=0.3, scale_name="a fall"), (0.03, 0.075)),
+        (Rule("x", "", "", 1.0, Put.EXACT), (0.0, 0.0)),
+    ],
+)
+def test_margins_go_by_how_a_claim_is_put(rule, margins):
+    assert (rule.reproduced_within, rule.corrected_within) == pytest.approx(margins)
+
+
+def test_exact_claims_allow_our_own_error_alone():
+    rule = Rule("x", "", "", 0.0, Put.EXACT, scale=0.03)
+    assert judge(rule, Finding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
+    assert judge(rule, Finding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
+    # An error that covers everything says nothing.
+    assert judge(rule, Finding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
+
+
+def test_how_far_a_number_depends_on_its_range_widens_no_margin():
+    found = Finding(2.25, 0.0, "", spread=(1.0, 3.0))
+    assert judge(RULE, found).verdict is Verdict.CORRECTED
+
+
 def test_rules_are_consistent():
     assert len({rule.key for rule in RULES}) == len(RULES)
     for rule in RULES:
         assert 0.0 <= rule.reproduced_within <= rule.corrected_within
         assert "{" not in rule.correction.format(value=0.5)
+        # Where shares of the paper's number would be none, the scale is named, and in the reason.
+        assert rule.paper != 0.0 or rule.scale > 0.0
+        assert (rule.scale > 0.0) == bool(rule.scale_name)
+        assert rule.put is Put.EXACT or rule.scale_name in rule.margin_reason
+
+
+def test_units_are_those_of_the_digits_in_the_claim():
+    """A claim in digits prints its number, and its unit is that of the last one."""
+    for rule in RULES:
+        assert (rule.put is Put.DIGITS) == (rule.unit > 0.0)
+        if rule.put is Put.DIGITS:
+            digits = f"{rule.paper:g}"
+            assert digits in rule.claim, rule.claim
+            assert rule.unit == pytest.approx(10.0 ** -len(digits.split(".")[1]))
+
+
+def test_numbers_as_far_away_have_the_same_verdict():
+    """What the old margins did not: 0.18 away was corrected, 0.235 reproduced."""
+    rules = {rule.key: rule for rule in RULES}
+    for away in (0.05, 0.18, 0.235, 0.3):
+        kinds = {
+            judge(rules[key], Finding(1.0 + away, 0.0, "")).verdict
+            for key in ("place of the minimum", "rise of contacts")
+        }
+        assert len(kinds) == 1
+    slope = judge(rules["theoretical slope"], Finding(3.239, 0.0, ""))
+    assert slope.verdict is Verdict.NOT_REPRODUCED
+    assert "3.24" in slope.reason
+    assert (ABOUT, ROUGHLY) == (0.1, 0.25)

@@ -2,7 +2,12 @@
 
 import pytest
 
-from chaincor.workflows.reproduce.typesetting import format_number, format_value, typeset
+from chaincor.workflows.reproduce.typesetting import (
+    format_number,
+    format_short,
+    format_value,
+    typeset,
+)
 
 
 @pytest.mark.parametrize(
@@ -11,7 +16,8 @@ from chaincor.workflows.reproduce.typesetting import format_number, format_value
         (0.80976, 1.4e-5, "0.80976 ± 0.00001"),
         (-0.0318, 0.031, "−0.032 ± 0.031"),
         (4.9e-10, 1.6e-7, "4.9e−10 ± 2e−7"),
-        (0.87, 0.0, "0.87"),
+        (0.87, 0.0, "0.8700"),
+        (1.0, 0.0, "1"),
         (float("nan"), 0.1, "–"),
     ],
 )
@@ -25,6 +31,9 @@ def test_numbers_have_minus_signs_and_short_exponents():
     assert format_number(1e10) == "1e+10"
     assert format_number(10000.0) == "10000"
     assert format_number(None) == "–"
+    assert format_short(0.06666) == "0.0667"
+    assert format_short(-2e-7) == "−2e−7"
+    assert format_short(float("nan")) == "–"
 
 
 def test_minus_signs_in_text_are_told_from_hyphens():

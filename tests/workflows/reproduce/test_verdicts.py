@@ -21,7 +21,11 @@ SMALL = replace(
     harmonic_velocities=(0.01, 0.1),
     sizes=(10, 20),
     far_sizes={},
-    increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.004, 0.01, 0.015, 0.02)),
+    increase_speeds={
+        3: (0.002, 0.004, 0.01, 0.015, 0.02),
+        4: (0.01, 0.014, 0.02, 0.03),
+        5: (0.02, 0.03, 0.04, 0.05),
+    },
     slope_sizes=(20,),
     slope_far_sizes=(),
     slope_speeds=(0.02, 0.05, 0.1),
@@ -32,7 +36,7 @@ SLOW = replace(
     SMALL,
     curve_speeds=(0.01,),
     sizes=(),
-    increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.003, 0.004)),
+    increase_speeds=dict.fromkeys((3, 4, 5), (0.002, 0.0025, 0.003, 0.004)),
     increase_tolerances=dict.fromkeys((3, 4, 5), 1e-5),
 )
 # What even the small plan reproduces, each resting on other points.

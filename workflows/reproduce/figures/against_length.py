@@ -8,7 +8,11 @@ from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, V
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_law
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.figures.measured_points import draw_points
-from chaincor.workflows.reproduce.findings.harmonic import HarmonicLaw
+from chaincor.workflows.reproduce.findings.harmonic import (
+    HarmonicLaw,
+    describe_exponents,
+    describe_prefactors,
+)
 from chaincor.workflows.reproduce.findings.lengths import last_exponents
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS
@@ -29,16 +33,18 @@ def _scaled(point: Point) -> float:
 def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
     """Return 1 - eta against n for harmonic chains, and what is left without the law."""
     points = measured.select("harmonic_sizes", "harmonic")
-    fit = law.by_lammps
+    fit = law.both
     return Figure(
         key="harmonic_lengths",
         title="Dissipation of harmonic chains against their length",
         caption=(
             "The paper's figure 3. Filled: LAMMPS; open: the exact in-house propagator, for more "
-            f"lengths. Fit to LAMMPS, n = {fit.first:.0f} to {fit.last:.0f}: 1 − η ∝ n^p, "
-            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}. Below, n^(2/3)(1 − η): scatter "
-            "is no noise (error bars are smaller than the dots): how the last contacts fall "
-            "changes with n; 0.652 is the limit of the paper's approximate formula."
+            f"lengths. 1 − η ∝ n^p, n = {fit.first:.0f} to {fit.last:.0f}: "
+            f"p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
+            f"{describe_exponents(law)}. Below, "
+            "n^(2/3)(1 − η): its scatter is no noise (error bars are smaller than the dots): how "
+            "the last contacts fall changes with n. Its mean drifts towards 0.652, the limit of "
+            f"the paper's approximate formula: {describe_prefactors(law)}."
         ),
         table=table_of([point_record(point) for point in points]),
         draw=lambda: _draw_harmonic([p for p in points if p.particles >= 3], law),

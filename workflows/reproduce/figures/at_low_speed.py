@@ -19,6 +19,7 @@ from chaincor.workflows.reproduce.findings.long_limit import (
     slow_long_chains,
 )
 from chaincor.workflows.reproduce.findings.low_speed import (
+    FIT_RANGE,
     PAPER_SLOPES,
     Increase,
     increases,
@@ -69,10 +70,12 @@ def increase_figure(measured: Measurements) -> Figure:
         title="Increase of dissipation for potentials of order 3, 4 and 5",
         caption=(
             f"The paper's figure 6, n = {measured.plan.curve_particles}: 1 − η of chains with "
-            "U = s²/2 + c s^r less that of the harmonic chain. Lines: power laws with the paper's "
-            "slopes through our value near 0.02 v*. Below, the local power, from neighbouring "
-            "points: it tends to r − 2 at low speed and rises before the regime ends, so that a "
-            "fitted slope depends on its range. η(v/v*) is the same for every c. The largest error "
+            "U = s²/2 + c s^r less that of the harmonic chain. Full lines: power laws fitted from "
+            f"{FIT_RANGE[0]} to {FIT_RANGE[1]} v*; dashed: the paper's slopes, whose range it does "
+            "not say, through the same middle. Below, the local power, from neighbouring points: "
+            "it tends to r − 2 (dotted) at low speed, rises, and jumps where the number of "
+            "contacts changes, so that a fitted slope depends on its range. "
+            "η(v/v*) is the same for every c. The largest error "
             f"bar is {100 * worst:.2g} % of the increase it belongs to."
         ),
         table=_table(found, "power_order"),
@@ -86,19 +89,19 @@ def _draw_orders(found: dict[int, Increase]) -> "Canvas":
     )
     for (order, increase), colour, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
         _draw_increase(ax, increase, 1.0, colour=colour, marker=marker, label=rf"$r={order}$")
-        middle = int(np.argmin(np.abs(np.log(increase.speeds / 0.02))))
-        u = increase.speeds[increase.speeds >= 0.0099]
-        slope = PAPER_SLOPES[order]
-        line = increase.values[middle] * (u / increase.speeds[middle]) ** slope
-        ax.plot(u, line, color=colour, linewidth=0.9, label=f"paper's slope {slope}")
-        local = np.diff(np.log(increase.values)) / np.diff(np.log(increase.speeds))
-        places = np.sqrt(increase.speeds[1:] * increase.speeds[:-1])
+        fit, slope = increase.fit(*FIT_RANGE), PAPER_SLOPES[order]
+        u = np.array(FIT_RANGE)
+        ax.plot(u, fit.at(u), color=colour, linewidth=0.9, label=f"fitted: {fit.exponent:.2f}")
+        centre = float(np.sqrt(u[0] * u[1]))
+        line = fit.at(centre) * (u / centre) ** slope
+        ax.plot(u, line, "--", color=colour, linewidth=0.9, label=f"paper: {slope}")
+        places, local = increase.local_powers()
         below.plot(places, local, color=colour, marker=marker, markersize=3.5, linewidth=0.8)
         below.axhline(order - 2, color=colour, linewidth=0.7, linestyle=":")
     ax.set_xscale("log")
     ax.set_yscale("log")
     ax.set_ylabel(r"$\eta_{\rm harmonic}-\eta$")
-    ax.legend(loc="lower right", ncols=1)
+    ax.legend(loc="lower right", ncols=3, fontsize=8)
     below.set_ylim(0.0, 5.0)
     below.set_ylabel("local power")
     below.set_xlabel(r"impact speed $v_0/v^*$")
@@ -121,7 +124,7 @@ def slope_figure(measured: Measurements) -> Figure:
             "with its dropped factor put back gives 3.24. C depends on the speed and on n. Below, "
             "chains of all lengths from 100 on fall on one curve of (v₀/v*) n^(2/3), the ratio of "
             "nonlinear steepening to dispersion: a constant for harmonic chains, a straight line "
-            "of slope C for long ones, however slow. C of an infinite chain: "
+            "of slope C for long ones, however slow. C of an infinite chain is "
             f"{describe_limits(slope_limits(measured))}."
         ),
         table=_table(found, "length"),
@@ -173,7 +176,7 @@ def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> 
             "--",
             color=VERMILION,
             linewidth=1.0,
-            label=rf"slope $C={limit.value:.2f}$",
+            label=rf"slope ${limit.value:.2f}$ (first fit)",
         )
     ax.set_xscale("log")
     ax.set_yscale("log")

@@ -1,15 +1,16 @@
-"""Beyond the paper: in which modes the lost energy sits, across the range of speeds."""
+"""Beyond the paper: in which modes and in what form the lost energy is, across the speeds."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.analysis.figures.style import new_figure
+from chaincor.analysis.figures.style import BLACK, BLUE, GREEN, GREY, VERMILION, new_figure
 from chaincor.workflows.reproduce.figures.figure import Figure
-from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
 _DECADES = 6.0
@@ -17,62 +18,87 @@ _DECADES = 6.0
 _SHOWN = (0.01, 0.1, 0.4, 0.78, 2.0, 5.0)
 
 
-def mode_spectra(measured: Measurements) -> Figure:
-    """Return the energy of each mode after the collision, against speed."""
-    points = [p for p in measured.select("curves", "lj") if len(_energies(p))]
+def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
+    """Return the kinetic energy of each mode after the collision, and the forms of what is lost."""
     rows = [
-        {"speed": p.speed, "mode": j, "share": float(share)}
-        for p in points
-        for j, share in enumerate(_shares(p))
+        {"speed": f.point.speed, "mode": j, "kinetic_share": float(share)}
+        for f in flights
+        for j, share in enumerate(f.kinetic)
     ]
-    half = ", ".join(f"{half_of_vibration(p)} at {p.speed:.3g} v*" for p in _nearest(points))
+    particles = flights[0].point.particles if flights else 0
     return Figure(
         key="mode_spectra",
         title="Beyond the paper: where the lost energy sits",
         caption=(
-            "Harmonic energy of the free chain's modes after the last contact, as a share of the "
-            f"energy at impact; lj, n = {measured.plan.curve_particles}. Half of the vibrational "
-            f"energy is in the lowest modes up to j = {half}. A broken chain has no modes: "
-            "where chains break, the shares say only on what length scale the pieces move."
+            "Free flight after the last contact (lj, n = "
+            f"{particles}), as shares of the energy at impact. Top and middle: kinetic energy of "
+            f"each mode j ≥ 1, mean over {AVERAGED_OVER:g} crossings of sound. Its sum over j is "
+            "the kinetic energy of all internal motion, whatever the bonds do; in small vibrations "
+            "it is half of the energy of the mode. Where a chain breaks, j tells on what length "
+            "the pieces and the particles in them move against one another, and no longer a mode. "
+            "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds; of the "
+            f"kinetic energy, after {LAST:g} crossings, the part in which pieces fly apart. "
+            "Dashed: the sum of harmonic energies of all modes at the last contact. It is 1 − η "
+            f"within 1 % below {_harmonic_until(flights):.2g} v*; the difference is the anharmonic "
+            f"part. At worst it is {_worst_harmonic(flights)}: a stretched bond holds less than a "
+            "spring, and harmonic energies of a broken chain mean nothing."
         ),
         table=table_of(rows),
-        draw=lambda: _draw(points),
+        draw=lambda: _draw(flights),
     )
 
 
-def _energies(point: Point) -> np.ndarray:
-    return np.asarray(point.answer.arrays.get("mode_energies", ())) if point.answer else np.empty(0)
+def harmonic_share(flight: FreeFlight) -> float:
+    """Return the sum over j >= 1 of the harmonic energies at the last contact, over the energy."""
+    assert flight.point.answer is not None
+    energy = 0.5 * flight.point.particles * flight.point.scene.impact_velocity**2
+    return float(np.sum(flight.point.answer.arrays["mode_energies"][1:])) / energy
 
 
-def _shares(point: Point) -> np.ndarray:
-    energy = 0.5 * point.particles * point.scene.impact_velocity**2
-    return _energies(point) / energy
+def _harmonic_until(flights: tuple[FreeFlight, ...]) -> float:
+    """Return the slowest speed at which harmonic energies are off by more than 1 %."""
+    off = [
+        f.point.speed
+        for f in flights
+        if abs(harmonic_share(f) / (1.0 - f.point.restitution) - 1.0) > 0.01
+    ]
+    return min(off, default=float("nan"))
 
 
-def half_of_vibration(point: Point) -> int:
-    """Return the mode j >= 1 up to which half of the vibrational energy lies."""
-    vibration = np.cumsum(_shares(point)[1:])
-    return int(np.searchsorted(vibration, 0.5 * vibration[-1])) + 1
+def _worst_harmonic(flights: tuple[FreeFlight, ...]) -> str:
+    if not flights:
+        return "–"
+    worst = max(flights, key=lambda f: harmonic_share(f) / (1.0 - f.point.restitution))
+    return (
+        f"{harmonic_share(worst):.3f} where {1.0 - worst.point.restitution:.3f} is lost, at "
+        f"{worst.point.speed:.3g} v*"
+    )
 
 
-def _nearest(points: list[Point]) -> list[Point]:
+def half_of_kinetic(flight: FreeFlight) -> int:
+    """Return the mode j >= 1 up to which half of the kinetic energy of internal motion lies."""
+    total = np.cumsum(flight.kinetic[1:])
+    return int(np.searchsorted(total, 0.5 * total[-1])) + 1
+
+
+def _nearest(flights: tuple[FreeFlight, ...]) -> list[FreeFlight]:
     chosen = {}
     for speed in _SHOWN:
-        if points:
-            nearest = min(points, key=lambda p: abs(np.log(p.speed / speed)))
-            chosen[nearest.speed] = nearest
+        if flights:
+            nearest = min(flights, key=lambda f: abs(np.log(f.point.speed / speed)))
+            chosen[nearest.point.speed] = nearest
     return list(chosen.values())
 
 
-def _draw(points: list[Point]) -> "Canvas":
+def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     import matplotlib as mpl
     from matplotlib.colors import LogNorm
 
-    figure, (above, below) = new_figure(2, 1, figsize=(6.4, 7.4))
-    if not points:
+    figure, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 10.2))
+    if not flights:
         return figure
-    speeds = np.array([p.speed for p in points])
-    shares = np.array([_shares(p)[1:] for p in points])
+    speeds = np.array([f.point.speed for f in flights])
+    shares = np.array([f.kinetic[1:] for f in flights])
     j = np.arange(1, shares.shape[1] + 1)
     top = float(np.max(shares))
     mesh = above.pcolormesh(
@@ -89,17 +115,40 @@ def _draw(points: list[Point]) -> "Canvas":
     above.set_xlabel(r"mode $j$")
     above.set_ylabel(r"impact speed $v_0/v^*$")
     above.grid(False)
-    figure.colorbar(mesh, ax=above, label=r"$E_j/E$", pad=0.02)
-    shown = _nearest(points)
+    figure.colorbar(mesh, ax=above, label="kinetic energy / energy at impact", pad=0.02)
+    shown = _nearest(flights)
     colours = mpl.colormaps["plasma"](np.linspace(0.0, 0.85, len(shown)))
-    for point, colour in zip(shown, colours, strict=True):
-        below.plot(
-            j, _shares(point)[1:], color=colour, linewidth=0.9, label=rf"${point.speed:.3g}\,v^*$"
+    for flight, colour in zip(shown, colours, strict=True):
+        kind = "" if flight.is_whole else " (breaks)"
+        middle.plot(
+            j,
+            flight.kinetic[1:],
+            color=colour,
+            linewidth=0.9,
+            label=rf"${flight.point.speed:.3g}\,v^*${kind}",
         )
-    below.set_xscale("log")
-    below.set_yscale("log")
-    below.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
-    below.set_xlabel(r"mode $j$")
-    below.set_ylabel(r"share of the energy $E_j/E$")
-    below.legend(loc="lower left", ncols=2, fontsize=8)
+    middle.set_xscale("log")
+    middle.set_yscale("log")
+    middle.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
+    middle.set_xlabel(r"mode $j$")
+    middle.set_ylabel("kinetic energy / energy at impact")
+    middle.legend(loc="lower left", ncols=2, fontsize=8)
+    _draw_forms(below, flights)
     return figure
+
+
+def _draw_forms(ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
+    speeds = np.array([f.point.speed for f in flights])
+    curves = (
+        ([1.0 - f.point.restitution for f in flights], BLACK, "-", r"lost, $1-\eta$"),
+        ([f.vibration for f in flights], BLUE, "-", "kinetic energy of internal motion"),
+        ([f.bonds for f in flights], GREEN, "-", "energy of the bonds"),
+        ([f.separation for f in flights], VERMILION, "-", "pieces flying apart"),
+        ([harmonic_share(f) for f in flights], GREY, "--", "harmonic energies, all modes"),
+    )
+    for values, colour, line, label in curves:
+        ax.plot(speeds, values, color=colour, linestyle=line, linewidth=1.1, label=label)
+    ax.set_xscale("log")
+    ax.set_xlabel(r"impact speed $v_0/v^*$")
+    ax.set_ylabel("share of the energy at impact")
+    ax.legend(loc="upper left", fontsize=8)

@@ -22,12 +22,15 @@ class Finding:
     points : sequence of Point
         What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
         be better than "not reproduced".
+    spread : tuple of float or None
+        Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
     """
 
     value: float
     error: float
     text: str
     points: Sequence[Point] = field(default=(), repr=False)
+    spread: tuple[float, float] | None = None
 
     @property
     def disagreements(self) -> int:

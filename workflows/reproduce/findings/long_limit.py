@@ -73,9 +73,18 @@ def slope_limits(measured: Measurements) -> list[SlopeLimit]:
 
 
 def describe_limits(limits: list[SlopeLimit]) -> str:
-    """Write the limits as ``0.98 ± 0.01 (13 points, (v/v*) n^(2/3) > 3.5)``."""
-    return "; ".join(
-        f"{limit.value:.3f} ± {limit.error:.3f} ({limit.points} points with (v₀/v*) n^(2/3) > "
-        f"{limit.least_scaled_speed:g})"
+    """
+    Write what is known of the limit: ``0.97 to 1.03``, and the fits that say so.
+
+    Fits over different ranges exclude each other, so that neither bar is that of the limit.
+    """
+    if not limits:
+        return "too few points"
+    low = min(limit.value - limit.error for limit in limits)
+    high = max(limit.value + limit.error for limit in limits)
+    fits = "; ".join(
+        f"{limit.value:.3f} ± {limit.error:.3f} by {limit.points} points with (v₀/v*) n^(2/3) > "
+        f"{limit.least_scaled_speed:g}"
         for limit in limits
     )
+    return f"between {low:.2f} and {high:.2f} ({fits})"

@@ -12,12 +12,13 @@ from chaincor.workflows.reproduce.findings.long_limit import describe_limits, sl
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
-# Fits of the increase begin at 0.01 v*, as the paper's figure does, and end at one of these.
-RANGE_ENDS = (0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.13, 0.16, 0.2)
-# Up to here the powers are those of the limit v0 -> 0.
-_LOW_SPEEDS = {3: 0.005, 4: 0.02, 5: 0.03}
-# C is the slope up to here, as far as the paper says anything: "low-velocity collision".
-SLOPE_RANGE = (0.01, 0.1)
+# One range for all that the paper fits at low speed, C and the slopes of figure 6, whose range it
+# does not say: the decade from the slowest speed of its figures on, 0.008 v*.
+FIT_RANGE = (0.01, 0.1)
+# How far a slope depends on it is told by the halves.
+_HALVES = ((0.01, 0.0317), (0.0317, 0.1))
+# The power in the limit v0 -> 0 is that of so many of the slowest speeds.
+_SLOWEST = 4
 PAPER_SLOPES = {3: 1.34, 4: 2.09, 5: 3.14}
 
 
@@ -43,13 +44,19 @@ class Increase:
     errors: np.ndarray
 
     def fits(self) -> list[PowerLaw]:
-        """
-        Fit a power law from 0.01 v* to each of `RANGE_ENDS`.
+        """Fit a power law over the range that is judged and over its halves, where points do."""
+        fits = (self.fit(*ends) for ends in (FIT_RANGE, *_HALVES))
+        return [fit for fit in fits if np.isfinite(fit.exponent_error)]
 
-        Each set of points once, and only where an error can be given.
+    def local_powers(self) -> tuple[np.ndarray, np.ndarray]:
         """
-        fits = {(fit.points, fit.last): fit for fit in (self.fit(0.01, end) for end in RANGE_ENDS)}
-        return [fit for fit in fits.values() if np.isfinite(fit.exponent_error)]
+        Return speeds half-way between neighbours, and the power between these.
+
+        It is nan where dissipation does not increase.
+        """
+        with np.errstate(invalid="ignore", divide="ignore"):
+            powers = np.diff(np.log(self.values)) / np.diff(np.log(self.speeds))
+        return np.sqrt(self.speeds[1:] * self.speeds[:-1]), powers
 
     def fit(self, first: float, last: float) -> PowerLaw:
         """Fit a power law over a range of speeds."""
@@ -163,8 +170,8 @@ def _theoretical_slope() -> Finding:
 
 
 def slope_through_origin(increase: Increase) -> tuple[float, float]:
-    """Return C of a least-squares line through the origin over `SLOPE_RANGE`, and its error."""
-    within = (increase.speeds >= SLOPE_RANGE[0]) & (increase.speeds <= SLOPE_RANGE[1])
+    """Return C of a least-squares line through the origin over `FIT_RANGE`, and its error."""
+    within = (increase.speeds >= FIT_RANGE[0]) & (increase.speeds <= FIT_RANGE[1])
     u, y = increase.speeds[within], increase.values[within]
     if u.size < 2:
         return np.nan, np.nan
@@ -185,39 +192,77 @@ def _simulated_slopes(measured: Measurements) -> dict[str, Finding]:
         "simulated slope": Finding(
             slope,
             error,
-            f"line through the origin, {SLOPE_RANGE[0]} to {SLOPE_RANGE[1]} v*, n = {min(found)}; "
+            f"line through the origin, {FIT_RANGE[0]} to {FIT_RANGE[1]} v*, n = {min(found)}; "
             f"single chords from {chords.min():.2f} to {chords.max():.2f} at "
             f"{shortest.speeds[0]:g} to {shortest.speeds[-1]:g} v*; by length: {lengths}; n → ∞: "
             + describe_limits(slope_limits(measured)),
             shortest.points,
+            (float(chords.min()), float(chords.max())),
         )
     }
+
+
+def limit_power(increase: Increase, order: int) -> tuple[float, float]:
+    """
+    Return the power of the increase in the limit v0 -> 0, and its error.
+
+    What comes next is smaller by v0^(r-2), so that the power between neighbouring speeds changes
+    in proportion to that: a straight line through those of the slowest speeds. The error is what
+    one speed less changes, and what error bars of eta allow.
+    """
+    if increase.speeds.size < _SLOWEST:
+        return np.nan, np.nan
+    places, powers = increase.local_powers()
+    if not np.all(np.isfinite(powers[: _SLOWEST - 1])):
+        return np.nan, np.nan
+    x = places[: _SLOWEST - 1] ** (order - 2)
+    limit, shorter = (
+        np.polyfit(x[:count], powers[:count], 1)[1] for count in (_SLOWEST - 1, _SLOWEST - 2)
+    )
+    relative = np.abs(increase.errors / increase.values)[:2]
+    noise = float(np.sum(relative)) / np.log(increase.speeds[1] / increase.speeds[0])
+    return float(limit), float(abs(limit - shorter) + noise)
 
 
 def _powers(measured: Measurements) -> dict[str, Finding]:
     found = increases(measured)
     results: dict[str, Finding] = {}
-    for order, printed in PAPER_SLOPES.items():
+    for order in PAPER_SLOPES:
         if order not in found:
             missing = Finding(np.nan, np.nan, "no points")
             results |= {f"power r = {order}": missing, f"printed power r = {order}": missing}
             continue
         increase = found[order]
-        low = increase.fit(increase.speeds[0], _LOW_SPEEDS[order])
-        fits = increase.fits()
-        spread = ", ".join(f"{fit.exponent:.2f} (to {fit.last:.3g})" for fit in fits)
-        nearest = min(fits, key=lambda fit: abs(fit.exponent - printed), default=low)
+        limit, error = limit_power(increase, order)
+        places, powers = increase.local_powers()
         results[f"power r = {order}"] = Finding(
-            low.exponent,
-            low.exponent_error,
-            f"fit to {low.points} points, {low.first:.3g} to {low.last:.3g} v*",
-            increase.points,
+            limit,
+            error,
+            f"limit v₀ → 0 of the power between neighbouring speeds, by the {_SLOWEST} slowest; at "
+            f"{places[0]:.2g} v* it is {powers[0]:.3f}",
+            increase.points[:_SLOWEST],
         )
-        results[f"printed power r = {order}"] = Finding(
-            nearest.exponent,
-            nearest.exponent_error,
-            f"the range from 0.01 v* that comes nearest ends at {nearest.last:.3g} v*; the slope "
-            f"depends on the range: {spread}",
-            increase.points,
-        )
+        results[f"printed power r = {order}"] = _fitted_slope(increase)
     return results
+
+
+def _fitted_slope(increase: Increase) -> Finding:
+    fit, *halves = increase.fits() or [increase.fit(*FIT_RANGE)]
+    within = [p for p in increase.points if FIT_RANGE[0] <= p.speed <= FIT_RANGE[1]]
+    contacts = sorted({int(p.contacts) for p in within})
+    kinks = (
+        f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, the "
+        "increase has a kink, and no power is the right one"
+        if len(contacts) > 1
+        else ""
+    )
+    return Finding(
+        fit.exponent,
+        fit.exponent_error,
+        f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all low-"
+        "speed fits here; over its halves "
+        + ", ".join(f"{half.exponent:.2f} (to {half.last:.2g} v*)" for half in halves)
+        + f".{kinks}",
+        within,
+        (min(h.exponent for h in halves), max(h.exponent for h in halves)) if halves else None,
+    )

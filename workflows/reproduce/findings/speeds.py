@@ -36,8 +36,10 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
         "place of the minimum": Finding(
             float(np.mean(places)),
             float(max(low.place_error for low in lows.values())),
-            f"mean of three parabolas through the lowest points; {described}",
+            f"mean of three potentials, each by a parabola through the three lowest points; the "
+            f"bar is what five points change; {described}",
             everything,
+            (min(places), max(places)),
         ),
         "low-speed limit": _low_speed_limit(measured, curves),
         "high-speed limit": _at_highest_speed(curves, "restitution"),
@@ -92,6 +94,9 @@ def _rise_of_contacts(points: list[Point]) -> Finding:
         return Finding(np.nan, np.nan, "f/n does not rise")
     k = int(above[0])
     full = np.flatnonzero(share >= 1.0)
+    eta = np.array([p.restitution for p in points])
+    low = int(np.argmin(eta))
+    rise = np.interp(0.5 * (eta[low] + eta[-1]), eta[low:], speeds[low:])
     one = f"f/n is exactly 1 from {speeds[full[0]]:.3g} v* on" if full.size else "f/n stays below 1"
     part = (half - share[k - 1]) / (share[k] - share[k - 1])
     return Finding(
@@ -99,7 +104,8 @@ def _rise_of_contacts(points: list[Point]) -> Finding:
         # f is a whole number: half a contact, on the slope between the two points.
         float(0.5 / points[k].particles * (speeds[k] - speeds[k - 1]) / (share[k] - share[k - 1])),
         f"speed at which f/n is half-way from its minimum, {share[lowest]:.2f} at "
-        f"{speeds[lowest]:.2g} v*, to {share[-1]:.2f}; {one} (lj)",
+        f"{speeds[lowest]:.2g} v*, to {share[-1]:.2f}; {one} (lj); η itself is half-way up at "
+        f"{rise:.2f} v*",
         points,
     )
 

@@ -2,12 +2,22 @@
 
 from chaincor.workflows.reproduce.slips.harmonic_chains import harmonic_slips
 from chaincor.workflows.reproduce.slips.nonlinear_chains import nonlinear_slips
-from chaincor.workflows.reproduce.slips.slip import Slip
+from chaincor.workflows.reproduce.slips.slip import Kind, Slip
 
 
 def all_slips() -> tuple[Slip, ...]:
     """Re-derive the paper's equations numerically, in the order of the paper."""
     return harmonic_slips() + nonlinear_slips()
+
+
+def count_slips(slips: tuple[Slip, ...]) -> str:
+    """Say how many slips there are, and how many entries are none."""
+    number = {kind: sum(slip.kind is kind for slip in slips) for kind in Kind}
+    return (
+        f"{number[Kind.SLIP]} slips; {number[Kind.FOLLOWS]} more are {Kind.FOLLOWS}; of what was "
+        f"suspected besides, {number[Kind.RIGHT]} are right as printed and "
+        f"{number[Kind.UNDECIDED]} is undecided"
+    )
 
 
 def slips_page(slips: tuple[Slip, ...]) -> str:
@@ -19,12 +29,13 @@ def slips_page(slips: tuple[Slip, ...]) -> str:
         "counted as in its source. The checks are in "
         "`workflows/reproduce/slips/harmonic_chains.py` and "
         "`nonlinear_chains.py` beside it; a test makes them again and compares this page with "
-        "their output.\n"
+        f"their output.\n\n{count_slips(slips)}.\n"
     ]
     for number, slip in enumerate(slips, start=1):
         correct = slip.correct or "as printed: it was suspected, and is right"
+        kind = "" if slip.kind in (Kind.SLIP, Kind.RIGHT) else f" ({slip.kind})"
         parts.append(
-            f"\n## {number}. {slip.where}\n\n- Printed: {slip.printed}\n- Correct: {correct}\n"
-            f"- Evidence: {slip.evidence}\n"
+            f"\n## {number}. {slip.where}{kind}\n\n- Printed: {slip.printed}\n"
+            f"- Correct: {correct}\n- Evidence: {slip.evidence}\n"
         )
     return "".join(parts)

@@ -18,7 +18,7 @@ from chaincor.analysis.theory import (
 )
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal
-from chaincor.workflows.reproduce.slips.slip import Slip
+from chaincor.workflows.reproduce.slips.slip import Kind, Slip
 
 _CHAIN = 50
 
@@ -26,6 +26,7 @@ _CHAIN = 50
 def harmonic_slips() -> tuple[Slip, ...]:
     """Return the slips of this part."""
     checks: tuple[Callable[[], Slip], ...] = (
+        _plastic_exponent,
         _viscoelastic_exponent,
         _particle_order,
         _chain_length,
@@ -38,6 +39,41 @@ def harmonic_slips() -> tuple[Slip, ...]:
         _harmonic_law,
     )
     return tuple(check() for check in checks)
+
+
+def _plastic_exponent() -> Slip:
+    """
+    Work out what a fully plastic contact returns, at two speeds.
+
+    Under a constant pressure the force grows as the contact's area, in proportion to depth; what
+    is given back is the elastic energy of Hertz's contact of the same area and force.
+    """
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    modulus = 100.0
+
+    def restitution_of_speeds(speed: float) -> float:
+        depth = brentq(
+            lambda x: quad(lambda y: y, 0.0, x)[0] - 0.5 * speed**2, 0.0, 3.0 * speed, xtol=1e-14
+        )
+        force, radius = depth, math.sqrt(depth)
+        spring = 0.75 * force / (modulus * radius)
+        returned = quad(lambda y: force * (y / spring) ** 1.5, 0.0, spring)[0]
+        return math.sqrt(returned / (0.5 * speed**2))
+
+    slow, fast = restitution_of_speeds(0.01), restitution_of_speeds(0.1)
+    exponent = math.log(fast / slow) / math.log(10.0)
+    return Slip(
+        "section I, introduction",
+        "plastic impact: 1 − η increases with the exponent 1/2",
+        "it is η that falls with the exponent −1/2: e ∝ v^(−1/4), so η = e² ∝ v^(−1/2), and 1 − η "
+        "is no power",
+        f"energy given back by a fully plastic contact at speeds 0.01 and 0.1: e has the exponent "
+        f"{exponent:.3f}, η {2.0 * exponent:.3f}; 1 − η grows from {1.0 - slow**2:.2f} to "
+        f"{1.0 - fast**2:.2f} only",
+        abs(exponent + 0.25) < 1e-3 and slow < 1.0,
+    )
 
 
 def _viscoelastic_exponent() -> Slip:
@@ -60,7 +96,7 @@ def _viscoelastic_exponent() -> Slip:
 
     exponent = math.log(dissipated(0.1) / dissipated(0.01)) / math.log(10.0)
     return Slip(
-        "I, introduction",
+        "section I, introduction",
         "viscoelastic spheres: 1 − η grows with the exponent 2/5",
         "1/5: the loss per collision is ∝ v^(11/5), and the energy ∝ v²",
         f"Kuwabara and Kono's contact force integrated at speeds 0.01 and 0.1: exponent "
@@ -100,6 +136,7 @@ def _chain_length() -> Slip:
         "undecided: both are drawn here",
         f"they differ: η = {etas[19]:.6f} (19), {etas[20]:.6f} (20)",
         abs(etas[19] - etas[20]) > 0.01,
+        kind=Kind.UNDECIDED,
     )
 
 
@@ -111,7 +148,7 @@ def _reduced_units() -> Slip:
     # ω₁ = 2 sin(π/2n): the next term of the series bounds what is missing from c_l = 1.
     is_unit_speed = 0.0 < 1.0 - speed < math.pi**2 / (24.0 * n**2)
     return Slip(
-        "II, end of the second page",
+        "section II, end of the second page",
         "c_l = τ = 1 together with ℓ = m = k = 1",
         "c_l = 1 only; τ = (n − 1)ℓ/c_l is then n − 1",
         f"for n = {n} the longest wave runs at c_l = {speed:.3f}, and the last contact comes at "
@@ -129,14 +166,15 @@ def _frequencies() -> Slip:
     ours = float(np.max(np.abs(exact - mode_frequencies(_CHAIN))[1:]))
     # An eigenvalue of A is good to n eps |A| = 5e-14, and its root to that over 2 ω₁ = 0.13.
     residue = 1e-12
-    printed = float(np.max(np.abs(exact - np.sort(np.abs(np.sin(np.pi * j / _CHAIN))))))
+    # By label: sin(pi j/n) falls again beyond j = n/2.
+    printed = float(np.max(np.abs(exact - np.sin(np.pi * j / _CHAIN))))
     return Slip(
         "below eq. (7)",
         "ω_j = sin(πj/n)",
         "ω_j = 2ω sin(πj/2n), of which eq. (11) is the expansion",
         f"eigenvalues of A, n = {_CHAIN}: 2 sin(πj/2n) is right to below {residue:.0e}, "
-        f"sin(πj/n) is off by up to {printed:.2f}",
-        ours < residue < 0.5 < printed,
+        f"sin(πj/n) is off by up to {printed:.2f}, for the fastest mode",
+        ours < residue < 1.9 < printed,
     )
 
 
@@ -156,6 +194,7 @@ def _mode_energies() -> Slip:
         f"right: with the chain's own contacts instead of equal ones the sum over j is 1 − η to "
         f"below {residue:.0e} (n = {_CHAIN})",
         difference < residue,
+        kind=Kind.RIGHT,
     )
 
 
@@ -233,4 +272,5 @@ def _harmonic_law() -> Slip:
         f"right, with v² = (π²/8) v0²: closed form {HARMONIC_DISSIPATION_COEFFICIENT:.4f}, the sum "
         f"over j at n = {n} {direct:.4f}; with v = v₀, as in eq. (16), it would be {without:.3f}",
         abs(direct - HARMONIC_DISSIPATION_COEFFICIENT) < 0.01,
+        kind=Kind.RIGHT,
     )

@@ -11,7 +11,7 @@ from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal
-from chaincor.workflows.reproduce.slips.slip import Slip
+from chaincor.workflows.reproduce.slips.slip import Kind, Slip
 
 
 def nonlinear_slips() -> tuple[Slip, ...]:
@@ -26,6 +26,7 @@ def nonlinear_slips() -> tuple[Slip, ...]:
         _integrand,
         _rounded_constant,
         _dissipation_or_increase,
+        _toda_has_no_core,
     )
     return tuple(check() for check in checks)
 
@@ -47,7 +48,7 @@ def _zero_of_energy() -> Slip:
         for value, shift, bond in zip(printed(x), added, bonds, strict=True)
     )
     return Slip(
-        "III, potentials (a)–(c)",
+        "section III, potentials (a)–(c)",
         "U(1) = 0, but the three potentials as printed are not zero there",
         "add 1/72 (lj), −a/b (toda), −1 (log)",
         f"U(1) as printed: {lj:.5f}, {toda:g}, {log:g}",
@@ -65,7 +66,7 @@ def _scale_equation() -> Slip:
     assert bond.compressed_root is not None
     other = abs(1.0 + place - bond.compressed_root)
     return Slip(
-        "III, definition of x*",
+        "section III, definition of x*",
         "½U″(1)(x* − 1)² = U(x) − ½U″(1)(x* − 1)²",
         "U(x*) on the right, and U shifted to U(1) = 0",
         f"for lj the shifted equation gives x* = {bond.compressed_root:.4f}; with the printed U it "
@@ -89,8 +90,8 @@ def _alpha() -> Slip:
     alpha = pair_interval_slope(LennardJones())
     return Slip(
         "eq. (15)",
-        "α = 0.808; Δt = π/√2 …",
-        f"α = {alpha:.4f}; Δt has the unit 1/ω",
+        "α = 0.808",
+        f"α = {alpha:.4f}",
         "first-order perturbation in closed form; LAMMPS at n = 2 has the same limit (see the "
         "verdicts)",
         abs(alpha - 0.8098) < 1e-4,
@@ -140,9 +141,11 @@ def _integrand() -> Slip:
         "eq. (18)",
         "sin²(αvnx), then ∫ sin²(αx)/x² dx",
         "sin²(παvnx), then ∫ sin²(x)/x² dx = π/2",
-        f"taken literally the first line gives C = {literal_first:.2f}, the second "
-        f"{literal_second:.2f}; only the corrected ones give {constant:.2f}, the printed 32α/π²",
+        "of the constant that eqs. (16), (18) above replace; taken literally the first line gives "
+        f"C = {literal_first:.2f}, the second {literal_second:.2f}; only the corrected ones give "
+        f"{constant:.2f}, the printed 32α/π²",
         abs(constant - 32.0 * alpha / math.pi**2) < 1e-3,
+        kind=Kind.FOLLOWS,
     )
 
 
@@ -152,8 +155,9 @@ def _rounded_constant() -> Slip:
         "eq. (18)",
         "C = 32α/π² ≃ 2.61",
         "2.62 with the paper's own α = 0.808",
-        f"32 × 0.808/π² = {value:.4f}",
+        f"of the same constant: 32 × 0.808/π² = {value:.4f}",
         round(value, 2) == 2.62,
+        kind=Kind.FOLLOWS,
     )
 
 
@@ -167,4 +171,28 @@ def _dissipation_or_increase() -> Slip:
         "the increase over the harmonic chain of the same length, as figure 6 plots it",
         f"at n = {n}, v → 0 there remains 1 − η = {left:.5f}",
         left > 0.01,
+    )
+
+
+def _toda_has_no_core() -> Slip:
+    """Compare the three bonds at length zero."""
+    bond = Toda(10.0)
+    height = float(bond.energy(np.array(-1.0)))
+    speed = bond.natural_speed
+    assert speed is not None
+    # Of lengths near to zero: r^(-12) and -ln r without bound.
+    others = [
+        float(other.energy(np.array(-1.0 + length)))
+        for other, length in ((LennardJones(), 1e-15), (Logarithmic(), 1e-15))
+    ]
+    # Two particles that meet at v0 each have v0² of relative energy.
+    crossing = math.sqrt(height) / speed
+    return Slip(
+        "section III, last paragraphs",
+        "U_LJ, U_toda and U_log all behave like hard cores, so that η → 1 at high speed",
+        "U_toda does not: it is finite at r = 0, and no particles are kept apart at all speeds; "
+        "the claim holds for lj and log, and for toda as far as particles keep their order",
+        f"U_toda(0) = {height:.1f} (b = 10): two particles that meet with v₀ each pass through "
+        f"each other above {crossing:.1f} v*; U_LJ ∝ r^(−12) and U_log ∝ −ln r have no bound",
+        math.isfinite(height) and height < 1e3 and others[0] > 1e100 and others[1] > 30.0,
     )

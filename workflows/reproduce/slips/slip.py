@@ -1,12 +1,22 @@
 """One slip of the paper."""
 
 from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Kind(StrEnum):
+    """What an entry is."""
+
+    SLIP = "slip"
+    FOLLOWS = "counted with eqs. (16), (18)"
+    RIGHT = "right as printed"
+    UNDECIDED = "undecided"
 
 
 @dataclass(frozen=True)
 class Slip:
     """
-    A slip, or an equation that was suspected and found right.
+    A slip, or something that was suspected to be one.
 
     Attributes
     ----------
@@ -20,6 +30,8 @@ class Slip:
         The check, with its numbers.
     confirmed : bool
         Whether the check came out as said.
+    kind : Kind
+        Whether it counts as a slip.
     """
 
     where: str
@@ -27,3 +39,4 @@ class Slip:
     correct: str
     evidence: str
     confirmed: bool
+    kind: Kind = Kind.SLIP

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from chaincor.analysis import pair_theory, restitution, theory
-from chaincor.workflows.reproduce.rules import RULES
+from chaincor.workflows.reproduce.claims import RULES
 from chaincor.workflows.reproduce.slips import harmonic_chains, nonlinear_chains
-from chaincor.workflows.reproduce.slips.all_slips import all_slips, slips_page
+from chaincor.workflows.reproduce.slips.all_slips import all_slips, count_slips, slips_page
+from chaincor.workflows.reproduce.slips.slip import Kind
 
 PAGE = Path(__file__).parents[4] / "docs" / "paper_slips.md"
 
@@ -45,6 +46,18 @@ def test_every_slip_is_confirmed():
 
 def test_page_is_up_to_date():
     assert PAGE.read_text(encoding="utf-8") == slips_page(all_slips())
+
+
+def test_what_is_right_or_undecided_is_no_slip():
+    slips = all_slips()
+    kinds = {slip.where: slip.kind for slip in slips}
+    assert kinds["eq. (7)"] is kinds["eq. (12)"] is Kind.RIGHT
+    assert kinds["figure 2"] is Kind.UNDECIDED
+    assert kinds["eq. (18)"] is Kind.FOLLOWS
+    for slip in slips:
+        assert (slip.kind is Kind.RIGHT) == (slip.correct == "")
+    number = sum(slip.kind is Kind.SLIP for slip in slips)
+    assert count_slips(slips).startswith(f"{number} slips; 2 more ")
 
 
 def test_no_rounding_residue_is_shown():

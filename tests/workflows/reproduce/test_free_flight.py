@@ -1,0 +1,114 @@
+"""Where the lost energy sits, and the pieces of broken chains, against sums and another method."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from chaincor import Scene, collide
+from chaincor.analysis.modes import kinetic_mode_energies, mode_frequencies
+from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.reproduce.figures.breaking import describe_breaking
+from chaincor.workflows.reproduce.figures.spectra import harmonic_share, mode_spectra
+from chaincor.workflows.reproduce.findings import free_flight
+from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, SAMPLED, fly
+from chaincor.workflows.reproduce.measurements import Answer, Point
+
+N = 20
+
+
+def point(potential: str, **speed: float) -> Point:
+    scene = Scene(potential=potential, particles=N, engine="reference", tolerance=1e-8, **speed)
+    result = collide(scene)
+    return Point(scene, None, Answer(result.to_dict(), result.arrays()))
+
+
+@pytest.fixture(scope="module")
+def flights():
+    return {u: fly(point("lj", speed=u)) for u in (0.1, 2.0, 6.0)}
+
+
+@pytest.mark.parametrize("speed", [0.1, 2.0, 6.0])
+def test_kinetic_and_bond_energy_are_all_that_is_lost(flights, speed):
+    flight = flights[speed]
+    lost = 1.0 - flight.point.restitution
+    # eta is right to 1e-8, and the energy of the flight drifts by less than a millionth.
+    assert flight.vibration + flight.bonds == pytest.approx(lost, abs=1e-6)
+    assert float(flight.kinetic[0]) == pytest.approx(flight.point.restitution, abs=1e-9)
+    assert 0.0 <= flight.separation < lost
+
+
+def test_harmonic_energies_do_not_add_up_where_chains_break(flights):
+    """What the report showed before: sums over the modes that exceed all energy that is lost."""
+    lost = {u: 1.0 - f.point.restitution for u, f in flights.items()}
+    # The cubic part of U is smaller than the quadratic one by about v0/v*.
+    assert harmonic_share(flights[0.1]) == pytest.approx(lost[0.1], rel=0.1)
+    assert harmonic_share(flights[2.0]) > 1.5 * lost[2.0]
+
+
+def test_mean_kinetic_energy_is_half_of_a_harmonic_mode():
+    flight = fly(point("harmonic", velocity=0.1))
+    energies = flight.point.answer.arrays["mode_energies"] / (0.5 * N * 0.1**2)
+    duration = AVERAGED_OVER * (N - 1.0)
+    omega = mode_frequencies(N)[1:]
+    spacing = duration / math.ceil(duration)
+    # |mean of cos(2 omega t + phase)| over m times, spaced alike: at most 1/(m |sin(omega dt)|);
+    # each time is the end of a step, up to 0.3 late, which turns no phase by more than all.
+    bound = 1.0 / (math.ceil(duration) * np.abs(np.sin(omega * spacing)))
+    off = np.abs(2.0 * flight.kinetic[1:] / energies[1:] - 1.0)
+    slow = omega < 0.5
+    assert np.all(off[slow] < bound[slow] + 0.1)
+    assert flight.vibration == pytest.approx(0.5 * float(np.sum(energies[1:])), rel=0.1)
+
+
+def test_kinetic_modes_add_up_to_the_internal_kinetic_energy():
+    rng = np.random.default_rng(3)
+    velocities, masses = rng.standard_normal((2, 7)), rng.uniform(0.5, 2.0, 7)
+    for m in (None, masses):
+        weights = np.ones(7) if m is None else m
+        mean = velocities @ weights / np.sum(weights)
+        inner = 0.5 * np.sum(weights * (velocities - mean[:, None]) ** 2, axis=1)
+        energies = kinetic_mode_energies(velocities, m)
+        np.testing.assert_allclose(np.sum(energies[:, 1:], axis=1), inner, rtol=1e-12)
+        np.testing.assert_allclose(energies[:, 0], 0.5 * np.sum(weights) * mean**2, rtol=1e-12)
+
+
+def test_pieces_are_those_of_another_method(flights):
+    """Dormand and Prince's order 8 from the same state, for as long as digits do not decide."""
+    flight = flights[2.0]
+    arrays, bond = flight.point.answer.arrays, flight.point.scene.bond
+
+    def rates(_t, y):
+        u, v = y[:N], y[N:]
+        force = np.concatenate(([0.0], bond.force(np.diff(u)), [0.0]))
+        return np.concatenate((v, force[:-1] - force[1:]))
+
+    start = np.concatenate((arrays["displacements"], arrays["velocities"]))
+    times = np.array([t for t in SAMPLED if t <= 2.0]) * (N - 1.0)
+    end = solve_ivp(
+        rates, (0.0, times[-1] + 1.0), start, "DOP853", times, rtol=1e-11, atol=1e-12
+    ).y.T
+    counts = [len(find_pieces(y[0], np.diff(y[:N]), y[N:], bond).sizes) for y in end]
+    assert flight.pieces[0, : len(times)].tolist() == counts
+    assert max(counts) > 1
+
+
+def test_slow_chain_is_whole_and_is_said_to_be(flights):
+    slow, fast = flights[0.1], flights[2.0]
+    assert slow.is_whole
+    assert slow.separation == 0.0
+    assert not fast.is_whole
+    text = describe_breaking((slow, fast))
+    assert "after 40 crossings, from 2 v* on" in text
+    assert "none at the last contact" in describe_breaking((slow,))
+    assert mode_spectra((slow, fast)).render()["png"]
+
+
+def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch):
+    """And what is skipped would have found one piece at all times."""
+    monkeypatch.setattr(free_flight._Flight, "count", lambda *_: 1 / 0)
+    assert fly(flights[0.1].point).pieces.max() == 1
+    monkeypatch.undo()
+    followed = free_flight._Flight(flights[0.1].point, flights[0.1].point.answer)
+    assert [followed.count(t * (N - 1.0)) for t in SAMPLED] == [1] * len(SAMPLED)

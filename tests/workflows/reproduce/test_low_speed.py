@@ -1,0 +1,70 @@
+"""Powers of the increase: one range for all, and the limit of low speed apart from it."""
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.findings.low_speed import (
+    FIT_RANGE,
+    Increase,
+    increase_of,
+    limit_power,
+)
+from chaincor.workflows.reproduce.measurements import Answer, Point
+
+SPEEDS = np.geomspace(0.002, 0.2, 21)
+
+
+def point(scene: Scene, eta: float) -> Point:
+    result = {
+        "restitution": eta,
+        "restitution_error": 1e-12,
+        "tolerance_met": True,
+        "contacts": 87,
+    }
+    return Point(scene, None, Answer(result))
+
+
+def increase(order: int, curve) -> Increase:
+    scenes = [
+        Scene(potential="power", power_order=order, power_c=1.0, particles=100, speed=u)
+        for u in SPEEDS
+    ]
+    chains = [point(scene, 0.97 - curve(scene.speed)) for scene in scenes]
+    found = increase_of(chains, [point(Scene(potential="harmonic", velocity=0.1), 0.97)])
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("order", [4, 6])
+def test_limit_is_found_where_no_range_gives_it(order):
+    """The next term is smaller by v^(r-2): the power of any range is above the limit."""
+    m = order - 2
+    found = increase(order, lambda u: 0.4 * u**m * (1.0 + (u / 0.02) ** m))
+    limit, error = limit_power(found, order)
+    first = found.local_powers()[1][0]
+    # What the straight line leaves out is of second order in (v/0.02)^m, below 0.06 here.
+    assert abs(limit - m) <= 0.5 * abs(first - m)
+    assert abs(limit - m) <= 3.0 * error
+    assert found.fit(*FIT_RANGE).exponent > m + 0.3
+
+
+def test_fits_are_over_one_range_and_its_halves_whatever_the_numbers():
+    for curve in (lambda u: u**1.34, lambda u: u**2.09):
+        ends = [(fit.first, fit.last) for fit in increase(4, curve).fits()]
+        # The ends to one speed of these, which are a factor of 1.26 apart.
+        assert ends[0] == pytest.approx(FIT_RANGE, rel=0.26)
+        assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.26)
+        assert ends[2][1] == pytest.approx(FIT_RANGE[1], rel=0.26)
+        assert len(ends) == 3
+
+
+def test_dissipation_that_falls_has_no_power():
+    limit, _ = limit_power(increase(4, lambda u: -0.4 * u**2), 4)
+    assert np.isnan(limit)
+
+
+def test_too_few_speeds_give_no_limit():
+    found = increase(4, lambda u: u**2)
+    few = Increase(found.points[:3], found.baseline, SPEEDS[:3], found.values[:3], found.errors[:3])
+    assert np.isnan(limit_power(few, 4)[0])
