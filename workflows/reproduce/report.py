@@ -138,7 +138,7 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
             if answer is not None and answer.result is not None:
                 for name, version in answer.result["versions"].items():
                     found.setdefault(name, {})[version] = None
-    return {name: " and ".join(versions) for name, versions in found.items()}
+    return {name: " and ".join(sorted(versions)) for name, versions in found.items()}
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
