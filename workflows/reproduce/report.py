@@ -132,12 +132,12 @@ def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
 
 def _versions_of(measured: Measurements) -> dict[str, str]:
     """Return the versions that made the results: several where a store was carried on with."""
-    found: dict[str, dict[str, None]] = {}
+    found: dict[str, set[str]] = {}
     for point in measured.all_points():
         for answer in (point.lammps, point.in_house):
             if answer is not None and answer.result is not None:
                 for name, version in answer.result["versions"].items():
-                    found.setdefault(name, {})[version] = None
+                    found.setdefault(name, set()).add(version)
     return {name: " and ".join(sorted(versions)) for name, versions in found.items()}
 
 
