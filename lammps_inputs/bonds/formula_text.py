@@ -76,7 +76,7 @@ def _checked(name: Any, value: Any) -> float:
 
 
 def canonical_text(text: str) -> str:
-    """Return one text for all that differ in blanks, brackets without meaning, and ^ for **."""
+    """Return one text for all that differ in blanks, idle brackets, and signs of powers."""
     return ast.unparse(_parsed(text))
 
 
