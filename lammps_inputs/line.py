@@ -13,6 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.potential import Potential
+
 Array = NDArray[np.float64]
 
 
@@ -120,6 +122,32 @@ class Line:
         power = self.contact_exponent + 1.0
         energy = 0.5 * self.contact_mass * speed**2
         return float((power * energy / self.contact_stiffness) ** (1.0 / power))
+
+    def energy(self, bond: Potential, strains: Array, velocities: Array) -> float:
+        """
+        Return the energy of both bodies, and of their contact.
+
+        Parameters
+        ----------
+        bond : Potential
+            Of all bonds.
+        strains : ndarray of shape (N - 1,)
+            Along x, with the gap.
+        velocities : ndarray of shape (N,)
+            Along x.
+
+        Returns
+        -------
+        float
+            Kinetic energy, that of the bonds, and that of the overlap of soft bodies.
+        """
+        masses = np.where(np.isinf(self.masses), 0.0, self.masses)
+        with np.errstate(over="ignore", invalid="ignore"):
+            energy = 0.5 * float(masses @ velocities**2)
+            energy += float(np.sum(bond.energy(np.delete(strains, self.gap))))
+        overlap = max(-float(strains[self.gap]), 0.0)
+        power = self.contact_exponent + 1.0
+        return energy + self.contact_stiffness * overlap**power / power
 
     def separation(self, velocities: Array) -> float:
         r"""

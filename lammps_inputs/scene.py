@@ -308,6 +308,11 @@ class Scene(BaseModel):
         return max(self.particles, self.target_particles or 0)
 
     @property
+    def all_particles(self) -> int:
+        """Particles of both bodies."""
+        return self.particles + (self.target_particles or 0)
+
+    @property
     def explicit(self) -> bool:
         """Whether the numerics are given, not to be chosen from a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)

@@ -14,22 +14,15 @@ BLOCK = 50
 HANG_SECONDS = 60.0
 
 
-@pytest.mark.parametrize("first", range(0, 400, BLOCK))
-def test_bad_input_is_answered_or_refused_in_one_line(first):
-    found = {}
-    for number in range(first, first + BLOCK):
-        made = case(number)
-        wrong = faults(made, call_in_process(made, HANG_SECONDS))
-        if wrong:
-            found[number] = (made.arguments, wrong)
-    assert found == {}
+BLOCKS = [*((case, first) for first in range(0, 400, BLOCK))]
+BLOCKS += [*((body_case, first) for first in range(0, 200, BLOCK))]
 
 
-@pytest.mark.parametrize("first", range(0, 200, BLOCK))
-def test_bad_bodies_are_answered_or_refused_in_one_line(first):
+@pytest.mark.parametrize(("draw", "first"), BLOCKS)
+def test_bad_input_is_answered_or_refused_in_one_line(draw, first):
     found = {}
     for number in range(first, first + BLOCK):
-        made = body_case(number)
+        made = draw(number)
         wrong = faults(made, call_in_process(made, HANG_SECONDS))
         if wrong:
             found[number] = (made.arguments, wrong)

@@ -55,9 +55,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     """
     if modal.serves(scene):
         return _at_once(scene, modal.run(scene), modal_error(scene))
-    if sharpness(scene) <= SHARPEST_FIXED:
-        return _meet_with_fixed_steps(scene, goal, noise, known)
-    if scene.line is not None:
+    if scene.line is not None or sharpness(scene) <= SHARPEST_FIXED:
         return _meet_with_fixed_steps(scene, goal, noise, known)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)

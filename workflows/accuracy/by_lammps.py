@@ -182,7 +182,7 @@ def _verlet_numerics(
 
 def _least_step(scene: Scene, scouting: Scouting) -> float:
     """Return the smallest Verlet step of a run that comes to an end within minutes."""
-    particles = scene.particles + (scene.target_particles or 0)
+    particles = scene.all_particles
     return scouting.last_contact_time * particles / _MOST_BOND_STEPS
 
 

@@ -114,7 +114,7 @@ def modal_error(scene: Scene) -> float:
     Return the error of eta of an exact propagation, beyond that of a plain chain at a wall.
 
     Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
-    two changes of all roundings change, with a reserve of three.
+    some changes of all roundings change, with a reserve of three.
     """
     return 0.0 if scene.line is None else 3.0 * line_jitter(scene, scene.line)
 
@@ -124,11 +124,11 @@ def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outc
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         change = 1.0 + ulps * sys.float_info.epsilon
-        nudged = scene
         if scene.line is None:
-            nudged = scene.replace(speed=None, velocity=change * scene.impact_velocity)
-        # Given velocities are not changed: another step rounds everything as well.
-        other = run_in_house(nudged, scheme, step if scene.line is None else change * step, plain)
+            nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
+        else:  # given velocities are not changed: another step rounds everything as well
+            nudged, near = scene, change * step
+        other = run_in_house(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
     return worst
 

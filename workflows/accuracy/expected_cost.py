@@ -98,7 +98,7 @@ def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
 
 
 def _in_house_stage(scene: Scene) -> float:
-    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * (scene.particles + (scene.target_particles or 0))
+    return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.all_particles
 
 
 def _order8_step(scene: Scene, goal: float) -> float:

@@ -83,7 +83,7 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     parts = STEP_SCHEMES[scheme]
     steps = _MOST_ARRAY_STEPS
     if kernels_for(scene.bond, parts).compiled:
-        steps = _MOST_BOND_STEPS / (scene.particles + (scene.target_particles or 0))
+        steps = _MOST_BOND_STEPS / scene.all_particles
     return duration * parts.evaluations / steps
 
 

@@ -2,8 +2,6 @@
 
 import sys
 
-import numpy as np
-
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -46,7 +44,7 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
         The arithmetic's floor, which grows with n, and for absolute coordinates n eps/v0 times
         what was measured.
     """
-    n = scene.particles + (scene.target_particles or 0)
+    n = scene.all_particles
     # A displacement is of order v0 times the time of a vibration.
     v0 = scene.impact_velocity / scene.slow_stiffness**0.5
     arithmetic = ARITHMETIC_FLOOR * n * heat_of(scene)
@@ -68,10 +66,8 @@ def heat_of(scene: Scene) -> float:
     line = scene.line
     if line is None:
         return 1.0
-    masses = np.where(np.isinf(line.masses), 0.0, line.masses)
-    energy = 0.5 * float(masses @ line.velocities**2)
-    energy += float(np.sum(scene.bond.energy(np.delete(line.strains, line.gap))))
-    chain = float(np.sum(line.chain_masses))
+    energy = line.energy(scene.bond, line.strains, line.velocities)
+    chain = float(line.chain_masses.sum())
     return max(energy / (0.5 * chain * scene.impact_velocity**2), 1.0)
 
 
@@ -117,6 +113,6 @@ def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
         The jitter with a reserve; for LAMMPS, times how much more coarsely coordinates are rounded
         than strains.
     """
-    n = scene.particles + (scene.target_particles or 0)
+    n = scene.all_particles
     coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0
     return JITTER_SENSITIVITY * jitter * coarser

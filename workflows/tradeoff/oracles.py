@@ -10,7 +10,7 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.in_house.stepping import KNOWN_MARGIN
+from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain

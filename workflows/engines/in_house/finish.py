@@ -22,6 +22,10 @@ from chaincor.workflows.errors import (
 
 # The end is looked for when particle 1 has been away for so many mean intervals between contacts.
 PATIENCE = 2.0
+# A run that is compared with another goes on for so long after the other's last contact, in units
+# of the time that sound takes over a bond: longer than contacts follow one another, and than times
+# differ by.
+KNOWN_MARGIN = 5.0
 
 # A bond that fails this near the end of its data has left them within a step.
 _NEAR_END = 0.95

@@ -15,6 +15,7 @@ from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.finish import (
+    KNOWN_MARGIN,
     LastContact,
     displacements_from,
     finish,
@@ -24,10 +25,6 @@ from chaincor.workflows.engines.in_house.finish import (
 )
 from chaincor.workflows.engines.in_house.lines.running import run_line
 from chaincor.workflows.engines.outcome import Frames, Outcome
-
-# A run that is compared with another goes on for so long after the other's last contact, in units
-# of 1/sqrt(U''): longer than contacts follow one another, and than times differ by.
-KNOWN_MARGIN = 5.0
 
 
 def run(

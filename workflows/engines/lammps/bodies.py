@@ -10,7 +10,6 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.follow import Flight, follow
 from chaincor.workflows.engines.in_house.lines.following import follow_line
-from chaincor.workflows.engines.in_house.lines.running import line_energy
 from chaincor.workflows.engines.pieces import count_fragments
 
 # Bodies meet before their centres of mass could: so much more is waited.
@@ -102,12 +101,12 @@ class LineBodies(Bodies):
 
     def energy_start(self) -> float:
         """Return the energy at the start, that of strained bonds included."""
-        return line_energy(self.scene, self.line, self.line.strains, self.line.velocities)
+        return self.line.energy(self.scene.bond, self.line.strains, self.line.velocities)
 
     def energy(self, displacements: Array, velocities: Array) -> float:
         """Return the energy of a state in which the bodies do not overlap."""
         strains = self._strains_along(displacements)
-        return line_energy(self.scene, self.line, strains, self._velocities_along(velocities))
+        return self.line.energy(self.scene.bond, strains, self._velocities_along(velocities))
 
     def fragments(self, displacements: Array, velocities: Array) -> int:
         """Return how many pieces the chain has."""

@@ -14,7 +14,6 @@ from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.lines.bodies import LineInMotion
 from chaincor.workflows.engines.in_house.lines.following import follow_line
-from chaincor.workflows.engines.in_house.lines.running import line_energy
 
 CASES = json.loads((Path(__file__).parents[3] / "reference_general.json").read_text())["cases"]
 ORDER8 = Numerics(scheme="order8", timestep=0.1)
@@ -232,8 +231,8 @@ def test_energy_of_a_line_knows_its_contact():
     line = scene.line
     strains = line.strains.copy()
     strains[line.gap] = -0.1
-    expected = line_energy(scene, line, line.strains, line.velocities) + 3.0 * 0.1**2.5 / 2.5
-    assert line_energy(scene, line, strains, line.velocities) == pytest.approx(expected)
+    expected = line.energy(scene.bond, line.strains, line.velocities) + 3.0 * 0.1**2.5 / 2.5
+    assert line.energy(scene.bond, strains, line.velocities) == pytest.approx(expected)
 
 
 def test_numpy_steps_what_cannot_be_compiled():

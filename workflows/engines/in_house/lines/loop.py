@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
-from chaincor.workflows.engines.in_house.lines.verlet import LineParameters
+from chaincor.workflows.engines.in_house.lines.verlet import LineParameters, contact_force
 from chaincor.workflows.engines.in_house.stages import Array, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
@@ -117,16 +117,14 @@ def build_line_motion(
         ``advance(ledger, arrays, goal, step, fractions, parameters)``: take steps until `goal` of
         them are done or something needs the caller.
     """
-    copy = stages.copy
+    copy, repulsion = stages.copy, register(contact_force)
 
     @register
     def opening(state: State, parameters: LineParameters) -> PathPoint:
         # The gap, its rate and the rate of that.
         gap, inverse = parameters.gap, parameters.inverse
         strain, velocity = state
-        push = 0.0
-        if strain[gap] < 0.0:
-            push = parameters.stiffness * (-strain[gap]) ** parameters.exponent
+        push = repulsion(strain[gap], parameters.stiffness, parameters.exponent)
         ahead = 0.0
         behind = 0.0
         if gap + 1 < strain.shape[0]:

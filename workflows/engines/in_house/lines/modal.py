@@ -32,7 +32,6 @@ from chaincor.workflows.engines.in_house.lines.modal_loop import (
     load_loop,
     taylor_window,
 )
-from chaincor.workflows.engines.in_house.lines.running import line_energy
 from chaincor.workflows.engines.in_house.mode_flight import ModalGap
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -106,8 +105,8 @@ def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcom
         duration=collision.time,
         bond_min=low,
         bond_max=high,
-        energy_start=line_energy(scene, line, line.strains, line.velocities),
-        energy_end=line_energy(scene, line, last.strains, last.velocities),
+        energy_start=line.energy(scene.bond, line.strains, line.velocities),
+        energy_end=line.energy(scene.bond, last.strains, last.velocities),
         fragments=1,
         seconds=seconds,
         force_evaluations=0,
@@ -279,9 +278,7 @@ class _Collision:
         """Let bodies that touch collide or part."""
         line, gap = self._line, self._gap
         closing = float(line.velocities[line.gap] - line.velocities[line.first])
-        if gap.wall_distance > 0.0 or closing < 0.0:
-            return
-        if closing > 0.0:
+        if gap.wall_distance > 0.0 or closing != 0.0:
             return
         if self._is_pressed():
             raise SceneError(

@@ -7,23 +7,22 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, quiet_time
-from chaincor.workflows.engines.in_house.finish import refuse_growth, strain_error, unfinished_error
+from chaincor.workflows.engines.in_house.finish import (
+    KNOWN_MARGIN,
+    refuse_growth,
+    strain_error,
+    unfinished_error,
+)
 from chaincor.workflows.engines.in_house.lines import loop
 from chaincor.workflows.engines.in_house.lines.bodies import LineInMotion
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.pieces import count_fragments
 
 Array = NDArray[np.float64]
-
-# A run that is compared with another goes on for so long after the other's last contact, in units
-# of the time that sound takes over a bond: longer than contacts follow one another.
-_KNOWN_MARGIN = 5.0
-
 
 # Soft bodies may overlap for so many times what two free particles would.
 LONGEST_TOUCHES = 100.0
@@ -71,7 +70,7 @@ def _carry_out(
     bodies, stiffness = scene.span, scene.slow_stiffness
     # Times of outcomes count from the first contact, those of the motion from its start.
     look = 0.0
-    margin = _KNOWN_MARGIN / stiffness**0.5
+    margin = KNOWN_MARGIN / stiffness**0.5
     frames.record()
     while True:
         until = look
@@ -133,8 +132,8 @@ def _outcome(
     line, ledger, last = moving.line, moving.ledger, moving.arrays.last
     times, speeds, impulses = moving.contacts.copy()
     begin = float(times[0])
-    energy_start = line_energy(scene, line, line.strains, line.velocities)
-    energy_end = line_energy(scene, line, last.strain, last.velocity)
+    energy_start = line.energy(scene.bond, line.strains, line.velocities)
+    energy_end = line.energy(scene.bond, last.strain, last.velocity)
     refuse_growth(scene, energy_start, energy_end)
     first, targets = line.first, line.targets
     displacements = moving.displacements(float(ledger.last_position), last.strain)
@@ -166,17 +165,6 @@ def _outcome(
         target_displacements=displacements[:targets][::-1],
         target_velocities=last.velocity[:targets][::-1].copy(),
     )
-
-
-def line_energy(scene: Scene, line: Line, strains: Array, velocities: Array) -> float:
-    """Return the energy of both bodies, and of their contact."""
-    masses = np.where(np.isinf(line.masses), 0.0, line.masses)
-    with np.errstate(over="ignore", invalid="ignore"):
-        energy = 0.5 * float(masses @ velocities**2)
-        energy += float(np.sum(scene.bond.energy(np.delete(strains, line.gap))))
-    overlap = max(-float(strains[line.gap]), 0.0)
-    power = line.contact_exponent + 1.0
-    return energy + line.contact_stiffness * overlap**power / power
 
 
 @dataclass

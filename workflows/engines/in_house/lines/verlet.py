@@ -54,10 +54,6 @@ class LineParameters(NamedTuple):
         inverse, gap = line.inverse_masses.copy(), line.gap
         return cls(bond, inverse, gap, line.contact_stiffness, line.contact_exponent)
 
-    def near(self, begin: int, end: int) -> "LineParameters":
-        """Return those of some particles of the line, the contact among them."""
-        return self._replace(inverse=self.inverse[begin:end], gap=self.gap - begin)
-
 
 def contact_force(gap: float, stiffness: float, exponent: float) -> float:
     """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
