@@ -36,6 +36,7 @@ from chaincor.lammps_inputs.scene_identity import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
+from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
 PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
 POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
@@ -133,6 +134,14 @@ class Scene(BaseModel):
     compression: Annotated[float, Field(gt=-1, lt=1)] | None = Field(
         default=None, description="by which part all bonds of the chain are shorter at first"
     )
+    temperature: PositiveFloat | None = Field(
+        default=None,
+        description="k_B T at which both bodies are in equilibrium at first: bonds and velocities "
+        "are drawn [default: cold]",
+    )
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] | None = Field(
+        default=None, description="of what is drawn, a whole number [default: 1]"
+    )
     speed: PositiveFloat | None = Field(
         default=None, description="impact speed in units of v* [default: 0.4]"
     )
@@ -187,7 +196,9 @@ class Scene(BaseModel):
     def _read_masses(cls, value: Any) -> Any:
         return read_masses(value)
 
-    @field_validator("particles", "target_particles", "power_order", "table_points", mode="before")
+    @field_validator(
+        "particles", "target_particles", "power_order", "table_points", "seed", mode="before"
+    )
     @classmethod
     def _refuse_bool_count(cls, value: Any) -> Any:
         if isinstance(value, bool):
@@ -205,6 +216,7 @@ class Scene(BaseModel):
         "contact_stiffness",
         "contact_exponent",
         "compression",
+        "temperature",
         mode="before",
     )
     @classmethod

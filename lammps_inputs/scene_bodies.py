@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.small_file import read_small_file
+from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -23,6 +24,8 @@ BODY_KEYS = (
     "contact_exponent",
     "initial",
     "compression",
+    "temperature",
+    "seed",
 )
 DEFAULT_CONTACT_STIFFNESS = 1.0
 DEFAULT_CONTACT_EXPONENT = 1.5
@@ -86,18 +89,32 @@ def line_of(scene: "Scene") -> Line | None:
     if state is not None:
         gap, strains = state.gap, state.strains
         velocities = velocities if state.velocities is None else state.velocities
+    free = target if scene.target_particles is not None else np.zeros(0)
+    target_strains, target_velocities = np.zeros(len(target) - 1), np.zeros(len(target))
+    if scene.temperature is not None:
+        drawn = draw(scene.bond, scene.temperature, masses, free[::-1], [seed_of(scene)])
+        gap, strains = float(drawn.gaps[0]), drawn.strains[0]
+        velocities = drawn.velocities[0] - scene.impact_velocity
+        if len(free):
+            target_strains = drawn.target_strains[0, ::-1]
+            target_velocities = drawn.target_velocities[0, ::-1]
     soft = scene.contact == "power"
     plain = scene.target_particles is None and not soft and state is None
-    if plain and not np.any(strains) and np.all(masses == 1.0):
+    if plain and scene.temperature is None and not np.any(strains) and np.all(masses == 1.0):
         return None
     return Line(
         masses=np.concatenate((target, masses)),
         first=len(target),
-        strains=np.concatenate((np.zeros(len(target) - 1), [gap], strains)),
-        velocities=np.concatenate((np.zeros(len(target)), velocities)),
+        strains=np.concatenate((target_strains, [gap], strains)),
+        velocities=np.concatenate((target_velocities, velocities)),
         contact_stiffness=(scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS) if soft else 0.0,
         contact_exponent=scene.contact_exponent or DEFAULT_CONTACT_EXPONENT,
     )
+
+
+def seed_of(scene: "Scene") -> int:
+    """Return the seed of what a warm scene draws."""
+    return DEFAULT_SEED if scene.seed is None else scene.seed
 
 
 def given_bodies(scene: "Scene") -> dict[str, Any]:
@@ -127,6 +144,8 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
         fields["initial"] = _digest(state)
     elif scene.compression:
         fields["compression"] = scene.compression
+    elif scene.temperature is not None:
+        fields |= {"temperature": scene.temperature, "seed": seed_of(scene)}
     return fields
 
 

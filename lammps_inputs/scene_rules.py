@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
+
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
@@ -26,6 +28,9 @@ LARGEST_MASS_RATIO = 1e12
 # Energies, too, are to be numbers.
 LARGEST_MASS = 1e30
 
+# Impact velocity over sqrt(T) of the slowest warm bodies: they start tens of bond lengths apart.
+SLOWEST_APPROACH = 1e-4
+
 # Shorter steps would take days to the end of the smallest collision, and drown in rounding.
 SHORTEST_TIMESTEP = 1e-9
 
@@ -35,6 +40,7 @@ def check_together(scene: "Scene") -> None:
     _check_parameters(scene)
     _check_bodies(scene)
     _check_speed(scene)
+    _check_warmth(scene)
     _check_numerics(scene)
 
 
@@ -147,6 +153,24 @@ def _check_speed(scene: "Scene") -> None:
         raise ValueError(
             f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
             "floating point can square"
+        )
+
+
+def _check_warmth(scene: "Scene") -> None:
+    if scene.temperature is None:
+        if scene.seed is not None:
+            raise ValueError("seed goes with temperature: give both, or neither")
+        return
+    for key in ("initial", "compression"):
+        if getattr(scene, key) is not None:
+            raise ValueError(f"temperature and {key} are both given; a state is one or the other")
+    bond_distribution(scene.bond, scene.temperature)  # raises where there is no equilibrium
+    slowest = SLOWEST_APPROACH * scene.temperature**0.5
+    if not slowest < scene.impact_velocity:
+        raise ValueError(
+            f"temperature is {scene.temperature:g} and the impact velocity "
+            f"{scene.impact_velocity:g}, less than {SLOWEST_APPROACH:g} of the thermal one: bodies "
+            f"this slow would take too long to meet; expected more than {slowest:g}"
         )
 
 

@@ -55,7 +55,7 @@ FLOORS = {
         {"contact_search", "stages"},
     ],
     "lammps_inputs/bonds": [
-        {"formula", "potentials", "table_file"},
+        {"equilibrium", "formula", "potentials", "table_file"},
         {"formula_rest", "user_bond"},
         {"formula_code"},
         {"formula_text"},

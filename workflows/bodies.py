@@ -11,6 +11,7 @@ from chaincor.analysis.restitution import centre_of_mass_velocity, energy_split
 from chaincor.lammps_inputs.scene_bodies import (
     DEFAULT_CONTACT_EXPONENT,
     DEFAULT_CONTACT_STIFFNESS,
+    seed_of,
 )
 
 if TYPE_CHECKING:
@@ -48,6 +49,10 @@ class Bodies:
         File of the state that the chain came with.
     compression : float or None
         By which part its bonds were shorter at first.
+    temperature : float or None
+        k_B T of both bodies at first.
+    seed : int or None
+        Of what was drawn.
     velocity_after, target_velocity_after : float or None
         Of the centres of mass.
     translational_energy, target_translational_energy : float or None
@@ -68,6 +73,8 @@ class Bodies:
     contact_exponent: float | None = field(default=None, repr=False)
     initial: str | None = field(default=None, repr=False)
     compression: float | None = field(default=None, repr=False)
+    temperature: float | None = field(default=None, repr=False)
+    seed: int | None = field(default=None, repr=False)
     velocity_after: float | None = field(default=None, repr=False)
     target_velocity_after: float | None = field(default=None, repr=False)
     translational_energy: float | None = field(default=None, repr=False)
@@ -122,6 +129,8 @@ def _as_given(scene: "Scene") -> dict[str, Any]:
         "initial": None if scene.initial is None else str(scene.initial),
         "compression": scene.compression,
     }
+    if scene.temperature is not None:
+        given |= {"temperature": scene.temperature, "seed": seed_of(scene)}
     if scene.contact == "power":
         given |= {
             "contact": "power",

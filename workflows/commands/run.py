@@ -151,6 +151,8 @@ def _bodies_before(result: Collision) -> list[str]:
         lines.append(f"initial state of {result.initial}")
     if result.compression is not None:
         lines.append(f"bonds shorter by {result.compression:.6g} at first")
+    if result.temperature is not None:
+        lines.append(f"warm at first: T = {result.temperature:.6g}, seed {result.seed}")
     return lines
 
 

@@ -125,6 +125,8 @@ BODY_COLUMNS = {
     "contact_exponent": "json_extract(scene, '$.contact[1]')",
     "initial": "json_extract(scene, '$.initial')",
     "compression": "json_extract(scene, '$.compression')",
+    "temperature": "json_extract(scene, '$.temperature')",
+    "seed": "json_extract(scene, '$.seed')",
 } | {
     name: f"json_extract(details, '$.{name}')"
     for name in (

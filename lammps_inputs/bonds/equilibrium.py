@@ -1,0 +1,332 @@
+r"""
+Bond lengths in equilibrium: the density :math:`\exp(-U(s)/T)`, its integral and the inverse of it.
+
+A free chain with bonds between neighbours has no other coupling of their lengths: each is
+distributed as if it were alone. So a chain in equilibrium is drawn bond by bond, without a Markov
+chain.
+
+Bonds that break have no such equilibrium: at infinite length the density does not vanish. There it
+is that of bound states, which ends where the bond is as good as broken: at the barrier, where there
+is one, and else at :math:`U = D - T`, from where thermal energy suffices. Where the density at
+that end is not small the definition means nothing, and the temperature is refused.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import SceneError
+
+Array = NDArray[np.float64]
+
+# A bond must hold so many times T: the density where it gives way is then below 1e-3 of that at
+# rest (exp(-8), and exp(-7) where it ends T short of breaking).
+LEAST_DEPTH = 8.0
+# exp(-U/T) below exp(-50) = 2e-22 is less than any number that is drawn can tell (2^-54 = 6e-17).
+_REACH = 50.0
+# Panels of 16 Gauss points; one is halved until the last terms of its series are below this part
+# of the whole integral. Rounding of the density alone leaves about 1e-16.
+_POINTS = 16
+_RESOLVED = 4e-15
+_FIRST_PANELS = 24
+_MOST_HALVINGS = 40
+_MOST_PANELS = 20_000
+# What may stay unresolved, of an energy with little jumps or noise, in parts of the whole.
+_UNRESOLVED = 1e-10
+# Rounding of an energy from which a constant was taken, in parts of T.
+_NOISE = 1e-8
+# Newton's steps end here, in units of half a panel, and rounding of them cannot matter.
+_CLOSE = 1e-14
+_AT_ONCE = 16_384
+
+_NODES, _WEIGHTS = legendre.leggauss(_POINTS)
+# Values at the nodes to coefficients of Legendre polynomials.
+_TO_SERIES = (
+    (np.arange(_POINTS) + 0.5)[:, np.newaxis] * _WEIGHTS * legendre.legvander(_NODES, _POINTS - 1).T
+)
+
+
+@dataclass(frozen=True, eq=False)
+class BondDistribution:
+    r"""
+    Distribution of one bond's strain in equilibrium.
+
+    Made by :func:`bond_distribution`. Within a panel the density is a polynomial of degree 15.
+
+    Attributes
+    ----------
+    edges : ndarray of shape (P + 1,)
+        Of the panels: the first and the last are the ends of the density.
+    densities : ndarray of shape (16, P)
+        Legendre coefficients of the density in each panel, times half its width.
+    shares : ndarray of shape (P + 1,)
+        Probability below each edge: 0 to 1.
+    """
+
+    edges: Array
+    densities: Array
+    shares: Array
+
+    @cached_property
+    def _integrals(self) -> Array:
+        return np.asarray(legendre.legint(self.densities, lbnd=-1), dtype=float)
+
+    @cached_property
+    def _nodes(self) -> tuple[Array, Array]:
+        """Strains and their probabilities, for averages."""
+        half = 0.5 * np.diff(self.edges)[:, np.newaxis]
+        middles = 0.5 * (self.edges[1:] + self.edges[:-1])[:, np.newaxis]
+        values = legendre.legval(_NODES, self.densities)
+        weights = values * _WEIGHTS
+        return (middles + half * _NODES).ravel(), (weights / np.sum(weights)).ravel()
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean strain."""
+        strains, weights = self._nodes
+        return float(np.sum(weights * strains))
+
+    @cached_property
+    def variance(self) -> float:
+        """Mean square deviation of the strain from its mean."""
+        strains, weights = self._nodes
+        return float(np.sum(weights * (strains - self.mean) ** 2))
+
+    def log_moment(self, slopes: Array) -> Array:
+        r"""
+        Return :math:`\ln\langle e^{\lambda (s - \langle s\rangle)}\rangle`.
+
+        Parameters
+        ----------
+        slopes : ndarray
+            :math:`\lambda`.
+
+        Returns
+        -------
+        ndarray
+            The cumulant generating function, of the same shape.
+        """
+        strains, weights = self._nodes
+        powers = np.multiply.outer(slopes, strains - self.mean)
+        largest = np.max(powers, axis=-1)
+        found = np.log(np.sum(weights * np.exp(powers - largest[..., np.newaxis]), axis=-1))
+        return found + largest
+
+    def share_below(self, strains: Array) -> Array:
+        """
+        Return the probability of a smaller strain.
+
+        Parameters
+        ----------
+        strains : ndarray
+            Any strains.
+
+        Returns
+        -------
+        ndarray
+            0 to 1, of the same shape.
+        """
+        s = np.clip(strains, self.edges[0], self.edges[-1])
+        panel = np.clip(np.searchsorted(self.edges, s, side="right") - 1, 0, len(self.edges) - 2)
+        low, high = self.edges[panel], self.edges[panel + 1]
+        x = (2.0 * s - low - high) / (high - low)
+        return self.shares[panel] + legendre.legval(x, self._integrals[:, panel], tensor=False)
+
+    def strains(self, shares: Array) -> Array:
+        """
+        Return the strains below which a bond is with given probabilities.
+
+        Each is found by itself: it does not depend on what else is asked for.
+
+        Parameters
+        ----------
+        shares : ndarray
+            Between 0 and 1.
+
+        Returns
+        -------
+        ndarray
+            Strains, of the same shape; exact to about 1e-15 in probability.
+        """
+        wanted = np.asarray(shares, dtype=float).ravel()
+        found = np.empty_like(wanted)
+        for begin in range(0, len(wanted), _AT_ONCE):
+            part = slice(begin, begin + _AT_ONCE)
+            found[part] = self._invert(wanted[part])
+        return found.reshape(np.shape(shares))
+
+    def _invert(self, shares: Array) -> Array:
+        """Solve for the place within the panel by Newton's method, between bounds that shrink."""
+        panel = np.searchsorted(self.shares, shares, side="right") - 1
+        panel = np.clip(panel, 0, len(self.edges) - 2)
+        inside = shares - self.shares[panel]
+        x = np.clip(2.0 * inside / np.diff(self.shares)[panel] - 1.0, -1.0, 1.0)
+        low, high = np.full_like(x, -1.0), np.full_like(x, 1.0)
+        left = np.arange(len(x))
+        for _ in range(100):
+            here = x[left]
+            series = panel[left]
+            excess = legendre.legval(here, self._integrals[:, series], tensor=False) - inside[left]
+            slope = legendre.legval(here, self.densities[:, series], tensor=False)
+            low[left] = np.where(excess < 0.0, here, low[left])
+            high[left] = np.where(excess > 0.0, here, high[left])
+            with np.errstate(all="ignore"):
+                step = here - excess / slope
+            within = (step >= low[left]) & (step <= high[left])
+            x[left] = np.where(within, step, 0.5 * (low[left] + high[left]))
+            left = left[np.abs(x[left] - here) > _CLOSE]
+            if not len(left):
+                break
+        begin, end = self.edges[panel], self.edges[panel + 1]
+        return np.clip(0.5 * (begin + end) + 0.5 * (end - begin) * x, begin, end)
+
+
+@lru_cache(maxsize=64)
+def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
+    r"""
+    Return how the strain of a bond is distributed in equilibrium.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond.
+    temperature : float
+        :math:`k_B T`, an energy.
+
+    Returns
+    -------
+    BondDistribution
+        Density :math:`\propto \exp(-U(s)/T)` of all strains, or of those at which the bond holds.
+
+    Raises
+    ------
+    SceneError
+        If the bond holds nothing in tension, or less than `LEAST_DEPTH` times T.
+    """
+    low, high = _ends(bond, temperature)
+    edges = np.linspace(low, high, _FIRST_PANELS + 1)
+    inner = [kink for kink in (0.0, *bond.kinks) if low < kink < high]
+    edges = np.unique(np.concatenate((edges, inner)))
+    begins, ends = edges[:-1], edges[1:]
+    noise = 8.0 * np.finfo(float).eps * abs(bond.energy_offset) / temperature
+    kept: list[tuple[Array, Array, Array]] = []
+    whole = count = 0.0
+    for halving in range(_MOST_HALVINGS + 1):
+        series = _series(bond, temperature, begins, ends)
+        total = whole + 2.0 * float(np.sum(series[0]))
+        tails = np.max(np.abs(series[-3:]), axis=0)
+        done = tails <= (_RESOLVED + noise) * total
+        full = count + 2 * len(begins) > _MOST_PANELS or halving == _MOST_HALVINGS
+        if noise > _NOISE or (full and np.sum(tails[~done]) > _UNRESOLVED * total):
+            raise SceneError(
+                f"temperature is {temperature:g}: exp(-U/T) of the {bond.name} bond cannot be "
+                "integrated: its energy is not smooth, or rounded to more than T; expected one "
+                "that is, or a higher temperature"
+            )
+        if full:
+            done[:] = True
+        kept.append((begins[done], ends[done], series[:, done]))
+        whole += 2.0 * float(np.sum(series[0, done]))
+        count += int(np.sum(done))
+        begins, ends = begins[~done], ends[~done]
+        if not len(begins):
+            break
+        middles = 0.5 * (begins + ends)
+        begins, ends = np.concatenate((begins, middles)), np.concatenate((middles, ends))
+    starts = np.concatenate([part[0] for part in kept])
+    order = np.argsort(starts)
+    densities = np.concatenate([part[2] for part in kept], axis=1)[:, order]
+    shares = np.concatenate(([0.0], np.cumsum(2.0 * densities[0])))
+    return BondDistribution(
+        np.append(starts[order], high), densities / shares[-1], shares / shares[-1]
+    )
+
+
+def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> Array:
+    """Return the Legendre coefficients of exp(-U/T) in each panel, times half its width."""
+    half = 0.5 * (ends - begins)
+    strains = 0.5 * (begins + ends) + half * _NODES[:, np.newaxis]
+    with np.errstate(all="ignore"):
+        values = np.exp(-np.asarray(bond.energy(strains), dtype=float) / temperature)
+    # Where the energy overflows it may be no number.
+    return _TO_SERIES @ (np.nan_to_num(values, nan=0.0) * half)
+
+
+def crossing_strains(bond: Potential) -> float:
+    """
+    Return the strain at which particles would pass through each other, or the bond's data end.
+
+    Parameters
+    ----------
+    bond : Potential
+        The bond; harmonic particles may pass.
+
+    Returns
+    -------
+    float
+        -inf where there is none.
+    """
+    free = bond.anharmonic_order is None and bond.strain_min == -math.inf
+    return -math.inf if free else max(-1.0, bond.strain_min)
+
+
+def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
+    """Return the strains between which the density is drawn; refuse a temperature too high."""
+    floor, ceiling = crossing_strains(bond), min(bond.barrier_strain, bond.strain_max)
+    if bond.dissociation == 0.0:
+        raise SceneError(
+            f"temperature is given, and a {bond.name} bond holds nothing together in tension: "
+            "such a chain has no equilibrium; drop temperature"
+        )
+    pressed = _energy_at(bond, floor)
+    depth = min(pressed, _energy_at(bond, ceiling), bond.dissociation)
+    if temperature * LEAST_DEPTH > depth:
+        end = "until its ends meet" if depth == pressed else "before it gives way"
+        raise SceneError(
+            f"temperature is {temperature:g}: a {bond.name} bond takes an energy of {depth:.6g} "
+            f"{end}; expected {depth / LEAST_DEPTH:.6g} at most, {LEAST_DEPTH:g} times less, so "
+            "that it lasts"
+        )
+    level = _REACH * temperature
+    low = -_outward(bond, level, -1.0, -floor)
+    high = _outward(bond, min(level, bond.dissociation - temperature), 1.0, ceiling)
+    if math.isinf(high) or math.isinf(low):
+        raise SceneError(
+            f"temperature is {temperature:g}: the energy of the {bond.name} bond grows too slowly "
+            "for an equilibrium; expected a lower temperature"
+        )
+    return low, high
+
+
+def _energy_at(bond: Potential, strain: float) -> float:
+    """Return U at an end of the strains; inf where it is none, or no number."""
+    if math.isinf(strain):
+        return math.inf
+    with np.errstate(all="ignore"):
+        energy = float(bond.energy(strain))
+    return energy if math.isfinite(energy) else math.inf
+
+
+def _outward(bond: Potential, level: float, side: float, end: float) -> float:
+    """Return how far from rest U first exceeds a level, or the end; inf where it never does."""
+    scale = math.sqrt(2.0 * level / bond.stiffness)
+    far = scale * np.geomspace(1e-3, 1e9, 4000)
+    far = np.append(far[far < end], end) if end < far[-1] else far
+    with np.errstate(all="ignore"):
+        above = ~(np.asarray(bond.energy(side * far), dtype=float) <= level)
+    if not np.any(above):
+        return end
+    first = int(np.argmax(above))
+    inner, outer = (float(far[first - 1]) if first else 0.0), float(far[first])
+    while True:
+        middle = 0.5 * (inner + outer)
+        if not inner < middle < outer:
+            return inner
+        with np.errstate(all="ignore"):
+            below = float(bond.energy(side * middle)) <= level
+        inner, outer = (middle, outer) if below else (inner, middle)
