@@ -2,7 +2,7 @@
 Random scenes of two bodies on a line: what `collide` says of them, and what the judge does.
 
     python -m benchmarks.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
-        [--engine reference|lammps] [--most-seconds 300]
+        [--engine reference|lammps] [--kind line|warm] [--most-seconds 300]
 
 The judge is that of ``bodies``, which shares nothing with the engines. A row is written for every
 scene, and a study that was stopped goes on where it was. The verdicts: *inside* the error bar;
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.bars.line_scenes import draw_line_scene
+from benchmarks.bars.warm_scenes import draw_warm_scene
 from benchmarks.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
@@ -74,11 +75,14 @@ def judge_scene(scene: Scene, bar: float, multiple: float = MULTIPLE) -> Judgeme
     return found
 
 
-def draw(seed: int, index: int, engine: str | None, folder: Path) -> Scene:
+def draw(seed: int, index: int, engine: str | None, folder: Path, kind: str = "line") -> Scene:
     """Return one scene of the study: the first valid one of its own random numbers."""
     for attempt in range(100):
+        random = np.random.default_rng([seed, index, attempt])
         try:
-            scene = draw_line_scene(np.random.default_rng([seed, index, attempt]), folder, engine)
+            if kind == "warm":
+                return draw_warm_scene(random, engine)
+            scene = draw_line_scene(random, folder, engine)
         except ChaincorError:
             continue
         if scene.line is not None:
@@ -86,10 +90,12 @@ def draw(seed: int, index: int, engine: str | None, folder: Path) -> Scene:
     raise AssertionError("no valid scene in 100")
 
 
-def try_scene(index: int, *, seed: int, engine: str | None, most_seconds: float) -> dict[str, Any]:
+def try_scene(
+    index: int, *, seed: int, engine: str | None, kind: str, most_seconds: float
+) -> dict[str, Any]:
     """Run one scene and judge it."""
     with tempfile.TemporaryDirectory() as folder:
-        scene = draw(seed, index, engine, Path(folder))
+        scene = draw(seed, index, engine, Path(folder), kind)
         return _try(scene, {"index": index, **describe(scene)}, most_seconds)
 
 
@@ -104,12 +110,18 @@ def describe(scene: Scene) -> dict[str, Any]:
         "target": line.targets,
         "mass_ratio": float(free.max() / free.min()),
         "contact": [line.contact_stiffness, line.contact_exponent] if line.soft else "hard",
-        "start": "file" if scene.initial else "compressed" if scene.compression else "cold",
+        "start": _start_of(scene),
         "velocity": scene.impact_velocity,
         "speed": scene.speed,
         "engine": scene.engine,
         "asked": scene.tolerance,
     }
+
+
+def _start_of(scene: Scene) -> str:
+    if scene.temperature is not None:
+        return f"T={scene.temperature:.3g} seed {scene.seed}"
+    return "file" if scene.initial else "compressed" if scene.compression else "cold"
 
 
 def _try(scene: Scene, row: dict[str, Any], most_seconds: float) -> dict[str, Any]:
@@ -218,6 +230,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
+    parser.add_argument("--kind", choices=["line", "warm"], default="line", help="of scenes")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--most-seconds", type=float, default=300.0, help="a collision may take")
     given = parser.parse_args()
@@ -226,7 +239,11 @@ def main() -> None:
         rows = {r["index"]: r for r in map(json.loads, given.output.read_text().splitlines())}
     missing = [index for index in range(given.count) if index not in rows]
     attempt = partial(
-        try_scene, seed=given.seed, engine=given.engine, most_seconds=given.most_seconds
+        try_scene,
+        seed=given.seed,
+        engine=given.engine,
+        kind=given.kind,
+        most_seconds=given.most_seconds,
     )
     pool = multiprocessing.get_context("spawn").Pool(given.processes)
     with pool, given.output.open("a") as file:

@@ -50,7 +50,7 @@ def _sharpness(bond: Potential, impact_velocity: float) -> float:
 
 def _sharpness_of_line(scene: Scene, line: Line) -> float:
     """Return the same for bonds and a contact that unequal particles compress."""
-    v0, pairs = scene.impact_velocity, line.masses[1:] * line.masses[:-1]
+    v0, pairs = float(np.max(np.abs(line.velocities))), line.masses[1:] * line.masses[:-1]
     with np.errstate(invalid="ignore"):
         reduced = pairs / (line.masses[1:] + line.masses[:-1])
     bonds = np.delete(reduced, line.gap)

@@ -12,7 +12,7 @@ from chaincor.workflows.engines.in_house.follow import Flight, follow
 from chaincor.workflows.engines.in_house.lines.following import follow_line
 from chaincor.workflows.engines.pieces import count_fragments
 
-# Bodies meet before their centres of mass could: so much more is waited.
+# So much more is waited than bodies can take to meet.
 _LATEST = 1.1
 
 Array = NDArray[np.float64]
@@ -139,7 +139,7 @@ def approach_time(scene: Scene) -> float:
     """
     Return how long the bodies take to meet at most; 0 where they start at their first contact.
 
-    Particle 1 is in front of its centre of mass, which comes with v0.
+    They meet before their centres of mass could, which come together with v0.
     """
     if scene.line is None:
         return 0.0
@@ -148,5 +148,8 @@ def approach_time(scene: Scene) -> float:
     if positions[0] == 0.0 and velocities[0] < 0.0:
         return 0.0
     way = float(masses @ positions[:n]) / float(np.sum(masses))
-    # The target's first particle stays where its body is.
-    return _LATEST * (way + scene.line.targets) / scene.impact_velocity
+    if scene.line.targets:
+        # Of one particle, whose surface is where it is met: no way at all, but for rounding.
+        targets = scene.line.target_masses
+        way += 1.0 - float(targets @ positions[n:]) / float(np.sum(targets))
+    return _LATEST * way / scene.impact_velocity

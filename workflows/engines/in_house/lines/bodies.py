@@ -91,6 +91,8 @@ class LineInMotion:
         ledger.soft = line.soft
         ledger.shortest_share = 1.0 if line.smooth else loop.SHORTEST_SHARE
         ledger.contact_mass = line.contact_mass
+        # The target's first particle is at its place.
+        ledger.position = -float(np.sum(strains[: line.gap]))
         ledger.strain_floor, ledger.strain_ceiling = allowed_strains(bond)
         bonds = np.delete(strains, line.gap)
         ledger.strain_min = min(float(np.min(bonds, initial=0.0)), 0.0)
@@ -128,6 +130,7 @@ class LineInMotion:
             velocity[first] += given * self.line.inverse_masses[first]
         self.arrays.contacts[:, 0] = 0.0, closing, given
         ledger.contacts = 1
+        ledger.last_position = ledger.position
         for new, old in zip(self.arrays.last, self.arrays.now, strict=True):
             new[:] = old
 

@@ -166,19 +166,22 @@ class _Bodies:
         self._split = len(line.chain_masses)
 
     def at_start(self) -> ModalGap:
-        """Return the gap at the start, the target at rest."""
+        """Return the gap at the start."""
         line, chain = self.line, self.chain
-        strains = chain.strain_amplitudes(line.strains[line.first :])
-        speeds = chain.velocity_amplitudes(line.velocities[line.first :])
-        still = np.zeros(line.targets - 1 if self.target else 0)
+        strains = [chain.strain_amplitudes(line.strains[line.first :])]
+        speeds = [chain.velocity_amplitudes(line.velocities[line.first :])]
+        if self.target is not None:
+            # From the contact outward it goes towards -x: seen in a mirror, it is a chain.
+            strains.append(self.target.strain_amplitudes(line.strains[: line.gap][::-1]))
+            speeds.append(self.target.velocity_amplitudes(-line.velocities[: line.first][::-1]))
         # Of the relative motion of the centres of mass the mass is the reduced one.
         translation = 1.0 / math.sqrt(line.reduced_mass)
         approach = line.separation(line.velocities)
         bodies = [chain] + ([self.target] if self.target else [])
         shape = np.concatenate(([translation], *(body.contact for body in bodies)))
         return ModalGap(
-            np.concatenate(([0.0], strains, still)),
-            np.concatenate(([approach / translation], speeds, still)),
+            np.concatenate(([0.0], *strains)),
+            np.concatenate(([approach / translation], *speeds)),
             np.concatenate(([0.0], *(body.omega for body in bodies))),
             shape,
             float(line.strains[line.gap]),
@@ -350,7 +353,10 @@ class _Collision:
             mean = -share * (_mean_distance(gap) - self._first_distance - drifted)
             target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
             resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
-            outward = np.concatenate(([0.0], np.cumsum(target_strains)))
+            outward = np.cumsum(np.concatenate(([0.0], target_strains)))
+            # The contact was at 0 at first, wherever that left the centre of mass.
+            at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
+            mean -= float(masses @ at_first) / whole
             place = mean + float(masses @ outward) / whole - float(outward[-1])
         chain_strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
         moving = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))

@@ -1,0 +1,75 @@
+"""Random warm scenes: chains in equilibrium, at walls and at free targets that are warm as well."""
+
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.equilibrium import LEAST_DEPTH
+from chaincor.lammps_inputs.scene import Scene
+
+_POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
+_MOST_PARTICLES = 60
+# Temperatures, in units of what a bond holds, or of (v*)^2 of bonds that hold.
+_COLDEST, _WARMEST = 1e-8, 1.0
+# Impact over thermal speed of a particle.
+_SLOWEST, _FASTEST = 0.1, 30.0
+# Of v*, from where bonds are broken by the impact, or get sharp.
+_FASTEST_IMPACT = 1.2
+
+
+def draw_warm_scene(random: np.random.Generator, engine: str | None = None) -> Scene:
+    """
+    Draw a scene with a temperature.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+        Decides everything.
+    engine : str, optional
+        For one engine only; drawn otherwise.
+
+    Returns
+    -------
+    Scene
+        A valid scene.
+
+    Raises
+    ------
+    SceneError
+        If what was drawn is none.
+    """
+    potential = str(random.choice(_POTENTIALS))
+    particles = round(10 ** random.uniform(np.log10(2), np.log10(_MOST_PARTICLES)))
+    fields: dict[str, Any] = {
+        "potential": potential,
+        "particles": particles,
+        "engine": engine or str(random.choice(["lammps", "reference"])),
+        "tolerance": float(10 ** random.uniform(-9, -4)),
+    }
+    if potential == "toda":
+        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
+    if potential == "morse":
+        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
+    if potential == "power":
+        order = int(random.integers(3, 7))
+        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    bond = Scene(**fields).bond
+    held = min(bond.dissociation, bond.barrier) / LEAST_DEPTH
+    scale = 0.1 if bond.natural_speed is None else bond.natural_speed
+    hottest = min(held, scale**2)
+    temperature = hottest * float(10 ** random.uniform(np.log10(_COLDEST), np.log10(_WARMEST)))
+    ratio = float(10 ** random.uniform(np.log10(_SLOWEST), np.log10(_FASTEST)))
+    velocity = min(ratio * temperature**0.5, _FASTEST_IMPACT * scale)
+    fields |= {"temperature": temperature, "velocity": velocity}
+    fields["seed"] = int(random.integers(1_000_000))
+    if random.random() < 0.3:
+        fields["masses"] = (1.0, float(10 ** random.uniform(-1, 1)))
+    if random.random() < 0.3:
+        fields["target_particles"] = round(10 ** random.uniform(0.0, 1.5))
+    if random.random() < 0.15:
+        fields |= {
+            "contact": "power",
+            "contact_stiffness": float(10 ** random.uniform(-1, 2)),
+            "contact_exponent": float(random.choice([1.0, 1.5, 2.0])),
+        }
+    return Scene(**fields)
