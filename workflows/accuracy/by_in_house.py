@@ -18,7 +18,7 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.rounding import jitter_error, rounding_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.measured import measured
@@ -85,8 +85,10 @@ def _meet_with_fixed_steps(
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
     scheme = next(name for name, least in _SCHEMES.items() if goal > least)
-    if scene.line is not None and noise * STEP_SCHEMES[scheme].amplification > _STEP_SHARE * goal:
-        scheme = "order8"  # which amplifies rounding least
+    if scene.line is not None:
+        amplified = noise * STEP_SCHEMES[scheme].amplification
+        if jitter_error("reference", amplified, scene) > _STEP_SHARE * goal:
+            scheme = "order8"  # which amplifies rounding least
     if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
     order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
@@ -142,7 +144,10 @@ def _meet_with_fixed_steps(
     if np.max(np.diff(fine.contact_times), initial=0.0) > quiet:
         # What comes after a long silence of a chain that broke amplifies rounding.
         assert fine.timestep is not None
-        noise = max(noise, nudged_change(scene, scheme, fine.timestep, fine))
+        nudged = nudged_change(scene, scheme, fine.timestep, fine)
+        if scene.line is not None:
+            nudged /= STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
+        noise = max(noise, nudged)
         sure = scene.line is not None and fine.ending.kind == "proved"
         if max(noise, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.

@@ -141,10 +141,12 @@ def jitter(scene: Scene) -> float:
     that depends on the scene alone; for bonds that fixed steps can follow.
     """
     step = guess_step(scene, "order8", _JITTER_GOAL)
+    # A warm chain that comes slowly is thrown back to the target long after it was there.
+    follow = scene.temperature is not None
     for last in (False,) * _MOST_HALVINGS + (True,):
         try:
             numerics = Numerics(scheme="order8", timestep=step)
-            plain = stepping.run(scene, numerics, follow=False)
+            plain = stepping.run(scene, numerics, follow=follow)
             worst = nudged_change(scene, "order8", step, plain)
         except RunError:
             if last:

@@ -82,6 +82,33 @@ def test_initial_state_of_any_kind(tmp_path):
     assert outcome.energy_end == pytest.approx(outcome.energy_start, rel=SHARP)
 
 
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"particles": 6},
+        {"particles": 4, "masses": [1, 3], "target_particles": 5},
+        {"particles": 1, "target_particles": 3, "target_masses": [2, 1]},
+    ],
+)
+def test_warm_bodies_in_fifty_digits(fields):
+    scene = harmonic(**fields, temperature=4e-3, seed=3)
+    line, outcome = scene.line, modal.run(scene)
+    # They fly for less than this before they meet, and are compared after the last contact.
+    sharp = collide_in_decimals(
+        line.masses, line.first, line.strains, line.velocities, outcome.duration + 40.0
+    )
+    assert outcome.ending.kind == "proved"
+    assert relative_velocity(line, outcome) == pytest.approx(sharp.opening, abs=SHARP)
+    assert outcome.contact_times == pytest.approx(sharp.contact_times, abs=10.0 * SHARP)
+    assert outcome.contact_speeds == pytest.approx(sharp.contact_speeds, abs=SHARP)
+    assert along_x(outcome, "velocities") == pytest.approx(sharp.velocities, abs=10.0 * SHARP)
+    assert along_x(outcome, "displacements") == pytest.approx(sharp.displacements, abs=10.0 * SHARP)
+    # Steps see the same, places of both bodies included.
+    stepped = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
+    for name in ("velocities", "displacements"):
+        assert along_x(stepped, name) == pytest.approx(along_x(outcome, name), abs=1e-9)
+
+
 def test_two_masses_lose_most_at_their_published_ratio():
     def of_ratio(ratio):
         return restitution(harmonic(2, masses=[ratio, 1.0]))

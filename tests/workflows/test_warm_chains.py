@@ -1,0 +1,87 @@
+"""Warm chains by both engines: against the cold number, against each other, and above one."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.judge.lines import judge_scene
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.cli import main
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.errors import CrossingError
+
+SHARP = Numerics(scheme="order8", timestep=0.05)
+WARM = [
+    {"potential": "harmonic", "particles": 6, "velocity": 0.05, "temperature": 1e-3},
+    {"potential": "lj", "particles": 8, "speed": 0.2, "temperature": 1e-3},
+    {"potential": "toda", "particles": 5, "speed": 0.3, "temperature": 1e-2, "masses": [1, 2]},
+    {"potential": "log", "particles": 4, "speed": 0.1, "temperature": 1e-2, "target_particles": 3},
+    {"potential": "lj", "particles": 5, "speed": 0.3, "temperature": 1e-3, "contact": "power",
+     "contact_exponent": 2.0, "target_particles": 4},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fields", WARM, ids=lambda f: f["potential"])
+def test_both_engines_and_the_judge_agree(fields):
+    scene = Scene(**fields, seed=5)
+    ours, theirs = stepping.run(scene, SHARP), lammps.run(scene, SHARP)
+    judged = judge_scene(scene, 1e-9).seen
+    assert len(ours.contact_times) == len(theirs.contact_times) == judged.contacts
+    # Steps of order 8 of a twentieth of the fastest period: about (0.05/0.2)^8 of what 0.2 does.
+    assert eta_of(scene, ours) == pytest.approx(judged.restitution, rel=1e-8)
+    assert eta_of(scene, theirs) == pytest.approx(judged.restitution, rel=1e-8)
+    assert ours.energy_end == pytest.approx(ours.energy_start, rel=1e-9)
+    assert theirs.displacements == pytest.approx(ours.displacements, abs=1e-8)
+    assert theirs.target_displacements == pytest.approx(ours.target_displacements, abs=1e-8)
+
+
+@pytest.mark.parametrize("potential", ["harmonic", "lj", "toda", "log"])
+def test_the_number_tends_to_the_cold_one(potential):
+    speed = {"velocity": 0.1} if potential == "harmonic" else {"speed": 0.4}
+    scene = Scene(potential=potential, particles=10, engine="reference", tolerance=1e-10, **speed)
+    cold = collide(scene).restitution
+    off = []
+    for temperature in (1e-8, 1e-12, 1e-16):
+        # Differences are of order v_thermal/v0, and follow it while contacts stay as they are.
+        thermal = math.sqrt(temperature) / scene.impact_velocity
+        warm = [collide(scene.replace(temperature=temperature, seed=s)) for s in (1, 2)]
+        off.append(max(abs(result.restitution - cold) for result in warm))
+        assert off[-1] < 10.0 * thermal + 2e-10
+    assert off[0] > 1e-7  # and yet it is another one
+
+
+def test_a_warm_chain_may_come_back_faster_than_it_came(capsys):
+    arguments = "run --potential toda --particles 10 --velocity 0.01 --temperature 0.01 --seed 2"
+    with pytest.raises(SystemExit) as left:
+        main([*arguments.split(), "--engine", "reference", "--json"])
+    assert left.value.code == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["restitution"] > 1.0
+    assert found["kinematic_restitution"] == pytest.approx(math.sqrt(found["restitution"]))
+    assert found["restitution_error"] <= found["tolerance"]
+    assert (found["temperature"], found["seed"]) == (0.01, 2)
+    # It came with n v0^2/2 and with heat, and no more than both went back.
+    before = 0.5 * 10 * 0.01**2
+    assert found["translational_energy"] == pytest.approx(found["restitution"] * before)
+    heat = Scene.from_toml(
+        'potential = "toda"\nparticles = 10\nvelocity = 0.01\ntemperature = 0.01\nseed = 2'
+    )
+    assert found["translational_energy"] + found["vibrational_energy"] == pytest.approx(
+        heat.line.energy(heat.bond, heat.line.strains, heat.line.velocities), rel=1e-9
+    )
+
+
+def test_lammps_refuses_what_it_cannot_place():
+    # Bonds of springs get shorter than nothing at the root of their energy: 1 in 300 at T = 0.1.
+    scene = Scene(potential="harmonic", particles=400, velocity=0.1, temperature=0.15)
+    assert np.min(scene.line.strains[1:]) < -1.0
+    assert collide(scene.replace(engine="reference", particles=60)).crossed
+    with pytest.raises((SceneError, CrossingError), match="pass through each other"):
+        collide(scene.replace(engine="lammps", particles=60))
