@@ -75,6 +75,11 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     return stepped
 
 
+def usual_scheme(goal: float) -> StepSchemeName:
+    """Return the scheme of fixed steps that usually meets a goal most cheaply."""
+    return next(name for name, least in _SCHEMES.items() if goal > least)
+
+
 def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
     """Answer with an outcome that no step was chosen for."""
     return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
@@ -84,7 +89,7 @@ def _meet_with_fixed_steps(
     scene: Scene, goal: float, noise: float, followed: Outcome | None
 ) -> Answer:
     """Start from the usual step of a scheme and refine until three steps agree."""
-    scheme = next(name for name, least in _SCHEMES.items() if goal > least)
+    scheme = usual_scheme(goal)
     if scene.line is not None:
         amplified = noise * STEP_SCHEMES[scheme].amplification
         if jitter_error("reference", amplified, scene) > _STEP_SHARE * goal:

@@ -28,7 +28,7 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     bar.
     """
     floor = rounding_error(scene.engine, scene)
-    goal = max(_decade_within(tolerance), _decade_within(floor))
+    goal = max(decade_within(tolerance), decade_within(floor))
     noise = 0.0
     # Light particles between heavy ones amplify more than equal ones ever do.
     matters = goal < JITTER_MATTERS * floor or scene.line is not None
@@ -51,7 +51,8 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     return replace(best, reason=reason_missed(best, tolerance))
 
 
-def _decade_within(tolerance: float) -> float:
+def decade_within(tolerance: float) -> float:
+    """Return the largest power of ten that is not above a tolerance."""
     # The logarithm of a power of ten may come out a last digit short of a whole number.
     return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 

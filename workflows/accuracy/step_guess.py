@@ -98,7 +98,11 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
 
 def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
     """Guess the step that meets an error."""
+    return usual_step(scheme, goal, scene.fast_stiffness) / sharpness(scene)
+
+
+def usual_step(scheme: StepSchemeName, goal: float, stiffness: float) -> float:
+    """Return the step that meets an error with bonds that are hardly compressed."""
     order = STEP_SCHEMES[scheme].order
     usual = USUAL_STEPS[scheme] * (goal / _USUAL_ERROR[scheme]) ** (1.0 / order)
-    stable = largest_step(scheme, scene.fast_stiffness)
-    return min(stable, usual / scene.fast_stiffness**0.5) / sharpness(scene)
+    return min(largest_step(scheme, stiffness), usual / stiffness**0.5)

@@ -28,7 +28,7 @@ VIBRATIONS = 100.0
 # Of an escape for which there is energy.
 _LEAST_RISK = 1e-300
 # Bounds are worked out for energies on a ladder of this ratio, and kept.
-_LADDER = math.log(1.03)
+ENERGY_LADDER = math.log(1.03)
 
 
 def breaking_energy(bond: Potential) -> float:
@@ -128,8 +128,8 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
 
 def _on_ladder(bond: Potential, energy: float) -> float:
     """Return an energy that is a little higher, one of few; never one that breaks the bond."""
-    rung = math.ceil(math.log(energy / bond.stiffness) / _LADDER)
-    higher = bond.stiffness * math.exp(rung * _LADDER)
+    rung = math.ceil(math.log(energy / bond.stiffness) / ENERGY_LADDER)
+    higher = bond.stiffness * math.exp(rung * ENERGY_LADDER)
     return higher if higher < breaking_energy(bond) else energy
 
 

@@ -143,7 +143,7 @@ class LoopCompiler:
         """
         return register_jitable(**OPTIONS)(self._own(function))
 
-    def compile(self, function: Callable) -> Callable:
+    def compile(self, function: Callable, threaded: bool = False) -> Callable:
         """
         Compile a function that Python calls.
 
@@ -151,13 +151,15 @@ class LoopCompiler:
         ----------
         function : callable
             Closes over registered functions only.
+        threaded : bool
+            Whether other threads of Python run meanwhile.
 
         Returns
         -------
         callable
             Compiled at its first call, or loaded.
         """
-        return njit(self._own(function), cache=self.keep, **OPTIONS)
+        return njit(self._own(function), cache=self.keep, nogil=threaded, **OPTIONS)
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)

@@ -9,6 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.kernels import KEPT
+from chaincor.workflows.engines.in_house.lines.ensemble_loop import build_carry, is_over
 from chaincor.workflows.engines.in_house.lines.loop import build_line_motion
 from chaincor.workflows.engines.in_house.lines.verlet import array_line_stages, looped_line_stages
 from chaincor.workflows.engines.schemes import StepScheme
@@ -59,3 +60,27 @@ def _compile_line(function: Callable, keep: bool, build_leap: Callable) -> Calla
     stages = looped_line_stages(kernel, register)
     leap = register(build_leap(stages))
     return compiler.compile(build_line_motion(kernel, leap, stages, register))
+
+
+def ensemble_kernels_for(bond: Potential, scheme: StepScheme) -> LineKernels | None:
+    """Return the loop over many collisions; None for forces that cannot be compiled."""
+    return _ensemble_kernels_for(bond, scheme.build_leap)
+
+
+@lru_cache(maxsize=KEPT)
+def _ensemble_kernels_for(bond: Potential, build_leap: Callable) -> LineKernels | None:
+    force = scalar_force(bond)
+    if force is None:
+        return None
+    return LineKernels(_compile_carry(force.function, force.keep, build_leap), force.parameters)
+
+
+@lru_cache(maxsize=KEPT)
+def _compile_carry(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    register = compiler.register
+    kernel = register(function)
+    stages = looped_line_stages(kernel, register)
+    leap = register(build_leap(stages))
+    advance = compiler.register_long(build_line_motion(kernel, leap, stages, register))
+    return compiler.compile(build_carry(advance, register(is_over)), threaded=True)

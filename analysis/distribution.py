@@ -1,0 +1,229 @@
+"""The distribution of a quantity over samples, each with a numerical error bar of its own."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chaincor.lammps_inputs.errors import InputError
+
+Array = NDArray[np.float64]
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Quantile:
+    """
+    A quantile of a distribution.
+
+    Attributes
+    ----------
+    probability : float
+        The part of all samples that is expected below it.
+    value : float
+        Estimate.
+    low, high : float
+        Interval that holds it with the confidence, whatever the distribution: two of the ordered
+        samples; -inf or inf where there are too few.
+    """
+
+    probability: float
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Share:
+    """
+    A probability, from how often something happened.
+
+    Attributes
+    ----------
+    value : float
+        Part of the samples.
+    low, high : float
+        Wilson's interval; samples whose error bars leave it open whether it happened count as both.
+    doubtful : int
+        How many these are.
+    """
+
+    value: float
+    low: float
+    high: float
+    doubtful: int
+
+
+@dataclass(frozen=True)
+class Distribution:
+    r"""
+    What samples say of a distribution.
+
+    Attributes
+    ----------
+    count : int
+        Number N of samples.
+    mean, deviation : float
+        Mean, and standard deviation :math:`s` (of N - 1).
+    standard_error : float
+        Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
+    numerical_error : float
+        Its numerical error: the mean of the samples' error bars, as all may err to one side; nan
+        where one has none.
+    quantiles : tuple of Quantile
+        At `QUANTILES`.
+    """
+
+    count: int
+    mean: float
+    deviation: float
+    standard_error: float
+    numerical_error: float
+    quantiles: tuple[Quantile, ...]
+
+    @classmethod
+    def of(cls, values: ArrayLike, errors: ArrayLike) -> "Distribution":
+        """
+        Return what samples say.
+
+        Parameters
+        ----------
+        values, errors : array_like of shape (N,)
+            Samples and their numerical error bars.
+
+        Raises
+        ------
+        InputError
+            If there are no samples.
+        """
+        x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
+        if len(x) == 0:
+            raise InputError("a distribution of no samples was asked for; expected one at least")
+        deviation = float(np.std(x, ddof=1)) if len(x) > 1 else math.nan
+        return cls(
+            count=len(x),
+            mean=float(np.mean(x)),
+            deviation=deviation,
+            standard_error=deviation / math.sqrt(len(x)),
+            numerical_error=float(np.mean(bars)),
+            quantiles=tuple(quantile(x, p) for p in QUANTILES),
+        )
+
+    def samples_needed(self, precision: float) -> int | None:
+        r"""
+        Return of how many samples the mean has a wanted standard error: :math:`(s/\epsilon)^2`.
+
+        Parameters
+        ----------
+        precision : float
+            The standard error :math:`\epsilon`.
+
+        Returns
+        -------
+        int or None
+            None where one sample says nothing of their scatter.
+        """
+        if not math.isfinite(self.deviation):
+            return None
+        # A deviation that rounding alone makes needs no samples.
+        return max(1, math.ceil((self.deviation / precision) ** 2 * (1.0 - 1e-12)))
+
+
+def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDENCE) -> Quantile:
+    """
+    Return a quantile with an interval that rests on no form of the distribution.
+
+    How many of N samples lie below the true quantile is binomial: so two of the ordered samples
+    enclose it with the confidence.
+
+    Parameters
+    ----------
+    values : array_like of shape (N,)
+        Samples.
+    probability : float
+        Of a sample to lie below.
+    confidence : float
+        Of the interval, at least.
+
+    Returns
+    -------
+    Quantile
+        Linear between samples, as `numpy.quantile`.
+    """
+    from scipy.stats import binom
+
+    ordered = np.sort(np.asarray(values, dtype=float))
+    count, tail = len(ordered), 0.5 * (1.0 - confidence)
+    padded = np.concatenate(([-math.inf], ordered, [math.inf]))
+    # The quantile is not below sample k (from 1) unless k or more samples are.
+    below = int(binom.ppf(tail, count, probability))
+    above = int(binom.ppf(1.0 - tail, count, probability)) + 1
+    return Quantile(
+        probability,
+        float(np.quantile(ordered, probability)),
+        float(padded[below]),
+        float(padded[above]),
+    )
+
+
+def wilson_interval(
+    hits: int, count: int, confidence: float = CONFIDENCE
+) -> tuple[float, float]:
+    r"""
+    Return Wilson's interval for a probability.
+
+    .. math:: \frac{p + z^2/2N \pm z \sqrt{p(1 - p)/N + z^2/4N^2}}{1 + z^2/N}, \qquad p = k/N.
+
+    Parameters
+    ----------
+    hits, count : int
+        k of N.
+    confidence : float
+        Of the interval; z is the normal quantile that belongs to it.
+
+    Returns
+    -------
+    tuple of float
+        Lower and upper end, within 0 and 1.
+    """
+    from scipy.special import ndtri
+
+    z = float(ndtri(0.5 + 0.5 * confidence))
+    p, wide = hits / count, z * z / count
+    centre = (p + 0.5 * wide) / (1.0 + wide)
+    half = z * math.sqrt(p * (1.0 - p) / count + 0.25 * wide / count) / (1.0 + wide)
+    # None of them, or all, is exactly the end of the interval.
+    low = 0.0 if hits == 0 else max(0.0, centre - half)
+    high = 1.0 if hits == count else min(1.0, centre + half)
+    return low, high
+
+
+def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share:
+    """
+    Return how likely a sample is to exceed a threshold.
+
+    Parameters
+    ----------
+    values, errors : array_like of shape (N,)
+        Samples and their numerical error bars.
+    threshold : float
+        What to exceed.
+
+    Returns
+    -------
+    Share
+        With its interval.
+    """
+    x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
+    surely = int(np.count_nonzero(x - bars > threshold))
+    # What has no bar may be anywhere.
+    possibly = int(np.count_nonzero(~(x + bars <= threshold)))
+    return Share(
+        float(np.mean(x > threshold)),
+        wilson_interval(surely, len(x))[0],
+        wilson_interval(possibly, len(x))[1],
+        possibly - surely,
+    )

@@ -1,0 +1,207 @@
+"""A tolerance for many collisions of one chain at once, which differ in their initial states."""
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import compressed_strain
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, usual_scheme
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
+from chaincor.workflows.accuracy.meet import decade_within
+from chaincor.workflows.accuracy.step_guess import usual_step
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
+from chaincor.workflows.engines.in_house.lines.ensemble import (
+    ManyCollisions,
+    ManyOutcomes,
+    StartStates,
+    chain_energies,
+    serves,
+)
+from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+Array = NDArray[np.float64]
+
+# Sharper goals are met one by one: there what rounding becomes has to be looked at.
+SHARPEST_GOAL = 1e-8
+# Energy for the most compressed bond of a warm chain, in units of T: decides the first step only.
+_HOTTEST_BOND = 5.0
+# First steps are guessed for energies on a ladder of this ratio.
+_ENERGY_LADDER = math.log(1.1)
+# A run is compared with those at so many times its step, as of one collision by itself.
+_COARSER = (2.0, 1.86)
+# Steps are chosen for this part of the goal.
+_STEP_SHARE = 0.5
+# Of those that need more, most never converge.
+_MOST_REFINEMENTS = 6
+# Rounding may take this part of a goal.
+_ROUNDING_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class MetMany:
+    """
+    Many collisions with their error bars.
+
+    Attributes
+    ----------
+    met : ndarray of shape (samples,)
+        Whether the tolerance is met; where it is not, nothing else counts.
+    restitution, step_error, rounding : ndarray of shape (samples,)
+        eta, and the parts of its error bar.
+    timesteps : ndarray of shape (samples,)
+        H.
+    contacts : ndarray of shape (samples,)
+        How many there were.
+    last_contact_times : ndarray of shape (samples,)
+        From the first contact.
+    proved : ndarray of shape (samples,)
+        Whether the end is proved; argued otherwise.
+    """
+
+    met: NDArray[np.bool_]
+    restitution: Array
+    step_error: Array
+    rounding: Array
+    timesteps: Array
+    contacts: NDArray[np.int64]
+    last_contact_times: Array
+    proved: NDArray[np.bool_]
+
+
+class ManyMeetings:
+    """
+    Meets the tolerance of a scene for many initial states.
+
+    Parameters
+    ----------
+    scene : Scene
+        One of them, which :meth:`serve` takes; bonds, masses and tolerance are those of all.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        line, asked = scene.line, asked_tolerance(scene)
+        assert line is not None and asked is not None
+        self._scene, self._line = scene, line
+        self._goal = decade_within(asked)
+        self.scheme = usual_scheme(self._goal)
+        self._collisions = ManyCollisions(line, scene.bond, self.scheme)
+        self._steps: dict[int, float] = {}
+
+    @staticmethod
+    def serve(scene: Scene) -> bool:
+        """Return whether scenes of this kind are met here; others are met one by one."""
+        line = scene.line
+        if scene.engine != "reference" or scene.explicit or line is None:
+            return False
+        asked = asked_tolerance(scene)
+        assert asked is not None
+        return decade_within(asked) >= SHARPEST_GOAL and serves(line, scene.bond)
+
+    def share(self, velocity: float) -> int:
+        """Return how many to meet at once, so that Ctrl-C is heeded soon."""
+        return self._collisions.share(min(self._first_step(velocity), 1.0))
+
+    def meet(self, starts: StartStates, velocities: Array) -> MetMany:
+        """
+        Carry collisions out.
+
+        Each is run at H, 2 H and 1.86 H. The largest difference of eta is its error bar, with no
+        discount for the order: so it holds what the collision makes of rounding, too, which is
+        another one in every run.
+
+        Parameters
+        ----------
+        starts : StartStates
+            Where they begin.
+        velocities : ndarray of shape (samples,)
+            Impact velocity of each.
+
+        Returns
+        -------
+        MetMany
+            What comes of one does not depend on which others there are.
+        """
+        steps = np.array([self._first_step(v) for v in velocities.tolist()])
+        floor = self._rounding(starts, velocities)
+        found = _nothing(len(starts), floor)
+        left = np.isfinite(steps) & (floor <= _ROUNDING_SHARE * self._goal)
+        order = STEP_SCHEMES[self.scheme].order
+        for _ in range(_MOST_REFINEMENTS):
+            now = np.flatnonzero(left)
+            if len(now) == 0:
+                break
+            runs, errors = self._compare(starts.chosen(now), steps[now], velocities[now])
+            met = errors + floor[now] <= self._goal
+            done = now[met]
+            found.met[done] = True
+            found.restitution[done] = (runs.speeds[met] / velocities[done]) ** 2
+            found.step_error[done] = np.maximum(errors[met], LEAST_SHARE * self._goal)
+            found.timesteps[done] = steps[done]
+            for name in ("contacts", "last_contact_times", "proved"):
+                getattr(found, name)[done] = getattr(runs, name)[met]
+            left[done] = False
+            # Late contacts of chains that broke have more to them than a step.
+            left[now[runs.settled & runs.silent & ~runs.proved]] = False
+            with np.errstate(divide="ignore"):
+                wanted = (_STEP_SHARE * self._goal / errors) ** (1.0 / order)
+            steps[now] *= np.clip(np.where(np.isfinite(errors), wanted, 0.5), 0.3, 0.8)
+        return found
+
+    def _first_step(self, velocity: float) -> float:
+        """Guess H for an impact velocity; inf where bonds are too sharp for fixed steps."""
+        energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
+        rung = math.ceil(math.log(energy) / _ENERGY_LADDER)
+        if rung not in self._steps:
+            self._steps[rung] = self._step_at(math.exp(rung * _ENERGY_LADDER))
+        return self._steps[rung]
+
+    def _step_at(self, energy: float) -> float:
+        scene, bond = self._scene, self._scene.bond
+        strain = compressed_strain(bond, energy)
+        sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
+        if sharpness > SHARPEST_FIXED:
+            return math.inf
+        goal = _STEP_SHARE * self._goal / COARSER_SHARE[self.scheme]
+        return 0.5 * usual_step(self.scheme, goal, scene.fast_stiffness) / sharpness
+
+    def _rounding(self, starts: StartStates, velocities: Array) -> Array:
+        """Return the error of eta due to rounding, as ``engines.rounding`` does."""
+        translation = 0.5 * float(np.sum(self._line.chain_masses)) * velocities**2
+        heat = np.maximum(chain_energies(self._line, self._scene.bond, starts) / translation, 1.0)
+        return ARITHMETIC_FLOOR * self._scene.particles * heat
+
+    def _compare(
+        self, starts: StartStates, steps: Array, velocities: Array
+    ) -> tuple[ManyOutcomes, Array]:
+        """Run at three steps; return what the finest gave and by how much the others differ."""
+        fine = self._collisions.run(starts, steps, None)
+        errors = np.where(fine.settled & ~(fine.silent & ~fine.proved), 0.0, np.inf)
+        sound = np.flatnonzero(np.isfinite(errors))
+        chosen, of = starts.chosen(sound), fine.chosen(sound)
+        for times in _COARSER:
+            if len(sound) == 0:
+                break
+            coarse = self._collisions.run(chosen, times * steps[sound], of)
+            apart = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
+            errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
+        return fine, errors
+
+
+def _nothing(count: int, rounding: Array) -> MetMany:
+    """Return room for collisions, none of them met."""
+    room = {
+        f.name: np.full(count, np.nan)
+        for f in fields(MetMany)
+        if f.name not in ("met", "contacts", "proved", "rounding")
+    }
+    return MetMany(
+        met=np.zeros(count, bool),
+        contacts=np.zeros(count, np.int64),
+        proved=np.zeros(count, bool),
+        rounding=rounding,
+        **room,
+    )

@@ -1,0 +1,1 @@
+"""Many collisions of warm chains: one number for each seed, and what they say together."""

@@ -1,0 +1,394 @@
+"""Many collisions at once: warm chains of many seeds, or any list of scenes."""
+
+import json
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene_bodies import seed_of
+from chaincor.lammps_inputs.scene_identity import plain_fields
+from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
+from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.accuracy.many import ManyMeetings
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
+from chaincor.workflows.collision import MOST_SECONDS
+from chaincor.workflows.durations import format_duration
+from chaincor.workflows.engines.in_house.lines.ensemble import StartStates
+from chaincor.workflows.ensemble.result import Ensemble, Sample
+from chaincor.workflows.errors import CostError, WorkerDiedError
+from chaincor.workflows.store.attempt import Attempt, Failure, carry_out, host_name
+from chaincor.workflows.sweep.pool import ProcessPool
+from chaincor.workflows.sweep.progress import Advance, progress_bar
+from chaincor.workflows.versions import versions
+
+MOST_SAMPLES = 10_000_000
+# Collisions one by one that are done sooner here than new processes start.
+_FEW = 8
+# Keys by which the samples of one ensemble may differ.
+_VARYING = ("seed", "velocity", "speed")
+
+
+def collide_many(
+    scenes: Scene | Sequence[Scene],
+    samples: int | None = None,
+    *,
+    workers: int | None = None,
+    progress: bool = False,
+    most_seconds: float = MOST_SECONDS,
+) -> Ensemble:
+    """
+    Carry out many collisions.
+
+    Parameters
+    ----------
+    scenes : Scene or sequence of Scene
+        A warm scene, of which so many seeds are drawn as there are `samples`: its own and those
+        that follow it. Or the scenes themselves, which may differ in anything. With the in-house
+        engine a tolerance down to 1e-8 and a hard, rigid wall, warm chains that differ in seed and
+        speed alone are carried out together, in compiled loops; all others one by one, in worker
+        processes: a script that asks for those needs the usual ``if __name__ == "__main__":``.
+    samples : int, optional
+        Only with one scene.
+    workers : int, optional
+        Threads, or processes; as many as there are cores by default.
+    progress : bool
+        Whether to show a progress bar, where there is a terminal.
+    most_seconds : float
+        How long all may be expected to take.
+
+    Returns
+    -------
+    Ensemble
+        The numbers, which do not depend on `workers`. Collisions without one are samples that say
+        why.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to draw, or each sample would write to the same file.
+    CostError
+        If it is expected to take longer than `most_seconds`; nothing was begun.
+    MissingLibraryError, WorkerStartError
+        If no collision at all can be run.
+    """
+    try:
+        return _collide_many(scenes, samples, workers, progress, most_seconds)
+    except KeyboardInterrupt as interrupt:
+        raise interrupt.with_traceback(None) from None
+
+
+def _collide_many(
+    scenes: Scene | Sequence[Scene],
+    samples: int | None,
+    workers: int | None,
+    progress: bool,
+    most_seconds: float,
+) -> Ensemble:
+    started = time.perf_counter()
+    workers = _checked_workers(workers)
+    groups = _groups(scenes, samples)
+    count = sum(len(group.seeds) for group in groups)
+    shared = _shared_fields(groups)
+    _refuse_endless(groups, workers, most_seconds)
+    found: list[Sample | None] = [None] * count
+    costs = sum(group.expected * len(group.seeds) for group in groups)
+    with progress_bar(progress, count, costs) as advance:
+        alone: list[tuple[int, _Group, int]] = []
+        for group in groups:
+            if group.together:
+                left = _meet_together(group, found, workers, advance)
+            else:
+                left = list(range(len(group.seeds)))
+            alone += [(group.places[k], group, k) for k in left]
+        _collide_alone(alone, found, workers, advance)
+    assert all(sample is not None for sample in found)
+    first = groups[0].scene
+    return Ensemble(
+        samples=tuple(sample for sample in found if sample is not None),
+        scene=shared,
+        tolerance=asked_tolerance(first),
+        workers=workers,
+        seconds_total=time.perf_counter() - started,
+        versions=versions(),
+    )
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Scenes that differ in seed and impact velocity alone."""
+
+    scene: Scene
+    seeds: list[int | None]
+    velocities: NDArray[np.float64]
+    places: list[int]
+    expected: float
+    given: tuple[Scene, ...] | None
+
+    @property
+    def together(self) -> bool:
+        """Whether all are carried out in compiled loops."""
+        return self.scene.temperature is not None and ManyMeetings.serve(self.scene)
+
+    def scene_of(self, k: int) -> Scene:
+        """Return one of them."""
+        return self.scene.replace(seed=self.seeds[k]) if self.given is None else self.given[k]
+
+    def starts(self, chosen: slice) -> StartStates:
+        """Return where some of them begin; what is drawn is the same as of each by itself."""
+        scene, line = self.scene, self.scene.line
+        assert line is not None and scene.temperature is not None
+        seeds = [seed for seed in self.seeds[chosen] if seed is not None]
+        drawn = draw(scene.bond, scene.temperature, line.chain_masses, np.zeros(0), seeds)
+        return StartStates(
+            np.concatenate((drawn.gaps[:, None], drawn.strains), axis=1),
+            drawn.velocities - self.velocities[chosen, None],
+        )
+
+
+def _checked_workers(workers: int | None) -> int:
+    if workers is None:
+        return os.cpu_count() or 1
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise InputError(f"workers is {workers!r}; expected a whole number, 1 or more")
+    return workers
+
+
+def _groups(scenes: Scene | Sequence[Scene], samples: int | None) -> list[_Group]:
+    if isinstance(scenes, Scene):
+        return [_drawn_group(scenes, samples)]
+    if samples is not None:
+        raise InputError(
+            "samples goes with one scene, of which so many seeds are drawn; expected a scene, or a "
+            "list of scenes without samples"
+        )
+    chosen = list(scenes)
+    if not chosen:
+        raise InputError("no scenes were given; expected one at least")
+    found: dict[Any, list[int]] = {}
+    for place, scene in enumerate(chosen):
+        if not isinstance(scene, Scene):
+            raise InputError(f"scenes has {scene!r}; expected scenes")
+        _refuse_outputs(scene)
+        found.setdefault(_key(scene), []).append(place)
+    groups = []
+    for places in found.values():
+        given = tuple(chosen[place] for place in places)
+        seeds = [None if scene.temperature is None else seed_of(scene) for scene in given]
+        velocities = np.array([scene.impact_velocity for scene in given])
+        groups.append(
+            _Group(given[0], seeds, velocities, places, expected_seconds(given[0]), given)
+        )
+    return groups
+
+
+def _drawn_group(scene: Scene, samples: int | None) -> _Group:
+    if isinstance(samples, bool) or not isinstance(samples, int):
+        raise InputError(f"samples is {samples!r}; expected how many collisions to carry out")
+    if not 1 <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples is {samples}; expected 1 to {MOST_SAMPLES}")
+    if scene.temperature is None:
+        raise InputError(
+            "samples needs a temperature: a cold chain collides in one way; give temperature, such "
+            "as 1e-3, or leave samples out"
+        )
+    _refuse_outputs(scene)
+    first = seed_of(scene)
+    if first + samples - 1 > LARGEST_SEED:
+        raise InputError(
+            f"seed is {first} and samples {samples}; expected seeds up to {LARGEST_SEED}"
+        )
+    seeds: list[int | None] = list(range(first, first + samples))
+    velocities = np.full(samples, scene.impact_velocity)
+    return _Group(scene, seeds, velocities, list(range(samples)), expected_seconds(scene), None)
+
+
+def _refuse_outputs(scene: Scene) -> None:
+    for key in OUTPUT_KEYS:
+        if key != "error" and getattr(scene, key) is not None and key in scene.model_fields_set:
+            raise InputError(
+                f"{key} is given, and every sample would write to it; expected none: run the "
+                "collision of one seed to keep its motion"
+            )
+
+
+def _key(scene: Scene) -> Any:
+    """Return what scenes must share to be of one group; an object of a user's own is itself."""
+    fields = {k: v for k, v in plain_fields(scene).items() if k not in _VARYING}
+    potential = fields.pop("potential", None)
+    same = id(potential) if isinstance(potential, Potential) else potential
+    return same, json.dumps(fields, sort_keys=True)
+
+
+def _shared_fields(groups: Sequence[_Group]) -> dict[str, Any]:
+    """Return what all scenes say."""
+    fields = [plain_fields(group.scene) for group in groups]
+    shared = {
+        key: value
+        for key, value in fields[0].items()
+        if all(other.get(key) == value for other in fields[1:])
+    }
+    if groups[0].given is not None:
+        shared = {key: value for key, value in shared.items() if key not in _VARYING}
+    if isinstance(shared.get("potential"), Potential):
+        shared["potential"] = groups[0].scene.label
+    return shared
+
+
+def _refuse_endless(groups: Sequence[_Group], workers: int, most_seconds: float) -> None:
+    seconds = sum(group.expected * len(group.seeds) for group in groups) / workers
+    if seconds > most_seconds:
+        raise CostError(
+            f"{sum(len(group.seeds) for group in groups)} collisions would take about "
+            f"{format_duration(seconds)} with {workers} workers; expected at most "
+            f"{format_duration(most_seconds)}: take fewer samples or particles, or allow more "
+            "(--most-hours, or most_seconds in Python)"
+        )
+
+
+def _meet_together(
+    group: _Group, found: list[Sample | None], workers: int, advance: Advance
+) -> list[int]:
+    """Carry out a group in compiled loops; return which of it must be collided by themselves."""
+    meetings = ManyMeetings(group.scene)
+    # Compiling, and what is worked out once, is not for threads at once.
+    meetings.meet(group.starts(slice(0, 1)), group.velocities[:1])
+    count = len(group.seeds)
+    share = min(meetings.share(float(np.median(group.velocities))), -(-count // workers))
+    left: list[int] = []
+
+    def meet(begin: int) -> tuple[int, list[Sample | None]]:
+        part = slice(begin, min(begin + share, count))
+        return begin, _samples(group, part, meetings)
+
+    with ThreadPoolExecutor(workers) as threads:
+        for begin, samples in _completed(threads, meet, range(0, count, share), workers):
+            for k, sample in enumerate(samples, begin):
+                if sample is None:
+                    left.append(k)
+                else:
+                    found[group.places[k]] = sample
+                    advance(group.expected)
+    return sorted(left)
+
+
+def _samples(group: _Group, part: slice, meetings: ManyMeetings) -> list[Sample | None]:
+    velocities = group.velocities[part]
+    met = meetings.meet(group.starts(part), velocities)
+    bars = met.step_error + met.rounding
+    samples: list[Sample | None] = []
+    for k, seed in enumerate(group.seeds[part]):
+        if not met.met[k]:
+            samples.append(None)
+            continue
+        eta = float(met.restitution[k])
+        samples.append(
+            Sample(
+                seed=seed,
+                velocity=float(velocities[k]),
+                restitution=eta,
+                restitution_error=float(bars[k]),
+                kinematic_restitution=math.sqrt(eta),
+                contacts=int(met.contacts[k]),
+                last_contact_time=float(met.last_contact_times[k]),
+                ending="proved" if met.proved[k] else "argued",
+                scheme=meetings.scheme,
+                timestep=float(met.timesteps[k]),
+                tolerance_met=True,
+            )
+        )
+    return samples
+
+
+def _collide_alone(
+    tasks: list[tuple[int, _Group, int]],
+    found: list[Sample | None],
+    workers: int,
+    advance: Advance,
+) -> None:
+    """Carry out collisions by themselves."""
+    quick = all(group.together for _, group, _ in tasks) and len(tasks) <= _FEW
+    if workers == 1 or len(tasks) == 1 or quick:
+        for place, group, k in tasks:
+            found[place] = _sample(carry_out(group.scene_of(k)), group, k)
+            advance(group.expected)
+        return
+    with ProcessPool(min(workers, len(tasks))) as pool:
+
+        def begin(number: int) -> Future:
+            _, group, k = tasks[number]
+            return pool.submit(carry_out, group.scene_of(k))
+
+        pending: dict[Future, int] = {}
+        numbers = iter(range(len(tasks)))
+        try:
+            while True:
+                while len(pending) < 2 * workers and (n := next(numbers, None)) is not None:
+                    pending[begin(n)] = n
+                if not pending:
+                    return
+                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                    place, group, k = tasks[pending.pop(future)]
+                    found[place] = _sample(_attempt(future, group, k), group, k)
+                    advance(group.expected)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _attempt(future: Future, group: _Group, k: int) -> Attempt:
+    try:
+        return future.result()
+    except WorkerDiedError as error:
+        return Attempt(group.scene_of(k), None, Failure.from_error(error), host_name())
+
+
+def _sample(attempt: Attempt, group: _Group, k: int) -> Sample:
+    seed, velocity = group.seeds[k], float(group.velocities[k])
+    result = attempt.collision
+    if result is None:
+        assert attempt.failure is not None
+        return Sample(seed, velocity, reason=attempt.failure.message)
+    return Sample(
+        seed=seed,
+        velocity=velocity,
+        restitution=result.restitution,
+        restitution_error=result.restitution_error,
+        kinematic_restitution=result.kinematic_restitution,
+        contacts=result.contacts,
+        last_contact_time=result.last_contact_time,
+        ending=result.ending,
+        scheme=result.scheme,
+        timestep=result.timestep,
+        tolerance_met=result.tolerance_met,
+        reason=result.reason,
+    )
+
+
+def _completed(
+    executor: Executor, function: Callable[[int], Any], arguments: range, workers: int
+) -> Any:
+    """Yield what a function returns, as it comes; what is not begun is dropped at an interrupt."""
+    pending: set[Future] = set()
+    left = iter(arguments)
+    try:
+        while True:
+            while len(pending) < 2 * workers and (argument := next(left, None)) is not None:
+                pending.add(executor.submit(function, argument))
+            if not pending:
+                return
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+    finally:
+        for future in pending:
+            future.cancel()
