@@ -169,9 +169,7 @@ def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDEN
     )
 
 
-def wilson_interval(
-    hits: int, count: int, confidence: float = CONFIDENCE
-) -> tuple[float, float]:
+def wilson_interval(hits: int, count: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
     r"""
     Return Wilson's interval for a probability.
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from chaincor.analysis.job_folder import find_job as find_job
     from chaincor.lammps_inputs.scene import Scene as Scene
     from chaincor.workflows.collision import collide as collide
+    from chaincor.workflows.ensemble.collide_many import collide_many as collide_many
+    from chaincor.workflows.ensemble.result import Ensemble as Ensemble
     from chaincor.workflows.result import Collision as Collision
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
@@ -23,10 +25,12 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Collision": "chaincor.workflows.result",
+    "Ensemble": "chaincor.workflows.ensemble.result",
     "Scene": "chaincor.lammps_inputs.scene",
     "Store": "chaincor.workflows.store.results_store",
     "analyze_job": "chaincor.analysis.job_folder",
     "collide": "chaincor.workflows.collision",
+    "collide_many": "chaincor.workflows.ensemble.collide_many",
     "find_job": "chaincor.analysis.job_folder",
     "run_scenes": "chaincor.workflows.sweep.execution",
     "to_pandas": "chaincor.workflows.store.export",
@@ -35,10 +39,12 @@ _HOMES = {
 
 __all__ = [
     "Collision",
+    "Ensemble",
     "Scene",
     "Store",
     "analyze_job",
     "collide",
+    "collide_many",
     "find_job",
     "run_scenes",
     "to_pandas",

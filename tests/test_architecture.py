@@ -21,6 +21,7 @@ FLOORS = {
     "workflows": [
         {"commands"},
         {"reproduce"},
+        {"ensemble"},
         {"sweep", "tradeoff"},
         {"job", "machine", "store", "validation"},
         {"collision", "pictures"},
@@ -81,7 +82,7 @@ FLOORS = {
         {"results"},
         {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
-        {"atomic_write", "restitution", "start"},
+        {"atomic_write", "distribution", "restitution", "start"},
     ],
 }
 MOST_MODULES = 16

@@ -63,3 +63,46 @@ def draw_moment(
             text.append(str(mark), style)
         text.append("\n")
     return text
+
+
+def draw_histogram(
+    values: ArrayLike, *, label: str, mark: float | None = None, columns: int = 78, rows: int = 20
+) -> str:
+    """
+    Draw a histogram in characters, a line for each bin.
+
+    Bins have a width of 1, 2 or 5 times a power of ten, of which about `rows` hold the middle 99 %
+    of the values; the first and the last hold what is beyond. Each line has the lower edge of its
+    bin, a bar that is `columns` long at most with all before it, and the number of values; `mark`
+    is an edge to point at, where one lies in the range.
+    """
+    x = np.sort(np.asarray(values, dtype=float))
+    low, high = np.quantile(x, (0.005, 0.995))
+    width = _round_width((high - low) / rows)
+    first = int(np.floor(low / width))
+    count = int(np.floor(high / width)) - first + 1
+    bins = np.clip(np.floor(x / width).astype(int) - first, 0, count - 1)
+    heights = np.bincount(bins, minlength=count)
+    digits = max(0, -int(np.floor(np.log10(width) + 1e-9)))
+    edges = [f"{(first + k) * width:.{digits}f}" for k in range(count)]
+    left, right = max(map(len, edges)), len(str(heights.max()))
+    longest = columns - left - right - 5
+    lines = [f"{label:>{left}}"]
+    for k, (edge, height) in enumerate(zip(edges, heights.tolist(), strict=True)):
+        pointed = mark is not None and k > 0 and round(mark / width) == first + k
+        eighths = round(8 * longest * height / heights.max())
+        bar = "█" * (eighths // 8) + _EIGHTHS[eighths % 8]
+        lines.append(f"{edge:>{left}} {'>' if pointed else '|'} {bar} {height}")
+    return "\n".join(lines)
+
+
+# From nothing to seven eighths of a character.
+_EIGHTHS = ("", "▏", "▎", "▍", "▌", "▋", "▊", "▉")
+
+
+def _round_width(width: float) -> float:
+    """Return the next 1, 2 or 5 times a power of ten; 1 for values that do not differ."""
+    if not width > 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(width))
+    return float(next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= width * 0.999999))

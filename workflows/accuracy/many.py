@@ -84,7 +84,8 @@ class ManyMeetings:
 
     def __init__(self, scene: Scene) -> None:
         line, asked = scene.line, asked_tolerance(scene)
-        assert line is not None and asked is not None
+        assert line is not None
+        assert asked is not None
         self._scene, self._line = scene, line
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)

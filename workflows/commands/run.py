@@ -1,12 +1,15 @@
 """``chaincor run``: one collision."""
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from chaincor.workflows.commands.scene_options import scene_from, scene_options
 from chaincor.workflows.result import Collision
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
 
 
 @click.command()
@@ -21,6 +24,26 @@ from chaincor.workflows.result import Collision
     metavar="H",
     help="refuse what is expected to take longer [default: 24]",
 )
+@click.option(
+    "--samples",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="of a warm scene: so many collisions, with its seed and those that follow, and what they "
+    "say together",
+)
+@click.option(
+    "--precision",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="P",
+    help="with --samples: standard error wanted of the mean eta, to say how many more samples it "
+    "takes [default: 0.01]",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="with --samples: collisions at a time [default: one a core]",
+)
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def run(
@@ -29,6 +52,9 @@ def run(
     animate: str | None,
     watched: bool,
     most_hours: float | None,
+    samples: int | None,
+    precision: float | None,
+    workers: int | None,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -44,12 +70,24 @@ def run(
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
+    most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
+    alone = {"--animate": animate is not None, "--watch": watched}
+    many = {"--precision": precision is not None, "--workers": workers is not None}
+    for name, given in (many if samples is None else alone).items():
+        if given:
+            raise click.UsageError(
+                f"{name} goes with --samples; drop it, or give the number of collisions"
+                if samples is None
+                else f"{name} shows one collision, and --samples are many; drop one of them"
+            )
+    if samples is not None:
+        _run_samples(ctx, scene, samples, precision, workers, most_seconds, as_json)
+        return
     terminal = None
     if watched:
         from chaincor.workflows.pictures.watch import find_terminal
 
         terminal = find_terminal()
-    most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
     with show_elapsed(expected_seconds(scene)):
         result = collide(scene, most_seconds=most_seconds)
     if as_json:
@@ -67,6 +105,39 @@ def run(
         watch(scene, result.last_contact_time, terminal)
     if result.tolerance_met is False:
         click.echo(f"chaincor: {result.reason}", err=True)
+        ctx.exit(1)
+
+
+def _run_samples(
+    ctx: click.Context,
+    scene: "Scene",
+    samples: int,
+    precision: float | None,
+    workers: int | None,
+    most_seconds: float,
+    as_json: bool,
+) -> None:
+    """Run many collisions of a warm scene and print what they say together."""
+    from chaincor.workflows.ensemble.collide_many import collide_many
+    from chaincor.workflows.ensemble.description import DEFAULT_PRECISION, describe_ensemble
+
+    result = collide_many(scene, samples, workers=workers, progress=True, most_seconds=most_seconds)
+    wanted = DEFAULT_PRECISION if precision is None else precision
+    if as_json:
+        found = result.to_dict()
+        found["precision"] = wanted
+        found["samples_needed"] = result.eta.samples_needed(wanted)
+        click.echo(json.dumps(found, allow_nan=False))
+    else:
+        click.echo(describe_ensemble(result, scene, wanted))
+    missed = [*result.failures, *result.inexact]
+    if missed:
+        one = missed[0]
+        click.echo(
+            f"chaincor: {len(result.failures)} of {samples} samples have no number and "
+            f"{len(result.inexact)} do not meet the tolerance; seed {one.seed}: {one.reason}",
+            err=True,
+        )
         ctx.exit(1)
 
 

@@ -290,7 +290,7 @@ class _Group:
         self.untils = interval + approach
         while np.any(self.statuses == MOVING):
             self._carry()
-            for s in np.flatnonzero(self.statuses == DUE):
+            for s in np.flatnonzero(self.statuses == DUE).tolist():
                 now, last = float(self._now[s]), float(self.ledgers["parted"][s])
                 if self._number[s] == 0:
                     self.untils[s] = now + interval + approach[s]
@@ -337,7 +337,6 @@ class _Group:
             bond_min=1.0 + self.ledgers["contact_min"],
             bond_max=1.0 + self.ledgers["contact_max"],
         )
-
 
     def _silent(self) -> NDArray[np.bool_]:
         times, listed = self.contacts[:, 0], self.ledgers["contacts"]
