@@ -60,6 +60,7 @@ def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
         "contact_times": analysis.contact_times.tolist(),
         "contact_speeds": analysis.contact_speeds.tolist(),
         "mode_energies": analysis.mode_energies.tolist(),
+        "mode_energies_start": analysis.mode_energies_start.tolist(),
         "contradictions": list(analysis.contradictions),
         "caveats": list(analysis.caveats),
     }
@@ -95,6 +96,7 @@ def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool 
             contact_speeds=analysis.contact_speeds,
             mode_frequencies=analysis.mode_frequencies,
             mode_energies=analysis.mode_energies,
+            mode_energies_start=analysis.mode_energies_start,
             times=history.times,
             displacements=history.displacements,
             velocities=history.velocities,
@@ -132,7 +134,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     stiffness = 1.0 if analysis.bond is None else analysis.bond.stiffness
     # Waves long against the period of unequal masses see the mean mass.
     light = stiffness / float(np.mean(analysis.masses))
-    energy = 0.5 * float(np.sum(analysis.masses)) * analysis.velocity**2
+    energy = _energy_at_impact(analysis)
     last = analysis.contact_statistics.last_time
 
     figure, ax = new_figure()
@@ -210,6 +212,12 @@ def _theory(analysis: CollisionAnalysis) -> NDArray[np.float64] | None:
     )
 
 
+def _energy_at_impact(analysis: CollisionAnalysis) -> float:
+    """Return the translational energy before, and for a chain that came vibrating, all energy."""
+    bound = analysis.restitution_bound or 1.0
+    return 0.5 * float(np.sum(analysis.masses)) * analysis.velocity**2 * bound
+
+
 def _has_equal_masses(analysis: CollisionAnalysis) -> bool:
     return bool(np.all(analysis.masses == analysis.masses[0]))
 
@@ -224,7 +232,7 @@ def _mode_rows(analysis: CollisionAnalysis) -> Iterable[tuple]:
     energies = analysis.mode_energies
     theory = _theory(analysis) if analysis.particles > 1 else None
     predicted = [""] * energies.size if theory is None else ["", *theory.tolist()]
-    total = 0.5 * float(np.sum(analysis.masses)) * analysis.velocity**2
+    total = _energy_at_impact(analysis)
     shares = (energies / total).tolist()
     frequencies = analysis.mode_frequencies.tolist()
     return zip(range(energies.size), frequencies, energies.tolist(), shares, predicted, strict=True)

@@ -16,6 +16,7 @@ from chaincor.analysis.dumps.masses import find_masses, mass_resolution
 from chaincor.analysis.history import Record
 from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
+    EnergySplit,
     bond_strains,
     energy_split,
     kinematic_restitution,
@@ -28,6 +29,8 @@ from chaincor.lammps_inputs.errors import InputError
 
 # Sideways motion of this many v0 holds 1e-12 of the energy.
 _SIDEWAYS = 1e-6
+# An energy so little above that of the translation is that.
+_ROUNDINGS = 1e-12
 
 EndArgument = Callable[
     [float, NDArray[np.float64], NDArray[np.float64], float, Potential], str | None
@@ -92,13 +95,18 @@ def analyze_frames(
     found = find_masses(reading.first, reading.layout, given=masses, declared=declared)
     m = np.ones(reading.layout.particles) if found is None else found
     total_mass = float(np.sum(m))
+    reading.tell_moving_start(m, velocity)
     detector = ContactDetector(velocity, bond, reading.resolution, m)
     record = Record(m, bond)
     opening = state = reading.opening
     for state in reading.states():
         if record.count == 0 and reading.begins_at_contact:
-            detector.add_known(state.time, velocity)
-            state = _turned_round(state, velocity)
+            if reading.start.kind in ("moving", "turned"):
+                speed = abs(float(state.velocities[0]))
+            else:
+                speed = velocity
+            detector.add_known(state.time, speed)
+            state = _turned_round(state, speed)
         _refuse_impossible_bonds(state, bond)
         detector.feed(state)
         record.feed(state)
@@ -154,13 +162,16 @@ def analyze_frames(
     uncertain = mass_resolution(reading.first, reading.layout, m)
     error += 2.0 * abs(e) * float(uncertain @ np.abs(v / velocity - e)) / total_mass
     eta = float(restitution(v, velocity, m))
-    contradictions = find_contradictions(eta, error, detection)
+    moving = reading.start.kind in ("moving", "turned")
+    bound = _largest_restitution(energy_start, total_mass, velocity, moving)
+    contradictions = find_contradictions(eta, error, detection, bound)
     return CollisionAnalysis(
         particles=n,
         masses=m,
         bond=bond,
         velocity=velocity,
         restitution=eta,
+        restitution_bound=bound,
         kinematic_restitution=e,
         restitution_error=None,
         data_error=error,
@@ -173,6 +184,7 @@ def analyze_frames(
         detection=detection,
         mode_frequencies=mode_frequencies(n, stiffness, m),
         mode_energies=mode_energies(u, v, stiffness, m),
+        mode_energies_start=mode_energies(opening.displacements, opening.velocities, stiffness, m),
         anharmonic_remainder=remainder,
         energy_start=energy_start,
         energy_end=energy_end,
@@ -192,11 +204,21 @@ def analyze_frames(
     )
 
 
-def _turned_round(state: ChainState, impact_velocity: float) -> ChainState:
+def _turned_round(state: ChainState, speed: float) -> ChainState:
     """Return the state right after the first contact."""
     velocities = state.velocities.copy()
-    velocities[0] = impact_velocity
+    velocities[0] = speed
     return ChainState(state.step, state.time, state.displacements, velocities)
+
+
+def _largest_restitution(
+    energy_start: EnergySplit | None, total_mass: float, impact_velocity: float, moving: bool
+) -> float | None:
+    """Return eta if all energy of the first frame became translation; None where not known."""
+    if energy_start is None:
+        return None if moving else 1.0
+    bound = float(energy_start.total) / (0.5 * total_mass * impact_velocity**2)
+    return bound if bound > 1.0 + _ROUNDINGS else 1.0
 
 
 def _restitution_precision(

@@ -62,6 +62,9 @@ class CollisionAnalysis:
         Impact speed v0.
     restitution : float
         eta = (V/v0)^2, the ratio of energies; V is the velocity of the centre of mass.
+    restitution_bound : float or None
+        Largest eta that the energy in the first frame allows: 1, or more of a chain that came
+        vibrating; None for one whose bond is not known.
     kinematic_restitution : float
         e = V/v0, the ratio of speeds.
     restitution_error : float or None
@@ -80,6 +83,8 @@ class CollisionAnalysis:
         How the contacts were found.
     mode_frequencies, mode_energies : ndarray of shape (n,)
         omega_j, and E_j in the last frame.
+    mode_energies_start : ndarray of shape (n,)
+        E_j in the first frame.
     anharmonic_remainder : float or None
         Bond energy in the last frame that the modes leave out.
     energy_start, energy_end : EnergySplit or None
@@ -115,6 +120,7 @@ class CollisionAnalysis:
     bond: Potential | None
     velocity: float
     restitution: float
+    restitution_bound: float | None
     kinematic_restitution: float
     restitution_error: float | None
     data_error: float
@@ -125,6 +131,7 @@ class CollisionAnalysis:
     detection: DetectedContacts
     mode_frequencies: NDArray[np.float64]
     mode_energies: NDArray[np.float64]
+    mode_energies_start: NDArray[np.float64]
     anharmonic_remainder: float | None
     energy_start: EnergySplit | None
     energy_end: EnergySplit | None

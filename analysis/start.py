@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-StartKind = Literal["incoming", "reflected", "late"]
+StartKind = Literal["incoming", "reflected", "moving", "turned", "late"]
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,10 @@ class Start:
     ----------
     kind : str
         ``incoming``: every particle still has the velocity -v0; ``reflected``: particle 1 has
-        just been turned round; ``late``: the collision is under way.
+        just been turned round; ``moving`` and ``turned``: the same of a chain that comes with inner
+        motion, known by its momentum; ``late``: the collision is under way.
     impact_velocity : float or None
-        v0 > 0; None for a late start.
+        v0 > 0 as the velocities say it; None where they alone do not.
     """
 
     kind: StartKind
@@ -44,3 +45,37 @@ def find_start(velocities: NDArray[np.float64], resolution: NDArray[np.float64])
     if abs(velocities[0] - speed) <= slack:
         return Start("reflected", speed)
     return Start("late", None)
+
+
+def find_moving_start(
+    velocities: NDArray[np.float64],
+    masses: NDArray[np.float64],
+    impact_velocity: float,
+    slack: float,
+    at_wall: bool,
+) -> StartKind:
+    """
+    Tell by its momentum whether a chain with inner motion has met the wall.
+
+    Parameters
+    ----------
+    velocities, masses : ndarray of shape (n,)
+        Of the first frame, particle 1 first.
+    impact_velocity : float
+        v0, which such velocities do not show.
+    slack : float
+        By how much the velocity of the centre of mass may differ.
+    at_wall : bool
+        Whether particle 1 is at the wall: then it may just have been turned round.
+
+    Returns
+    -------
+    str
+        ``moving``, ``turned`` or ``late``.
+    """
+    total = float(np.sum(masses))
+    mean = float(masses @ velocities) / total
+    if abs(mean + impact_velocity) <= slack:
+        return "moving"
+    before = mean - 2.0 * float(masses[0] * velocities[0]) / total
+    return "turned" if at_wall and abs(before + impact_velocity) <= slack else "late"

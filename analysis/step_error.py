@@ -176,7 +176,9 @@ def _bar(fine: SteppedRun, coarse: SteppedRun, order: int) -> float:
 
 def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
     """Return the analysis with its error, within which restitution may lie above 1."""
-    contradictions = find_contradictions(analysis.restitution, error, analysis.detection)
+    contradictions = find_contradictions(
+        analysis.restitution, error, analysis.detection, analysis.restitution_bound
+    )
     gone = set(analysis.contradictions) - set(contradictions)
     return replace(
         analysis,

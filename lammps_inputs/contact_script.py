@@ -105,8 +105,7 @@ def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
         else "id x vx v_displacement v_time",
         "soft": soft,
         "approaches": False,
-        "given_velocities": scene.initial_state is not None
-        and scene.initial_state.velocities is not None,
+        "given_velocities": scene.comes_moving,
     }
     if line is not None:
         positions, velocities = initial_state(line)

@@ -320,6 +320,12 @@ class Scene(BaseModel):
         return max(self.particles, self.target_particles or 0)
 
     @property
+    def comes_moving(self) -> bool:
+        """Whether particles come with velocities of their own, given or drawn."""
+        state = self.initial_state
+        return self.temperature is not None or (state is not None and state.velocities is not None)
+
+    @property
     def all_particles(self) -> int:
         """Particles of both bodies."""
         return self.particles + (self.target_particles or 0)

@@ -1,12 +1,14 @@
 """The frames of a collision, from its start on."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.start import find_start
+from chaincor.analysis.start import find_moving_start, find_start
 from chaincor.lammps_inputs.errors import InputError
 
 
@@ -66,8 +68,25 @@ class CollisionFrames:
     @property
     def begins_at_contact(self) -> bool:
         """Whether the first frame is that of the first contact, before or after the turn."""
-        at_wall = self.opening.displacements[0] == 0.0
-        return self.start.kind == "reflected" or (self.start.kind == "incoming" and at_wall)
+        if self.start.kind in ("reflected", "turned"):
+            return True
+        arrives = self._at_wall and float(self.opening.velocities[0]) < 0.0
+        return self.start.kind in ("incoming", "moving") and arrives
+
+    @property
+    def _at_wall(self) -> bool:
+        return float(self.opening.displacements[0]) == 0.0
+
+    def tell_moving_start(self, masses: NDArray[np.float64], impact_velocity: float) -> None:
+        """Look again at a first frame that shows no collision's start, with what is known now."""
+        if self.start.kind != "late":
+            return
+        v = self.opening.velocities
+        # Printed velocities, each rounded by as much; and the additions of all.
+        slack = 4.0 * self.resolution + 1e-9 * impact_velocity
+        slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
+        kind = find_moving_start(v, masses, impact_velocity, slack, self._at_wall)
+        self.start = replace(self.start, kind=kind)
 
     def states(self) -> Iterator[ChainState]:
         """Yield all states, the first included, in order of time."""

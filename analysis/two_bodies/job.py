@@ -189,10 +189,11 @@ def _energies(
     for body, sign in enumerate((1.0, -1.0)):
         m = layout.masses[body]
         u, v = sign * last.displacements[body], sign * last.velocities[body]
-        found[names[0][body]] = mode_energies(u, v, stiffness, m) if m.size else np.empty(0)
+        before = sign * first.displacements[body], sign * first.velocities[body]
+        for name, state in ((names[0][body], (u, v)), (f"{names[0][body]}_start", before)):
+            found[name] = mode_energies(*state, stiffness, m) if m.size else np.empty(0)
         if bond is None or not m.size:
             continue
-        before = sign * first.displacements[body], sign * first.velocities[body]
         found[names[1][body]] = energy_split(u, v, bond, m)
         totals[0] += float(energy_split(*before, bond, m).total)
         totals[1] += float(found[names[1][body]].total)

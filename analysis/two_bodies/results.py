@@ -39,6 +39,8 @@ class TwoBodyAnalysis:
         In the last frame.
     mode_energies, target_mode_energies : ndarray of shape (n,) and (M,)
         In the last frame.
+    mode_energies_start, target_mode_energies_start : ndarray of shape (n,) and (M,)
+        In the first frame.
     frames : int
         Number of frames read.
     quiet : float or None
@@ -65,6 +67,8 @@ class TwoBodyAnalysis:
     target_energy: EnergySplit | None
     mode_energies: Array
     target_mode_energies: Array
+    mode_energies_start: Array
+    target_mode_energies_start: Array
     frames: int
     quiet: float | None
     finished: bool
@@ -92,6 +96,8 @@ class TwoBodyAnalysis:
             "momentum_residual": self.momentum_residual,
             "mode_energies": self.mode_energies.tolist(),
             "target_mode_energies": self.target_mode_energies.tolist(),
+            "mode_energies_start": self.mode_energies_start.tolist(),
+            "target_mode_energies_start": self.target_mode_energies_start.tolist(),
             "frames": self.frames,
             "finished": self.finished,
             "caveats": list(self.caveats),

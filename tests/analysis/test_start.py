@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.start import find_start
+from chaincor.analysis.start import find_moving_start, find_start
 
 EXACT = np.full(4, 1e-17)
 
@@ -29,3 +29,20 @@ def test_rounded_velocities_are_equal_within_their_rounding():
     v = np.array([-0.333333, -0.333333, -0.333334, -0.333333])
     assert find_start(v, np.full(4, 5e-7)).kind == "incoming"
     assert find_start(v, EXACT).kind == "late"
+
+
+@pytest.mark.parametrize(
+    ("velocities", "at_wall", "kind"),
+    [
+        ([-0.7, -0.4, -0.4], False, "moving"),
+        ([-0.7, -0.4, -0.4], True, "moving"),
+        ([0.7, -0.4, -0.4], True, "turned"),
+        # Off the wall it cannot just have been turned round, and with another momentum it was so
+        # before.
+        ([0.7, -0.4, -0.4], False, "late"),
+        ([0.6, -0.4, -0.4], True, "late"),
+    ],
+)
+def test_a_chain_with_inner_motion_is_known_by_its_momentum(velocities, at_wall, kind):
+    masses = np.array([1.0, 2.0, 2.0])
+    assert find_moving_start(np.array(velocities), masses, 0.46, 1e-15, at_wall) == kind

@@ -14,6 +14,9 @@ from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
 from chaincor.workflows.commands.scene_options import NamedNumbers
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from chaincor.analysis.results import CollisionAnalysis
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
 
@@ -104,8 +107,9 @@ def analyze(
     Of a free target or a soft wall the velocities, energies and modes of both bodies are told;
     contacts are not.
 
-    The exit status is 1 where the numbers contradict physics: restitution above 1, or momentum
-    that no wall explains. A note says so.
+    The exit status is 1 where the numbers contradict physics: restitution above what the energy of
+    the first frame allows, which is 1 for a cold chain, or momentum that no wall explains. A note
+    says so.
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
@@ -226,15 +230,25 @@ def describe(analysis: "CollisionAnalysis") -> str:
             f"vibration              {share:.4g} % of the energy, "
             f"anharmonic remainder {analysis.anharmonic_remainder:.3g}",
         ]
-    strongest = sorted(enumerate(analysis.mode_energies[1:], start=1), key=lambda e: -e[1])[:3]
-    total = float(analysis.mode_energies.sum())
-    shares = ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
-    if strongest:
+    if analysis.particles > 1:
+        if analysis.restitution_bound is None or analysis.restitution_bound > _WARM:
+            lines.append(f"strongest at first     {_strongest(analysis.mode_energies_start)}")
         lines += [
-            f"strongest modes        {shares}",
+            f"strongest modes        {_strongest(analysis.mode_energies)}",
             f"bond lengths           {analysis.bond_min:.4g} to {analysis.bond_max:.4g}",
         ]
     return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in analysis.caveats)])
+
+
+def _strongest(energies: "NDArray[np.float64]") -> str:
+    """Return the three modes of most energy, with their shares of that of all."""
+    strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
+    total = float(energies.sum())
+    return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
+
+
+# A chain whose inner motion is more than so much of its energy came warm.
+_WARM = 1.0 + 1e-9
 
 
 def _number(value: float | None) -> str:
