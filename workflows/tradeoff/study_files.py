@@ -141,6 +141,8 @@ def _bars_name(budget: ErrorBudget) -> str:
 
 
 def _draw(study: Tradeoff, folder: Path) -> None:
+    from matplotlib.figure import Figure
+
     from chaincor.analysis.figures.work_precision import (
         TableCurve,
         WorkPrecisionCurve,
@@ -196,7 +198,7 @@ def _draw(study: Tradeoff, folder: Path) -> None:
             ]
         )
     for name, axes in figures.items():
-        figure = axes.get_figure(root=True)
-        assert figure is not None
+        figure = axes.get_figure()
+        assert isinstance(figure, Figure)
         for ending in ("png", "svg"):
             figure.savefig(folder / f"{name}.{ending}")
