@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.atomic_write import folder_aside
+from chaincor.analysis.atomic_write import folder_aside, write_arrays
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.theory import basile_dumont_energies
@@ -89,18 +89,18 @@ def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool 
         text = json.dumps(to_json_object(analysis), indent=1, allow_nan=False)
         (aside / "analysis.json").write_text(text + "\n", encoding="utf-8")
         history = analysis.history
-        np.savez_compressed(
-            aside / "arrays.npz",
-            masses=analysis.masses,
-            contact_times=analysis.contact_times,
-            contact_speeds=analysis.contact_speeds,
-            mode_frequencies=analysis.mode_frequencies,
-            mode_energies=analysis.mode_energies,
-            mode_energies_start=analysis.mode_energies_start,
-            times=history.times,
-            displacements=history.displacements,
-            velocities=history.velocities,
-        )
+        arrays = {
+            "masses": analysis.masses,
+            "contact_times": analysis.contact_times,
+            "contact_speeds": analysis.contact_speeds,
+            "mode_frequencies": analysis.mode_frequencies,
+            "mode_energies": analysis.mode_energies,
+            "mode_energies_start": analysis.mode_energies_start,
+            "times": history.times,
+            "displacements": history.displacements,
+            "velocities": history.velocities,
+        }
+        write_arrays(aside / "arrays.npz", arrays)
         _write_table(aside / "contacts.csv", _contact_rows(analysis))
         _write_table(aside / "modes.csv", _mode_rows(analysis))
         columns = (

@@ -2,9 +2,11 @@
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
 
@@ -41,3 +43,18 @@ def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
             path.replace(folder / path.name)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """
+    Write arrays to an NPZ file, packed in memory first.
+
+    Where a disk is full, an unfinished archive of older NumPy versions complains when it is
+    forgotten, and nothing can keep that from the user's screen.
+    """
+    import numpy as np
+
+    packed = BytesIO()
+    # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
+    np.savez_compressed(packed, **arrays)
+    path.write_bytes(packed.getbuffer())

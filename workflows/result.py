@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import write_arrays, written_aside
 from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
 from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.motion import Motion
@@ -213,10 +213,8 @@ class Collision(Bodies, Motion):
 
     def save_arrays(self, path: Path) -> None:
         """Write the arrays to an NPZ file, aside first: an older one is not lost half-way."""
-        with written_aside(Path(path)) as aside, aside.open("wb") as file:
-            # Not `allow_pickle=False`: before NumPy 2.1 that is kept as one more array.
-            contents: dict[str, Any] = self.arrays()
-            np.savez_compressed(file, **contents)
+        with written_aside(Path(path)) as aside:
+            write_arrays(aside, self.arrays())
 
 
 def finite(value: Any) -> Any:
