@@ -211,7 +211,6 @@ class Potential(ABC):
 
     def _find_compressed_strain(self) -> float | None:
         """Solve U(s)/(U'' s^2) = 1 outward from the natural length; U/s^2 starts at U''/2."""
-        from scipy.optimize import brentq
 
         def excess(strain: float) -> float:
             return float(self.energy(strain)) / (self.stiffness * strain * strain) - 1.0
@@ -230,9 +229,22 @@ class Potential(ABC):
             if not math.isfinite(value):
                 return None
             if value >= 0.0:
-                return float(brentq(excess, near, far, xtol=1e-15, rtol=1e-15))
+                return _sign_change(excess, near, far)
             near = far
         return None
+
+
+def _sign_change(function: Callable[[float], float], below: float, above: float) -> float:
+    """Return where a function is no longer negative, to the last bit, by halving."""
+    # SciPy's optimiser would find it in fewer steps, and takes longer to load than a run takes.
+    while True:
+        middle = 0.5 * (below + above)
+        if middle in (below, above):
+            return above
+        if function(middle) < 0.0:
+            below = middle
+        else:
+            above = middle
 
 
 def compressed_strain(bond: Potential, energy: float) -> float:
