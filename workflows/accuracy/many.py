@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, usual_scheme
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
+from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.meet import decade_within
 from chaincor.workflows.accuracy.step_guess import usual_step
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
@@ -35,6 +35,8 @@ _ENERGY_LADDER = math.log(1.1)
 _COARSER = (2.0, 1.86)
 # Steps are chosen for this part of the goal.
 _STEP_SHARE = 0.5
+# At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
+_LARGEST_STEP = 0.33
 # Of those that need more, most never converge.
 _MOST_REFINEMENTS = 6
 # Rounding may take this part of a goal.
@@ -166,8 +168,8 @@ class ManyMeetings:
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return math.inf
-        goal = _STEP_SHARE * self._goal / COARSER_SHARE[self.scheme]
-        return 0.5 * usual_step(self.scheme, goal, scene.fast_stiffness) / sharpness
+        step = 0.5 * usual_step(self.scheme, _STEP_SHARE * self._goal, scene.fast_stiffness)
+        return min(step / sharpness, _LARGEST_STEP / scene.fast_stiffness**0.5)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
         """Return the error of eta due to rounding, as ``engines.rounding`` does."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -42,6 +42,7 @@ def collide_many(
     scenes: Scene | Sequence[Scene],
     samples: int | None = None,
     *,
+    velocities: ArrayLike | None = None,
     workers: int | None = None,
     progress: bool = False,
     most_seconds: float = MOST_SECONDS,
@@ -59,6 +60,8 @@ def collide_many(
         processes: a script that asks for those needs the usual ``if __name__ == "__main__":``.
     samples : int, optional
         Only with one scene.
+    velocities : array_like of shape (samples,), optional
+        Impact velocity of each sample in place of the scene's; only with one scene.
     workers : int, optional
         Threads, or processes; as many as there are cores by default.
     progress : bool
@@ -82,7 +85,7 @@ def collide_many(
         If no collision at all can be run.
     """
     try:
-        return _collide_many(scenes, samples, workers, progress, most_seconds)
+        return _collide_many(scenes, samples, velocities, workers, progress, most_seconds)
     except KeyboardInterrupt as interrupt:
         raise interrupt.with_traceback(None) from None
 
@@ -90,13 +93,14 @@ def collide_many(
 def _collide_many(
     scenes: Scene | Sequence[Scene],
     samples: int | None,
+    velocities: ArrayLike | None,
     workers: int | None,
     progress: bool,
     most_seconds: float,
 ) -> Ensemble:
     started = time.perf_counter()
     workers = _checked_workers(workers)
-    groups = _groups(scenes, samples)
+    groups = _groups(scenes, samples, velocities)
     count = sum(len(group.seeds) for group in groups)
     shared = _shared_fields(groups)
     _refuse_endless(groups, workers, most_seconds)
@@ -141,7 +145,12 @@ class _Group:
 
     def scene_of(self, k: int) -> Scene:
         """Return one of them."""
-        return self.scene.replace(seed=self.seeds[k]) if self.given is None else self.given[k]
+        if self.given is not None:
+            return self.given[k]
+        velocity = float(self.velocities[k])
+        if velocity == self.scene.impact_velocity:
+            return self.scene.replace(seed=self.seeds[k])
+        return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
 
     def starts(self, chosen: slice) -> StartStates:
         """Return where some of them begin; what is drawn is the same as of each by itself."""
@@ -164,14 +173,17 @@ def _checked_workers(workers: int | None) -> int:
     return workers
 
 
-def _groups(scenes: Scene | Sequence[Scene], samples: int | None) -> list[_Group]:
+def _groups(
+    scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
+) -> list[_Group]:
     if isinstance(scenes, Scene):
-        return [_drawn_group(scenes, samples)]
-    if samples is not None:
-        raise InputError(
-            "samples goes with one scene, of which so many seeds are drawn; expected a scene, or a "
-            "list of scenes without samples"
-        )
+        return [_drawn_group(scenes, samples, velocities)]
+    for name, given in (("samples", samples), ("velocities", velocities)):
+        if given is not None:
+            raise InputError(
+                f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
+                f"list of scenes without {name}"
+            )
     chosen = list(scenes)
     if not chosen:
         raise InputError("no scenes were given; expected one at least")
@@ -192,7 +204,7 @@ def _groups(scenes: Scene | Sequence[Scene], samples: int | None) -> list[_Group
     return groups
 
 
-def _drawn_group(scene: Scene, samples: int | None) -> _Group:
+def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None) -> _Group:
     if isinstance(samples, bool) or not isinstance(samples, int):
         raise InputError(f"samples is {samples!r}; expected how many collisions to carry out")
     if not 1 <= samples <= MOST_SAMPLES:
@@ -209,8 +221,18 @@ def _drawn_group(scene: Scene, samples: int | None) -> _Group:
             f"seed is {first} and samples {samples}; expected seeds up to {LARGEST_SEED}"
         )
     seeds: list[int | None] = list(range(first, first + samples))
-    velocities = np.full(samples, scene.impact_velocity)
-    return _Group(scene, seeds, velocities, list(range(samples)), expected_seconds(scene), None)
+    each = np.full(samples, scene.impact_velocity)
+    if velocities is not None:
+        each = np.array(velocities, dtype=float)
+        if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
+            raise InputError(
+                f"velocities has the shape {each.shape}, or numbers that are no speeds; expected "
+                f"{samples} numbers above 0"
+            )
+        # The slowest may be too slow, the fastest too fast, for any scene.
+        for velocity in {float(np.min(each)), float(np.max(each))}:
+            scene.without("speed").replace(velocity=velocity)
+    return _Group(scene, seeds, each, list(range(samples)), expected_seconds(scene), None)
 
 
 def _refuse_outputs(scene: Scene) -> None:

@@ -78,6 +78,26 @@ def test_workers_and_company_change_no_bit():
     assert "seed" not in listed.scene
 
 
+def test_each_sample_may_have_a_speed_of_its_own():
+    velocities = [0.05, 0.08, 0.1]
+    found = collide_many(WARM, 3, velocities=velocities, workers=1)
+    scenes = [WARM.replace(seed=k + 1, velocity=v) for k, v in enumerate(velocities)]
+    assert found.samples == collide_many(scenes, workers=1).samples
+    # Also where they are collided by themselves.
+    sharp = WARM.without("velocity").replace(tolerance=1e-9, speed=0.3)
+    found = collide_many(sharp, 2, velocities=velocities[:2], workers=1)
+    single = collide(sharp.without("speed").replace(seed=2, velocity=0.08))
+    assert found.samples[1].restitution == single.restitution
+
+
+@pytest.mark.parametrize("velocities", [[0.1], [0.1, -0.1], [0.1, np.inf], [[0.1, 0.1]]])
+def test_speeds_that_are_none_are_refused(velocities):
+    with pytest.raises(InputError, match="velocities has"):
+        collide_many(WARM, 2, velocities=velocities)
+    with pytest.raises(InputError, match="velocities goes with one scene"):
+        collide_many([WARM], velocities=velocities)
+
+
 def test_a_cold_scene_in_a_list_is_collided_by_itself():
     cold = Scene(potential="toda", particles=4, velocity=0.08, engine="reference")
     found = collide_many([cold, WARM], workers=1)

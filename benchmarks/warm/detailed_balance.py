@@ -1,0 +1,126 @@
+r"""
+Detailed balance: a chain that comes with the speeds of its own temperature leaves with them.
+
+    python -m benchmarks.warm.detailed_balance [--potential toda] [--particles 10] [--samples 1000]
+        [--temperature 1e-3] [--engine reference] [--tolerance 1e-3] [--workers N] [--json]
+
+Take the surface in phase space on which the centre of mass is at a distance L from the wall,
+farther than any state of weight reaches. The collision maps states that cross it inward to states
+that cross it outward. Such a map keeps the flux :math:`|V|\,dP\,d\Gamma`, where :math:`\Gamma` are
+the other coordinates and momenta (Liouville), and the energy :math:`M V^2/2 + H`. So it keeps the
+weight
+
+.. math:: |V| \exp(-M V^2/2T)\,dV \; \exp(-H/T)\,d\Gamma .
+
+Incoming speeds drawn from the first factor, the flux-weighted Maxwell distribution, with the chain
+in equilibrium at T, come out with the same distribution: :math:`K = M V^2/2` is exponential with
+mean T. And as the motion can be reversed, (K before, K after) has a symmetric joint distribution.
+
+This holds for the whole collision alone. The map is that to the *first* outward crossing, and L is
+so large that a chain which crosses it outward can (but for a part of the states of weight 1e-12)
+not touch the wall any more: so the crossing is the end, and every contact before it counts, however
+late. Almost every chain does cross in the end: the states with the centre of mass nearer than L are
+of finite volume at a given energy, and a flow that keeps volumes leaves a finite one again
+(Poincare), but for a set of measure 0. What takes long are chains that leave slowly; as the flux of
+slow ones falls as V, so does their number. A program that gave up on them, or stopped at a fixed
+time, would find speeds too large: in this test 'argued' and 'open' ends are counted.
+
+Tests: Kolmogorov and Smirnov's of K/T after; the mean of K/T, whose standard error is 1/sqrt(N);
+and McNemar's of the symmetry, of how many go from below T to above and back.
+"""
+
+import argparse
+import json
+import math
+import time
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from chaincor import Scene, collide_many
+
+
+def thermal_speeds(temperature: float, mass: float, count: int, seed: int) -> np.ndarray:
+    """Draw speeds with the density V exp(-M V^2/2T)."""
+    uniform = np.random.default_rng(seed).random(count)
+    return np.sqrt(-2.0 * temperature / mass * np.log1p(-uniform))
+
+
+def measure(scene: Scene, samples: int, workers: int | None = None) -> dict[str, Any]:
+    """Return what came out of so many collisions, and what the tests say."""
+    assert scene.temperature is not None
+    particles, temperature = scene.particles, scene.temperature
+    speeds = thermal_speeds(temperature, particles, samples, seed=20041120)
+    # Slower ones, of which there are 5e-5, have no scene; they stay what they are.
+    speeds = np.maximum(speeds, 0.01 * math.sqrt(temperature / particles))
+    started, cpu = time.perf_counter(), time.process_time()
+    found = collide_many(scene, samples, velocities=speeds, workers=workers, progress=True)
+    sound = [k for k, sample in enumerate(found.samples) if sample.restitution is not None]
+    before = 0.5 * particles * speeds[sound] ** 2 / temperature
+    after = before * found.restitution
+    # Of energies after, by the error bars of eta.
+    bars = before * found.restitution_error
+    up = int(np.count_nonzero((before < 1.0) & (after > 1.0)))
+    down = int(np.count_nonzero((before > 1.0) & (after < 1.0)))
+    count = len(sound)
+    return {
+        "potential": scene.label,
+        "particles": particles,
+        "temperature": temperature,
+        "engine": scene.engine,
+        "samples": samples,
+        "failed": len(found.failures),
+        "inexact": len(found.inexact),
+        "ends": dict(Counter(sample.ending for sample in found.samples)),
+        "mean_contacts": float(np.mean(found.contacts)),
+        "p_before": float(stats.kstest(before, "expon").pvalue),
+        "p_after": float(stats.kstest(after, "expon").pvalue),
+        "mean": float(np.mean(after)),
+        "z": float((np.mean(after) - 1.0) * math.sqrt(count)),
+        "p_mean": float(2.0 * stats.norm.sf(abs(np.mean(after) - 1.0) * math.sqrt(count))),
+        # Of the same samples: what the collision changed on average.
+        "z_change": float(
+            np.mean(after - before) / (np.std(after - before, ddof=1) / math.sqrt(count))
+        ),
+        "up": up,
+        "down": down,
+        "p_symmetry": float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0,
+        "correlation": float(np.corrcoef(before, after)[0, 1]),
+        "numerical_error": float(np.nanmean(bars)),
+        "seconds": time.perf_counter() - started,
+        "processor_seconds": time.process_time() - cpu,
+    }
+
+
+def main() -> None:
+    """Measure one chain and print it."""
+    parser = argparse.ArgumentParser(description="detailed balance of warm chains")
+    parser.add_argument("--potential", default="toda")
+    parser.add_argument("--particles", type=int, default=10)
+    parser.add_argument("--samples", type=int, default=1000)
+    parser.add_argument("--temperature", type=float, default=1e-3)
+    parser.add_argument("--engine", default="reference")
+    parser.add_argument("--tolerance", type=float, default=1e-3)
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    scene = Scene(
+        potential=given.potential,
+        particles=given.particles,
+        velocity=0.1,
+        temperature=given.temperature,
+        engine=given.engine,
+        tolerance=given.tolerance,
+    )
+    found = measure(scene, given.samples, given.workers)
+    if given.json:
+        print(json.dumps(found))
+        return
+    for name, value in found.items():
+        print(f"{name:18} {value:.6g}" if isinstance(value, float) else f"{name:18} {value}")
+
+
+if __name__ == "__main__":
+    main()
