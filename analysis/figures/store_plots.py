@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chaincor.analysis.distribution import Distribution
 from chaincor.analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
 from chaincor.lammps_inputs.errors import InputError
 
@@ -72,6 +73,46 @@ def plot_curves(
         if own:  # room for the legend besides that for the curves
             rows = -(-len(labels) // columns)
             ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
+    return ax
+
+
+def plot_means(
+    curves: Mapping[str, tuple[Sequence[float], Sequence[Distribution]]],
+    x_name: str,
+    y_name: str,
+    *,
+    ax: "Axes | None" = None,
+) -> "Axes":
+    """
+    Draw the mean of many collisions at each place of a curve, and how they scatter.
+
+    `curves` maps names to places along x and the distribution at each. The mean has its standard
+    error; the bands lie between the quartiles, and between the quantiles of 5 and 95 %. Returns the
+    axes, as :func:`plot_curves`.
+    """
+    means = {
+        label: (x, [found.mean for found in distributions])
+        for label, (x, distributions) in curves.items()
+    }
+    ax = plot_curves(means, x_name, y_name, ax=ax)
+    for number, (_, (x, distributions)) in enumerate(sorted(curves.items(), key=_natural)):
+        colour = CYCLE[number % len(CYCLE)]
+        for outer, strength in ((0, 0.12), (1, 0.2)):
+            low, high = (
+                [found.quantiles[place].value for found in distributions]
+                for place in (outer, -1 - outer)
+            )
+            ax.fill_between(x, low, high, color=colour, alpha=strength, linewidth=0.0)
+        ax.errorbar(
+            x,
+            [found.mean for found in distributions],
+            yerr=[found.standard_error for found in distributions],
+            fmt="none",
+            ecolor=colour,
+            capsize=2.0,
+            linewidth=1.1,
+        )
+    ax.set_ylabel(f"mean {ax.get_ylabel()}")
     return ax
 
 

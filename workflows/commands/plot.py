@@ -25,6 +25,12 @@ if TYPE_CHECKING:
     help="one curve for each value of these columns [default: whatever varies]",
 )
 @click.option("--colour", help="a heat map: this column as colour over x and y")
+@click.option(
+    "--mean",
+    metavar="COL",
+    help="the mean over this column, such as seed, with its standard error and bands between "
+    "quantiles of 5, 25, 75 and 95 %",
+)
 @click.option("--where", multiple=True, metavar="COND", help="such as potential=lj or speed<0.5")
 @click.option(
     "-o",
@@ -39,6 +45,7 @@ def plot(
     y: str,
     by: str | None,
     colour: str | None,
+    mean: str | None,
     where: tuple[str, ...],
     output: Path | None,
 ) -> None:
@@ -46,18 +53,20 @@ def plot(
     Draw curves or a heat map from a store.
 
     There is one curve for each combination of whatever the scenes differ in besides the axis;
-    scenes are never averaged.
+    scenes are only averaged over what --mean names.
     """
     from chaincor.analysis.atomic_write import written_aside
     from chaincor.workflows.store.results_store import Store
 
     if by is not None and colour is not None:
         raise click.UsageError("--by makes curves and --colour a heat map; give one")
+    if mean is not None and colour is not None:
+        raise click.UsageError("--mean is drawn along curves and --colour is a heat map; give one")
     with Store(store_path, read_only=True) as store:
         if colour is not None:
             figure = _heat_map(store, x, y, colour, where)
         else:
-            figure = _curves(store, x, y, by, where)
+            figure = _curves(store, x, y, by, mean, where)
     target = output or store_path.with_suffix(".png")
     if target.suffix not in (".png", ".pdf", ".svg"):
         raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected .png, .pdf or .svg")
@@ -167,19 +176,24 @@ def _scene_keys(rows: list[_Row]) -> set[str]:
     return {key for row in rows for key in row.scene}
 
 
-def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ...]) -> "Figure":
+def _curves(
+    store: "Store", x: str, y: str, by: str | None, mean: str | None, where: tuple[str, ...]
+) -> "Figure":
     from chaincor.analysis.figures.store_plots import plot_curves
 
     asked = () if by is None else tuple(name.strip() for name in by.split(","))
     rows = _rows(store, (x, y), asked, where)
-    names = asked or tuple(_varying(rows, (x,)))
+    given = (x,) if mean is None else (x, mean)
+    if mean is not None:
+        _check_mean(rows, x, mean)
+    names = asked or tuple(_varying(rows, given))
     groups: dict[tuple[Any, ...], list[_Row]] = {}
     for row in rows:
         key = row.values[2:] if asked else tuple(row.scene.get(name) for name in names)
         groups.setdefault(key, []).append(row)
     curves = {}
     for key, group in groups.items():
-        left = _varying(group, (x,))
+        left = _varying(group, given)
         if left:
             raise StoreError(
                 f"--by {by} leaves {_named(left, group)} to vary within a curve; expected one "
@@ -190,7 +204,37 @@ def _curves(store: "Store", x: str, y: str, by: str | None, where: tuple[str, ..
             along.sort(key=lambda row: row.scene["velocity"])
         label = ", ".join(f"{n} = {_shown(v)}" for n, v in zip(names, key, strict=True))
         curves[label] = ([row.values[0] for row in along], [row.values[1] for row in along])
+    if mean is not None:
+        return _means(curves, x, y)
     return plot_curves(curves, x, y).figure  # type: ignore[return-value]
+
+
+def _check_mean(rows: list[_Row], x: str, mean: str) -> None:
+    keys = _scene_keys(rows)
+    if mean not in keys or mean == x:
+        raise StoreError(
+            f"--mean is {mean}, which these scenes do not differ in along {x}; expected one of "
+            f"{', '.join(sorted(keys - {x}))}"
+        )
+    if x not in keys:
+        raise StoreError(
+            f"--mean is taken at places along {x}, which comes out of a collision; expected --x to "
+            "be a key of the scenes"
+        )
+
+
+def _means(curves: dict[str, tuple[list[Any], list[Any]]], x: str, y: str) -> "Figure":
+    """Draw the distribution at each place along the curves."""
+    from chaincor.analysis.distribution import Distribution
+    from chaincor.analysis.figures.store_plots import plot_means
+
+    drawn = {}
+    for label, (places, values) in curves.items():
+        at = dict.fromkeys(places)
+        found = [[v for p, v in zip(places, values, strict=True) if p == place] for place in at]
+        distributions = [Distribution.of(each, [0.0] * len(each)) for each in found]
+        drawn[label] = (list(at), distributions)
+    return plot_means(drawn, x, y).figure  # type: ignore[return-value]
 
 
 def _heat_map(store: "Store", x: str, y: str, colour: str, where: tuple[str, ...]) -> "Figure":

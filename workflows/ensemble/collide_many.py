@@ -178,8 +178,8 @@ def _groups(
 ) -> list[_Group]:
     if isinstance(scenes, Scene):
         return [_drawn_group(scenes, samples, velocities)]
-    for name, given in (("samples", samples), ("velocities", velocities)):
-        if given is not None:
+    for name, value in (("samples", samples), ("velocities", velocities)):
+        if value is not None:
             raise InputError(
                 f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
                 f"list of scenes without {name}"

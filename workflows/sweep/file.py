@@ -51,10 +51,10 @@ def read_sweep(path: Path | str) -> Sweep:
     path : pathlib.Path or str
         A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
         ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
-        a list of lists), or a list of tables that set several fields at once; an axis
-        ``parameters.a`` is one parameter of a formula. ``zip = [["particles", "speed"]]`` makes
-        axes move together; ``store`` and ``arrays`` say what is kept and where. Relative paths are
-        taken from the file's folder.
+        a list of lists; of ``seed``: ``{from, to}``), or a list of tables that set several fields
+        at once; an axis ``parameters.a`` is one parameter of a formula. ``zip = [["particles",
+        "speed"]]`` makes axes move together; ``store`` and ``arrays`` say what is kept and where.
+        Relative paths are taken from the file's folder.
 
     Returns
     -------
@@ -135,6 +135,8 @@ def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
 
 
 def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
+    if name == "seed":
+        return _seeds(axis)
     wrong = sorted(set(axis) - _RANGE_KEYS)
     if wrong or not {"from", "to"} <= set(axis) or ("points" in axis) == ("step" in axis):
         raise SweepError(
@@ -167,6 +169,18 @@ def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
     if name in _WHOLE:
         return [int(value) for value in np.unique(np.rint(values))]
     return [float(value) for value in values]
+
+
+def _seeds(axis: dict[str, Any]) -> list[int]:
+    """Return every seed from the first to the last: whole numbers, which may be no floats."""
+    ends = [axis[key] for key in ("from", "to") if key in axis]
+    whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
+    if len(ends) < 2 or len(axis) > 2 or not whole or not 0 <= ends[1] - ends[0] < _MOST_POINTS:
+        raise SweepError(
+            f"the range of axis 'seed' is {axis!r}; expected two whole numbers, as "
+            "{ from = 1, to = 200 }, of which each is taken"
+        )
+    return list(range(ends[0], ends[1] + 1))
 
 
 def _is_finite(value: Any) -> bool:

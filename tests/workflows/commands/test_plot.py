@@ -130,3 +130,63 @@ def test_a_heat_map_never_averages():
     np.testing.assert_array_equal(np.ma.compressed(mesh), [5, 6, 7])
     with pytest.raises(InputError, match="several collisions"):
         plot_heat_map([1, 2, 1], [1, 1, 1], [5, 6, 7], labels=("x", "y", "c"))
+
+
+@pytest.fixture(scope="module")
+def warm_collisions():
+    """Two speeds and five seeds of a warm chain."""
+    scenes = [
+        Scene(
+            potential="toda",
+            particles=3,
+            velocity=v,
+            temperature=1e-4,
+            seed=seed,
+            engine="reference",
+        )
+        for v in (0.05, 0.1)
+        for seed in range(1, 6)
+    ]
+    return [Attempt(scene, collide(scene), None, "here") for scene in scenes]
+
+
+def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, monkeypatch):
+    from chaincor.analysis.figures import store_plots
+
+    drawn = {}
+    original = store_plots.plot_means
+
+    def keep(curves, *names, **options):
+        drawn.update(curves, axes=original(curves, *names, **options))
+        return drawn["axes"]
+
+    monkeypatch.setattr(store_plots, "plot_means", keep)
+    path = tmp_path / "warm.sqlite"
+    with Store(path) as store:
+        store.record(warm_collisions)
+    with pytest.raises(SystemExit) as leave:
+        main(["plot", str(path), "--x", "velocity", "--mean", "seed"])
+    assert leave.value.code == 0
+    places, found = drawn[""]
+    assert places == [0.05, 0.1]
+    etas = [attempt.collision.restitution for attempt in warm_collisions]
+    for distribution, group in zip(found, (etas[:5], etas[5:]), strict=True):
+        assert distribution.mean == pytest.approx(np.mean(group), rel=1e-12)
+        assert distribution.standard_error == pytest.approx(np.std(group, ddof=1) / 5**0.5)
+    assert len(drawn["axes"].collections) == 3, "two bands, and the bars"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--mean", "temperature"), "--mean is temperature, which these scenes do not differ in"),
+        (("--mean", "velocity"), "--mean is velocity, which these scenes do not differ in"),
+        (("--mean", "particles", "--x", "contacts"), "which comes out of a collision"),
+        (("--mean", "particles", "--colour", "contacts"), "--mean is drawn along curves"),
+    ],
+)
+def test_means_that_make_no_sense_are_refused_by_name(plot, options, message):
+    chosen = options if "--x" in options else ("--x", "velocity", *options)
+    status, error, _ = plot(*chosen)
+    assert status == 2
+    assert message in error

@@ -88,6 +88,14 @@ def test_ranges(sweep_file, axis, values):
     assert found == pytest.approx(values, rel=1e-15)
 
 
+def test_seeds_are_whole_numbers_that_no_float_rounds(sweep_file):
+    path = sweep_file(
+        "[scene]\ntemperature = 1e-4\n"
+        "[axes]\nseed = {from = 9007199254740993, to = 9007199254740995}"
+    )
+    assert points(path, "seed") == [(2**53 + 1,), (2**53 + 2,), (2**53 + 3,)]
+
+
 def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
     path = sweep_file("[scene]\nvelocity = 0.1\ntolerance = 1e-4\n[axes]\nspeed = [0.1]")
     assert points(path, "speed", "velocity") == [(0.1, None)]
@@ -107,6 +115,9 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ('[axes]\nspeed = {from = -1.0, to = 2.0, points = 2, spacing = "log"}', "above zero"),
         ("[axes]\nspeed = {from = 1.0, to = 2.0, step = -0.1}", "step towards"),
         ("[axes]\nspeed = {from = 1.0, to = 2.0, step = 0}", "step towards"),
+        ("[axes]\nseed = {from = 1.0, to = 2.0}", "two whole numbers"),
+        ("[axes]\nseed = {from = 2, to = 1}", "two whole numbers"),
+        ("[axes]\nseed = {from = 1, to = 9, points = 3}", "two whole numbers"),
         ('zip = [["speed", "particles"]]\n[axes]\nspeed = [1.0]\nparticles = [2, 3]', "lengths"),
         ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "each once"),
         ('[scene]\ndump = "a.dump"', "one place"),
