@@ -42,19 +42,34 @@ POWERS = tuple(
 def compile_loops(fields: dict) -> None:
     """Run every kind of step of a bond for one short collision."""
     scene = Scene(particles=5, **fields)
-    for scheme in ("order8", "extrapolated14"):
-        stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
+    step_once(scene)
     adaptive.run(scene, 1e-6)
+
+
+def compile_lines(fields: dict) -> None:
+    """Do the same with unequal masses, and with many chains at once."""
+    scene = Scene(particles=5, **fields)
+    step_once(scene.replace(masses=(1.0, 2.0)))
     if fields["potential"] == "toda":
         # Slow tests compile those of other bonds.
         warm = scene.replace(temperature=1e-4, engine="reference")
         collide_many(warm, 1, workers=1)
 
 
+def step_once(scene: Scene) -> None:
+    """Carry out a collision with steps of either kind."""
+    for scheme in ("order8", "extrapolated14"):
+        stepping.run(scene, Numerics(scheme=scheme, timestep=0.1))
+
+
 def main() -> None:
     """Compile in as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        list(pool.map(compile_loops, BONDS + (POWERS if "all" in sys.argv else ())))
+        powers = POWERS if "all" in sys.argv else ()
+        tasks = [pool.submit(compile_loops, bond) for bond in BONDS + powers]
+        tasks += [pool.submit(compile_lines, bond) for bond in BONDS]
+        for task in tasks:
+            task.result()
 
 
 if __name__ == "__main__":
