@@ -12,8 +12,14 @@ from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import jitter, modal_error, nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
-from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, is_smooth, sharpness
+from chaincor.workflows.accuracy.irregular import STALLED, refine
+from chaincor.workflows.accuracy.step_guess import (
+    STEP_SHARE,
+    effective_order,
+    guess_step,
+    is_smooth,
+    sharpness,
+)
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
@@ -30,13 +36,7 @@ SHARPEST_FIXED = 60.0
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0, 0.4))
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
-# The first step is guessed for this share of the goal: half, as the bar must have room for the
-# rest. It decides costs only.
-_STEP_SHARE = 0.5
 _MOST_REFINEMENTS = 15
-# Steps that get smaller so many times without halving the error show that it is not the steps':
-# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
-_STALLED = 3
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
 # three digits, with the bar that they have.
@@ -92,7 +92,7 @@ def _meet_with_fixed_steps(
     scheme = usual_scheme(goal)
     if scene.line is not None:
         amplified = noise * STEP_SCHEMES[scheme].amplification
-        if jitter_error("reference", amplified, scene) > _STEP_SHARE * goal:
+        if jitter_error("reference", amplified, scene) > STEP_SHARE * goal:
             scheme = "order8"  # which amplifies rounding least
     if not is_smooth(scene):
         return _meet_irregularly(scene, goal, scheme, noise)
@@ -100,7 +100,7 @@ def _meet_with_fixed_steps(
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
     reachable = max(goal, floor)
-    step = 0.5 * guess_step(scene, scheme, _STEP_SHARE * reachable / share)
+    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
     found: list[list[float]] = []
@@ -129,9 +129,9 @@ def _meet_with_fixed_steps(
         tries.append({"timestep": step, "step_error": error})
         if error + floor <= goal or error < 0.3 * floor or step < 1e-5:
             break
-        if stalled == _STALLED:
+        if stalled == STALLED:
             break
-        wanted = (0.5 * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
+        wanted = (STEP_SHARE * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
         step *= min(max(wanted, 0.3), 0.8)
     if best is None:
         raise refusals[-1]
@@ -141,9 +141,9 @@ def _meet_with_fixed_steps(
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
         fine = with_doubts(whole, (fine, proof))
-    if stalled == _STALLED:
+    if stalled == STALLED:
         # No order of convergence holds here: the truth may be wherever one of these runs went.
-        error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
+        error = float(np.max(np.abs(np.ravel(found[-STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
     quiet = quiet_time(scene.span, scene.slow_stiffness)
     if np.max(np.diff(fine.contact_times), initial=0.0) > quiet:

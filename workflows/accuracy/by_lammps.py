@@ -19,7 +19,12 @@ from chaincor.workflows.accuracy.error_bars import (
 )
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
-from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import (
+    STEP_SHARE,
+    effective_order,
+    guess_step,
+    sharpness,
+)
 from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
@@ -28,9 +33,7 @@ from chaincor.workflows.engines.rounding import jitter_error, rounding_error
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
 from chaincor.workflows.measured import measured
 
-# The step may use this share of the tolerance, the table that one; the rest is for rounding. A
-# table costs little more for being exact, a step much: shares decide costs, as the sum is proved.
-_STEP_SHARE = 0.5
+# The table may use this share of the tolerance: it costs little more for being exact, a step much.
 _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
 SHARPEST_LAMMPS = 300.0
@@ -88,8 +91,8 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
         if bar.total <= goal or last or hopeless:
             break
-        if step > _STEP_SHARE * reachable:
-            wanted = (_STEP_SHARE * reachable / step) ** (1.0 / order)
+        if step > STEP_SHARE * reachable:
+            wanted = (STEP_SHARE * reachable / step) ** (1.0 / order)
             numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
         elif numerics.force_error is not None:
             numerics = replace(numerics, force_error=0.1 * numerics.force_error)
@@ -141,7 +144,7 @@ def choose_numerics(
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
     for scheme in schemes or _usual_schemes(tolerance):
-        goal = _STEP_SHARE * tolerance / COARSER_SHARE[scheme]
+        goal = STEP_SHARE * tolerance / COARSER_SHARE[scheme]
         start = estimate_step(scene, scheme, goal, truth)
         coarse = None
         if start is not None:
@@ -168,7 +171,7 @@ def _verlet_numerics(
     force_error: float | None,
 ) -> Numerics:
     """Return Verlet steps, which past kinks are as exact as any others, and far quicker."""
-    goal = _STEP_SHARE * tolerance / COARSER_SHARE["verlet"]
+    goal = STEP_SHARE * tolerance / COARSER_SHARE["verlet"]
     start = guess_step(scene, "verlet", goal)
     coarse = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
     return Numerics(

@@ -9,7 +9,12 @@ from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
-from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import (
+    STEP_SHARE,
+    effective_order,
+    guess_step,
+    sharpness,
+)
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -26,7 +31,9 @@ _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-_STALLED = 3
+# Steps that get smaller so many times without halving the error show that it is not the steps':
+# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
+STALLED = 3
 # Bond steps and steps of one run, some seconds: compiled, and where NumPy steps the chain.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # Bonds of the run that gives eta may stretch this much more than those of the first, coarse one.
@@ -101,7 +108,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     soft = scene.line is not None and not scene.line.smooth
     share = _share(scheme, kinked or soft)
     reachable = max(goal - floor, floor, 1e-15)
-    step = 0.5 * guess_step(scene, scheme, 0.5 * reachable / share)
+    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, scheme, crossings))
@@ -131,7 +138,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
         if best is None or error < best[0]:
             best = (error, runs[0], runs[1])
         least = least_step(scene, scheme, float(runs[0].contact_times[-1]))
-        if error + floor <= goal or error < 0.3 * floor or stalled == _STALLED:
+        if error + floor <= goal or error < 0.3 * floor or stalled == STALLED:
             break
         if step <= least:
             break
@@ -141,15 +148,15 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
             share, stalled = _share(scheme, kinked), 0
             step /= STEP_SCHEMES["order8"].evaluations
             continue
-        wanted = (0.5 * reachable / error) ** (1.0 / order)
+        wanted = (STEP_SHARE * reachable / error) ** (1.0 / order)
         step = max(step * min(max(wanted, 0.2), 0.8), least)
     if best is None:
         raise refusals[-1]
     error, fine, proof = best
-    if stalled == _STALLED:
+    if stalled == STALLED:
         # The truth may be wherever one of these runs went.
-        error = float(np.max(np.abs(np.ravel(found[-_STALLED - 1 :]) - eta_of(scene, fine))))
-    return Refined(fine, proof, error, kinked, stalled == _STALLED, seconds, tries)
+        error = float(np.max(np.abs(np.ravel(found[-STALLED - 1 :]) - eta_of(scene, fine))))
+    return Refined(fine, proof, error, kinked, stalled == STALLED, seconds, tries)
 
 
 def _share(scheme: StepSchemeName, kinked: bool) -> float:

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, usual_scheme
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.meet import decade_within
-from chaincor.workflows.accuracy.step_guess import usual_step
+from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.in_house.lines.ensemble import (
     ManyCollisions,
@@ -33,8 +33,6 @@ _HOTTEST_BOND = 5.0
 _ENERGY_LADDER = math.log(1.1)
 # A run is compared with those at so many times its step, as of one collision by itself.
 _COARSER = (2.0, 1.86)
-# Steps are chosen for this part of the goal.
-_STEP_SHARE = 0.5
 # At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
 _LARGEST_STEP = 0.33
 # Of those that need more, most never converge.
@@ -150,7 +148,7 @@ class ManyMeetings:
             # Late contacts of chains that broke have more to them than a step.
             left[now[runs.settled & runs.silent & ~runs.proved]] = False
             with np.errstate(divide="ignore"):
-                wanted = (_STEP_SHARE * self._goal / errors) ** (1.0 / order)
+                wanted = (STEP_SHARE * self._goal / errors) ** (1.0 / order)
             steps[now] *= np.clip(np.where(np.isfinite(errors), wanted, 0.5), 0.3, 0.8)
         return found
 
@@ -168,7 +166,7 @@ class ManyMeetings:
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return math.inf
-        step = 0.5 * usual_step(self.scheme, _STEP_SHARE * self._goal, scene.fast_stiffness)
+        step = 0.5 * usual_step(self.scheme, STEP_SHARE * self._goal, scene.fast_stiffness)
         return min(step / sharpness, _LARGEST_STEP / scene.fast_stiffness**0.5)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
