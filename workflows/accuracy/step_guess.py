@@ -13,8 +13,8 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
-# Steps are chosen for this share of a goal: half, as the bar must have room for the rest. It decides
-# costs only, as the sum is proved.
+# Steps are chosen for this share of a goal: half, as the bar must have room for the rest. It
+# decides costs only, as the sum is proved.
 STEP_SHARE = 0.5
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
 _STABILITY_SHARE = 0.9
