@@ -1,6 +1,6 @@
 """Rendering the LAMMPS input: every value is a number or a fixed name, never a user's text."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import PurePosixPath
 from typing import Any, Literal
@@ -19,6 +19,7 @@ SCENE_FILE = "scene.toml"
 DUMP_FILE = "dump.lammpstrj"
 LOG_FILE = "log.lammps"
 CONTACTS_FILE = "contacts.txt"
+MOTION_FILE = "log.motion"
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,73 @@ class ScoutedEnd:
     last_contact_time: float
     contacts: int
     ending: str
+
+
+@dataclass(frozen=True)
+class ScriptedSteps:
+    """
+    How a script composes its steps.
+
+    Attributes
+    ----------
+    weights : tuple of float
+        w_k of the Verlet steps w_k H, a palindrome.
+    order : int
+        Order of the error of one run against H.
+    citation : str
+        Where the weights are from.
+    coarse : float
+        Verlet step in which a silence is waited for.
+    patience : float
+        Time after a contact from which on a silence is waited for so.
+    graded : tuple of float or None
+        Time near the touching and parting of soft bodies in which steps are graded, and the power
+        of that; None where they are not.
+    """
+
+    weights: tuple[float, ...]
+    order: int
+    citation: str
+    coarse: float
+    patience: float
+    graded: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ScriptedBar:
+    """
+    What a script needs to tell the error of its number.
+
+    Attributes
+    ----------
+    multiples : tuple of float
+        Steps of the runs in units of the number's own; the first is 1.
+    share : float
+        Error of the number due to its step, over the largest difference to the other runs.
+    share_alone : float
+        The same where nothing but these runs is known.
+    table, rounding, ending : float
+        Parts of the error that are known beforehand.
+    yardstick, yardstick_error : float or None
+        Restitution of an in-house run, and its error; None where there was none.
+    least : float
+        What the error due to the step is called at least.
+    """
+
+    multiples: tuple[float, ...]
+    share: float
+    share_alone: float
+    table: float
+    rounding: float
+    ending: float
+    yardstick: float | None = None
+    yardstick_error: float = 0.0
+    least: float = 0.0
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the fields as text for a script."""
+        fields = {k: v for k, v in asdict(self).items() if k != "multiples"}
+        return {k: None if v is None else number(v) for k, v in fields.items()}
 
 
 @cache
@@ -65,6 +133,7 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
         "tabulated": table is not None,
         "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
         "scripted": False,
+        "composed": False,
         "wall": numerics.wall,
         "timestep": number(numerics.timestep),
     }
@@ -106,6 +175,9 @@ def render_job(
     look: float,
     scouted: ScoutedEnd | None,
     frame_time: float | Literal["contacts"] | None = None,
+    steps: ScriptedSteps | None = None,
+    bar: ScriptedBar | None = None,
+    tolerance: float | None = None,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -115,7 +187,7 @@ def render_job(
     scene : Scene
         The collision.
     numerics : Numerics
-        Wall and timestep; the scheme must be ``verlet``.
+        Wall, scheme and timestep.
     table : BondTable or None
         The bond table; None for LAMMPS's own harmonic bond.
     quiet : float
@@ -129,31 +201,32 @@ def render_job(
         not known.
     frame_time : float or "contacts" or None
         Time between frames of a dump, or one after each contact; None for no dump.
+    steps : ScriptedSteps or None
+        How steps are composed; None for Verlet steps.
+    bar : ScriptedBar or None
+        How the script tells its error, which takes further runs; None for the number alone.
+    tolerance : float or None
+        What the numerics were chosen for, to be said in the heading.
 
     Returns
     -------
     str
         The script's text.
-
-    Raises
-    ------
-    SceneError
-        If the scheme is not ``verlet``.
     """
-    if numerics.scheme != "verlet":
-        raise SceneError(
-            f"scheme is '{numerics.scheme}'; an input script can do 'verlet' only: give scheme "
-            "'verlet', or use `chaincor run`, which drives LAMMPS step by step"
-        )
+    composed = steps is not None
+    heaviest = 1.0 if steps is None else max(map(abs, steps.weights))
+    multiples = (1.0,) if bar is None else bar.multiples
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
     values |= contact_values(scene, numerics.wall)
     values |= {
         "scripted": True,
         # As text, with all its digits: an equal-style variable has 15.
-        "timestep": "${timestep}",
+        "timestep": "${step}",
         "step": number(numerics.timestep),
         "shortest": number(SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
-        "unstable": number(0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5),
+        "unstable": number(
+            0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5 / (heaviest * max(multiples))
+        ),
         "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
         + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
@@ -165,7 +238,28 @@ def render_job(
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
+        "motion_file": MOTION_FILE,
+        "composed": composed,
+        "multiples": [number(multiple) for multiple in multiples],
+        "bar": None if bar is None else bar.numbers(),
+        "tolerance": None if tolerance is None else number(tolerance),
         "scouted": scouted,
         "scouted_time": number(0.0 if scouted is None else scouted.last_contact_time),
     }
+    if steps is not None:
+        values |= {
+            "weights": [number(weight) for weight in steps.weights],
+            "order": steps.order,
+            "citation": steps.citation,
+            "coarse": number(steps.coarse),
+            "patience": number(steps.patience),
+            "graded": steps.graded is not None,
+        }
+        if steps.graded is not None:
+            zone, power = steps.graded
+            values |= {
+                "zone": number(zone),
+                "power": number(power),
+                "root_power": number(1.0 / power),
+            }
     return _environment().get_template("job.in.j2").render(values)

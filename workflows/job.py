@@ -5,16 +5,13 @@ import tempfile
 from pathlib import Path
 from typing import Literal
 
-from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
-from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
-from chaincor.workflows.accuracy.scouting import Scouting, scout
-from chaincor.workflows.engines.lammps.engine import guess_bond_range
-from chaincor.workflows.engines.lammps.kept_script import flown_on, job_script
+from chaincor.workflows.accuracy.scripted import ScriptPlan, plan_script
+from chaincor.workflows.engines.lammps.kept_script import job_script
 
 
 def write_job(
@@ -28,23 +25,18 @@ def write_job(
     """
     Write the input script, the chain, its bond table and the scene; returns the paths.
 
-    Numerics default to the event wall and Verlet steps. A tolerance is not used: a job has a fixed
-    step. `dump` has the job dump its motion, as it does where the scene has a dump; `explain` says
-    of every command and file what it is for. Raises InputError if the folder holds a job already or
-    cannot be made, SceneError if the scheme cannot be scripted.
+    Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
+    unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
+    the scene has a dump; `explain` says of every command and file what it is for. Raises InputError
+    if the folder holds a job already or cannot be made, SceneError if the scheme cannot be
+    scripted, RunError if no numerics meet the tolerance.
     """
-    if scene.wall is None and scene.scheme is None:
-        # A script has a fixed step: nothing in it could choose one for a tolerance.
-        scene = scene.replace(scheme="verlet", tolerance=None)
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
-    numerics = Numerics.from_scene(scene)
-    scouting = scout_job(scene)
-    table = None
-    if not scene.bond.is_harmonic:
-        bond_range = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
-        table = tabulate(scene.bond, bond_range, numerics.table, numerics.table_points)
-    scouted = None if scouting is None else scouting.end
+    scene = scene.replace(engine="lammps")
+    plan = plan_script(scene)
+    table = plan.table
+    scouted = None if plan.scouting is None else plan.scouting.end
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
             f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
@@ -52,7 +44,9 @@ def write_job(
         )
     frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
-        SCRIPT_FILE: job_script(scene, numerics, table, scouted, frame_time),
+        SCRIPT_FILE: job_script(
+            scene, plan.numerics, table, scouted, frame_time, plan.bar, plan.tolerance
+        ),
         DATA_FILE: format_scene_data(scene),
     }
     if table is not None:
@@ -65,7 +59,7 @@ def write_job(
         }
         texts = {name: annotate[name](text) for name, text in texts.items()}
     if isinstance(scene.potential, str):
-        texts[SCENE_FILE] = scene.without("dump_frames").to_toml()
+        texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
     return _write_files(texts, folder, replace_existing)
 
 
@@ -75,14 +69,17 @@ def _frame_time(scene: Scene) -> float | Literal["contacts"]:
     return scene.particles / (scene.bond.stiffness**0.5 * scene.dump_frames)
 
 
-def scout_job(scene: Scene) -> Scouting | None:
-    """
-    Find the bond lengths of a collision that a script will run.
-
-    The bonds of the free flight are in it by which the script sees that no contact follows; None
-    where it cannot tell.
-    """
-    return scout(scene, flown_on(scene))
+def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
+    """Return the scene with what was chosen for it: another run of it takes the same steps."""
+    if scene.explicit:
+        return scene
+    return scene.replace(
+        tolerance=None,
+        scheme=plan.numerics.scheme,
+        timestep=plan.numerics.timestep,
+        table=None if plan.table is None else plan.table.style,
+        table_points=None if plan.table is None else plan.table.rows,
+    )
 
 
 def _write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:

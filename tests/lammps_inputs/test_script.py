@@ -1,6 +1,7 @@
 """Rendered inputs: the golden text of each kind, and exact numbers."""
 
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,14 @@ from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import ScoutedEnd, number, render_job, render_setup
+from chaincor.lammps_inputs.script import (
+    ScoutedEnd,
+    ScriptedBar,
+    ScriptedSteps,
+    number,
+    render_job,
+    render_setup,
+)
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 # Values that do not come from elsewhere in the program: the text alone is under test here.
@@ -83,6 +91,34 @@ def test_golden_job_of_two_bodies(kind, update_golden):
     compare(f"event-harmonic-{kind}.in", text, update_golden)
 
 
+STEPS = ScriptedSteps(
+    weights=(0.5, 0.25, -0.5, 0.25, 0.5), order=4, citation="nowhere", coarse=0.0125, patience=3.5
+)
+BAR = ScriptedBar(
+    multiples=(1.0, 2.0),
+    share=0.5,
+    share_alone=1.0,
+    table=1e-12,
+    rounding=2e-12,
+    ending=0.0,
+    yardstick=0.8,
+    yardstick_error=1e-11,
+    least=1e-10,
+)
+
+
+def test_golden_job_of_composed_steps(update_golden):
+    text = render("event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8, frame_time=0.5)
+    compare("event-lj-composed.in", text, update_golden)
+
+
+def test_golden_job_of_graded_steps(update_golden):
+    scene = Scene(particles=10, velocity=0.05, contact="power", timestep=0.0125)
+    steps = replace(STEPS, graded=(1.0, 1.6))
+    text = render_job(scene, Numerics.from_scene(scene), None, **ENDING, steps=steps)
+    compare("event-lj-graded.in", text, update_golden)
+
+
 def test_a_job_without_scouting_says_so():
     text = render("event", "lj-spline", scouted=None)
     assert "# No in-house run could tell when the last contact comes" in text
@@ -107,13 +143,6 @@ def test_a_student_finds_a_comment_at_every_set_up_line():
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_numbers_keep_their_bits(value):
     assert struct.pack("d", float(number(value))) == struct.pack("d", value)
-
-
-@pytest.mark.parametrize("scheme", ["order4", "order6", "order8"])
-def test_higher_orders_are_not_scripted(scheme):
-    scene = Scene(scheme=scheme)
-    with pytest.raises(SceneError, match=f"scheme is '{scheme}'; an input script can do 'verlet'"):
-        render_job(scene, Numerics.from_scene(scene), None, **ENDING)
 
 
 def test_a_folder_that_lammps_would_interpret_is_refused():

@@ -14,17 +14,18 @@ import pytest
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.restitution import restitution
-from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import job
+from chaincor.workflows.accuracy import scripted
 from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.scripted import plan_script
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.job import scout_job, write_job
+from chaincor.workflows.job import write_job
 
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
@@ -61,7 +62,7 @@ def number(text, name):
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = scout_job(scene)
+    scouting = plan_script(scene).scouting
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
     return lammps.run(scene, numerics)
@@ -151,7 +152,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = scout_job(scene).table_range(scene)
+    table = plan_script(scene).scouting.table_range(scene)
     outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = eta_of(slower, outcome)
@@ -214,7 +215,7 @@ def test_no_end_is_seen_before_the_scouted_one(tmp_path):
 
 
 def test_a_job_that_was_not_scouted_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(job, "scout", lambda *_: None)
+    monkeypatch.setattr(scripted, "scouted_run", lambda *_: None)
     write_job(Scene(particles=10, speed=0.4, scheme="verlet"), tmp_path)
     done = run_lmp(tmp_path)
     assert done.returncode == 0
@@ -235,7 +236,7 @@ def test_the_job_is_complete(tmp_path):
     assert [file.name for file in files] == ["in.chain", "chain.data", "bond.table", "scene.toml"]
     assert sorted(tmp_path.joinpath("new", "job").iterdir()) == sorted(files)
     again = Scene.from_file(files[-1])
-    assert (again.particles, again.scheme) == (5, "verlet")
+    assert (again.particles, again.scheme, again.tolerance) == (5, "order8", None)
 
 
 def test_a_harmonic_job_needs_no_table(tmp_path):
@@ -299,7 +300,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
-    scouting = scout_job(scene)  # the table is that of the job
+    scouting = plan_script(scene).scouting  # the table is that of the job
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
     outcome = lammps.run(slower, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)
@@ -426,9 +427,3 @@ def test_a_folder_that_cannot_be_made(tmp_path):
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match="cannot write the job into"):
         write_job(Scene(potential="harmonic", particles=5), tmp_path / "file" / "job")
-
-
-def test_higher_orders_are_refused_in_one_line(tmp_path):
-    with pytest.raises(SceneError, match="an input script can do 'verlet' only"):
-        write_job(Scene(scheme="order6", particles=5), tmp_path)
-    assert not list(tmp_path.iterdir())

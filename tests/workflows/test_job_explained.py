@@ -28,8 +28,15 @@ def test_explaining_changes_no_result(fields, wall, tmp_path):
     assert "without this section the chain is a gas" in said
 
 
-def test_a_scene_with_a_tolerance_makes_a_job_with_a_fixed_step(tmp_path):
-    write_job(Scene(particles=3, speed=0.4, tolerance=1e-6), tmp_path)
-    saved = Scene.from_file(tmp_path / "scene.toml")
-    assert saved.tolerance is None
-    assert saved.scheme == "verlet"
+def test_a_composed_job_is_explained(tmp_path):
+    scene = Scene(particles=4, contact="power", tolerance=1e-6)
+    for explain in (False, True):
+        write_job(scene, tmp_path / str(explain), dump=True, explain=explain)
+    lean, annotated = (
+        (tmp_path / str(explain) / "in.chain").read_text().splitlines() for explain in (False, True)
+    )
+    commands = [
+        [line for line in lines if line and not line.startswith("#")] for lines in (lean, annotated)
+    ]
+    assert commands[0] == commands[1]
+    assert len(annotated) > 1.3 * len(lean)

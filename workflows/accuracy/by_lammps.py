@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
@@ -45,6 +45,41 @@ _MOST_REFINEMENTS = 5
 _MOST_BOND_STEPS = 1e9
 
 
+@dataclass(frozen=True)
+class Choice:
+    """
+    Numerics chosen for a goal.
+
+    Attributes
+    ----------
+    numerics : Numerics
+        Scheme, step and table.
+    truth : Converged
+        The in-house run they were chosen by.
+    scouting : Scouting
+        What it says of the collision.
+    floor, reachable : float
+        Error from rounding, and what is left of the goal for all else.
+    """
+
+    numerics: Numerics
+    truth: Converged
+    scouting: Scouting
+    floor: float
+    reachable: float
+
+
+def choose(scene: Scene, goal: float, noise: float) -> Choice:
+    """Choose numerics for a goal, with the in-house integrator alone; for `noise` see below."""
+    floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
+    # Below the rounding floor a finer step buys nothing.
+    reachable = max(goal - floor, floor)
+    truth = _yardstick(scene, reachable)
+    scouting = scouting_from(truth, scene)
+    numerics = choose_numerics(scene, reachable, truth, scouting)
+    return Choice(numerics, truth, scouting, floor, reachable)
+
+
 def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
@@ -53,12 +88,9 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
     jitter of the in-house eta, where that matters.
     """
     started = time.perf_counter()
-    floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
-    # Below the rounding floor a finer step buys nothing.
-    reachable = max(goal - floor, floor)
-    truth = _yardstick(scene, reachable)
-    scouting = scouting_from(truth, scene)
-    numerics = choose_numerics(scene, reachable, truth, scouting)
+    choice = choose(scene, goal, noise)
+    numerics, truth, scouting = choice.numerics, choice.truth, choice.scouting
+    floor, reachable = choice.floor, choice.reachable
     chosen = time.perf_counter() - started
     tries: list[dict[str, Any]] = []
     order = effective_order(scene, numerics.scheme)

@@ -27,13 +27,7 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     it (`chaincor.workflows.accuracy.error_bars.LEAST_SHARE`). So a tighter wish never widens the
     bar.
     """
-    floor = rounding_error(scene.engine, scene)
-    goal = max(decade_within(tolerance), decade_within(floor))
-    noise = 0.0
-    # Light particles between heavy ones amplify more than equal ones ever do.
-    matters = goal < JITTER_MATTERS * floor or scene.line is not None
-    if matters and _steps_are_fixed(scene):
-        noise = jitter(scene)
+    goal, noise = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
     best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, noise)
     for _ in range(_MOST_LOOSER):
@@ -49,6 +43,15 @@ def meet(scene: Scene, tolerance: float) -> Answer:
             found = meet_with_lammps(scene, goal, noise)
         best = min(best, found, key=_bar)
     return replace(best, reason=reason_missed(best, tolerance))
+
+
+def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
+    """Return the goal that numerics are chosen for, and the jitter of the in-house eta."""
+    floor = rounding_error(scene.engine, scene)
+    goal = max(decade_within(tolerance), decade_within(floor))
+    # Light particles between heavy ones amplify more than equal ones ever do.
+    matters = goal < JITTER_MATTERS * floor or scene.line is not None
+    return goal, jitter(scene) if matters and _steps_are_fixed(scene) else 0.0
 
 
 def decade_within(tolerance: float) -> float:

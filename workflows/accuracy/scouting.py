@@ -118,15 +118,20 @@ def scout(scene: Scene, fly_on: float | None = None) -> Scouting | None:
     """
     if scene.engine != "lammps":
         return None
+    found = scouted_run(scene)
+    return None if found is None else scouting_from(found, scene, fly_on)
+
+
+def scouted_run(scene: Scene) -> Converged | None:
+    """Run a scene in-house, sharply enough for a scouting; None where that cannot be."""
     if serves(scene):
-        return scouting_from(exact_modes(scene), scene)
+        return exact_modes(scene)
     if sharpness(scene) > _SHARPEST:
         return None
     try:
-        found = converge(scene, _SCOUTING_GOAL)
+        return converge(scene, _SCOUTING_GOAL)
     except RunError:
         return None
-    return scouting_from(found, scene, fly_on)
 
 
 def scouting_details(found: Scouting | None) -> dict[str, Any]:

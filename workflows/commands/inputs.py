@@ -9,7 +9,7 @@ from chaincor.workflows.commands.scene_options import scene_from, scene_options
 
 
 @click.command()
-@scene_options("engine", "tolerance", "error", "save", "arrays", "dump")
+@scene_options("engine", "save", "arrays", "dump")
 @click.option("-o", "--output", metavar="DIR", required=True, help="folder for the job")
 @click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
 @click.option("--explain", is_flag=True, help="say in each file what every command is for")
@@ -25,7 +25,8 @@ def inputs(
     """
     Write a self-contained LAMMPS job: `cd DIR && lmp -in in.chain` runs it.
 
-    The job steps with Verlet, with the event wall (default) or the reflecting one.
+    Its numerics are chosen for a tolerance, or those given; it prints the restitution and its
+    error.
     """
     from chaincor.workflows.job import write_job
 
@@ -33,9 +34,3 @@ def inputs(
     files = write_job(scene, Path(output), dump=frames, explain=explain, replace_existing=force)
     for file in files:
         click.echo(file)
-    if scene.tolerance is not None:
-        click.echo(
-            "chaincor: note: a job has a fixed step, so the tolerance of the scene is not used; "
-            "--timestep sets the step",
-            err=True,
-        )

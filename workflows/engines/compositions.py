@@ -5,9 +5,14 @@ from dataclasses import dataclass
 from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
 from chaincor.lammps_inputs.scene import Scheme
 
+_KAHAN_LI = "Kahan and Li (1997), Math. Comp. 66, 1089"
+SOURCES: dict[str, str] = {
+    "verlet": "one step",
+    "order4": "Suzuki (1990), Phys. Lett. A 146, 319, five stages with w = 1/(4 - 4^(1/3))",
+    "order6": f"{_KAHAN_LI}, s9odr6a",
+    "order8": f"{_KAHAN_LI}, s17odr8a",
+}
 # First half and centre of each palindrome; the centre makes the sum of the weights exactly one.
-# order4: five stages of Suzuki (1990), Phys. Lett. A 146, 319: w = 1/(4 - 4^(1/3)).
-# order6, order8: Kahan and Li (1997), Math. Comp. 66, 1089, s9odr6a and s17odr8a.
 _SUZUKI = 1.0 / (4.0 - 4.0 ** (1.0 / 3.0))
 _HALVES: dict[Scheme, tuple[float, ...]] = {
     "verlet": (),

@@ -89,9 +89,13 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
     """
     if outcome.engine != "lammps" or outcome.timestep is None:
         return rounding_error(outcome.engine, scene)
-    scheme = STEP_SCHEMES[outcome.scheme]
-    shortest = scheme.shortest_stage(outcome.timestep)
-    return scheme.amplification * rounding_error(outcome.engine, scene, shortest)
+    return rounding_of_steps(scene, outcome.scheme, outcome.timestep)
+
+
+def rounding_of_steps(scene: Scene, scheme: str, timestep: float) -> float:
+    """Return the error of eta due to rounding in LAMMPS, with a scheme and a step."""
+    steps = STEP_SCHEMES[scheme]
+    return steps.amplification * rounding_error("lammps", scene, steps.shortest_stage(timestep))
 
 
 def jitter_error(engine: str, jitter: float, scene: Scene) -> float:

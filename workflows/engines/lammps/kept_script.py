@@ -5,21 +5,27 @@ from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
+from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, FILE_KEYS, Scene
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     SCENE_FILE,
     SCRIPT_FILE,
     TABLE_FILE,
     ScoutedEnd,
+    ScriptedBar,
+    ScriptedSteps,
     render_job,
 )
+from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
 from chaincor.workflows.engines.in_house.lines.following import line_bonds_in_flight
 from chaincor.workflows.engines.lammps.bodies import approach_time
+from chaincor.workflows.engines.lammps.course import PATIENCE
+from chaincor.workflows.engines.lammps.meeting import grading
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
@@ -33,11 +39,13 @@ def job_script(
     table: BondTable | None,
     scouted: ScoutedEnd | None,
     frame_time: float | Literal["contacts"] | None = None,
+    bar: ScriptedBar | None = None,
+    tolerance: float | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
 
-    `scouted` is how the collision ended elsewhere; for `frame_time` see
+    `scouted` is how the collision ended elsewhere; for the others see
     :func:`~chaincor.lammps_inputs.script.render_job`.
     """
     span, stiffness = scene.span, scene.slow_stiffness
@@ -53,6 +61,29 @@ def job_script(
         look=look,
         scouted=scouted,
         frame_time=frame_time,
+        steps=_scripted_steps(scene, numerics),
+        bar=bar,
+        tolerance=tolerance,
+    )
+
+
+def _scripted_steps(scene: Scene, numerics: Numerics) -> ScriptedSteps | None:
+    """Return how a script composes steps; SceneError where it cannot."""
+    if numerics.scheme == "verlet":
+        return None
+    if numerics.scheme not in COMPOSITIONS:
+        raise SceneError(
+            f"scheme is '{numerics.scheme}'; a script can do {', '.join(COMPOSITIONS)}: give one "
+            "of these, or use `chaincor run`, which drives LAMMPS step by step"
+        )
+    composition = COMPOSITIONS[numerics.scheme]
+    return ScriptedSteps(
+        weights=composition.weights,
+        order=composition.order,
+        citation=SOURCES[numerics.scheme],
+        coarse=DEFAULT_TIMESTEPS["verlet"] / scene.fast_stiffness**0.5,
+        patience=PATIENCE / scene.slow_stiffness**0.5,
+        graded=grading(scene, composition.order),
     )
 
 
@@ -91,7 +122,7 @@ def kept_files(
             files[DATA_FILE] = format_scene_data(scene)
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
-    if scheme != "verlet":
+    if scheme not in COMPOSITIONS:
         numerics = replace(
             numerics, scheme="verlet", timestep=step / STEP_SCHEMES[scheme].evaluations
         )

@@ -189,9 +189,7 @@ class SoftBodies(BodiesMeeting):
         line = scene.line
         assert line is not None
         super().__init__(chain, line)
-        self._graded = not line.contact_exponent.is_integer()
-        self._power = max(1.0, order / (line.contact_exponent + 1.0))
-        self._zone = _ZONE / scene.fast_stiffness**0.5
+        self._graded = grading(scene, order)
         self._began = (0.0, 0.0, 0.0)
         chain.commands("\n".join(contact_force(line)))
 
@@ -203,9 +201,9 @@ class SoftBodies(BodiesMeeting):
     def step(self, time: float, state: list[float]) -> float:
         """Return the step H, or less where soft bodies have just touched or are about to part."""
         step = self.chain.timestep
-        if not (self.touching and self._graded):
+        if not self.touching or self._graded is None:
             return step
-        zone, power = self._zone, self._power
+        zone, power = self._graded
         cells = math.ceil(power * zone / step)
         passed = max(time - self._began[0], 0.0)
         if passed < zone:
@@ -249,6 +247,18 @@ class SoftBodies(BodiesMeeting):
         commands = contact_force_on(self.line) if on else contact_force_off(self.line)
         # A run of no steps makes the change known, and computes the forces.
         self.chain.commands("\n".join([*commands, "run 0 post no"]))
+
+
+def grading(scene: Scene, order: int) -> tuple[float, float] | None:
+    """
+    Return for how long, and with which power g, steps of an order are graded where bodies touch.
+
+    None where they are not: for hard bodies, and where the force is a polynomial.
+    """
+    line = scene.line
+    if line is None or not line.soft or line.contact_exponent.is_integer():
+        return None
+    return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (line.contact_exponent + 1.0))
 
 
 def _time_to_zero(distance: float, rate: float, acceleration: float) -> float:

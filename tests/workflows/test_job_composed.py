@@ -1,0 +1,199 @@
+"""Jobs of composed steps, and of a tolerance: what `lmp` alone prints, with its error."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.scripted import interpolated_force_error, plan_script
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.kept_script import job_script
+from chaincor.workflows.job import write_job
+from tests.workflows.test_job import number, run_lmp, unexpected_warnings
+
+SCENES = [
+    {"potential": "harmonic", "particles": 10, "velocity": 0.1, "scheme": "order4"},
+    {"potential": "lj", "particles": 10, "speed": 0.4, "scheme": "order8"},
+    {"potential": "toda", "particles": 2, "speed": 0.5, "scheme": "order6"},
+    {"potential": "lj", "particles": 20, "speed": 1.5, "timestep": 0.06, "scheme": "order8"},
+    {"potential": "lj", "particles": 1, "speed": 0.4, "scheme": "order4"},
+    {"potential": "lj", "particles": 6, "masses": (2, 1), "target_particles": 8, "velocity": 0.05},
+    {"potential": "lj", "particles": 6, "compression": 0.02, "velocity": 0.05},
+    {"potential": "lj", "particles": 8, "contact": "power", "velocity": 0.05},
+    {"potential": "lj", "particles": 5, "contact": "power", "contact_exponent": 2, "speed": 0.4},
+    {"potential": "lj", "particles": 5, "contact": "power", "target_particles": 3, "speed": 0.2},
+]
+
+
+def from_python(scene, monkeypatch):
+    """Run the numerics of the job, with its very table, through the engine."""
+    plan = plan_script(scene)
+    monkeypatch.setattr(lammps, "_tabulate", lambda *_: plan.table)
+    monkeypatch.setattr(lammps, "_unsure_end", lambda *_: 0.0)
+    return lammps.run(scene, plan.numerics)
+
+
+@pytest.mark.parametrize("fields", SCENES, ids=lambda f: "-".join(map(str, f.values())))
+def test_lmp_alone_takes_the_steps_of_the_engine(fields, tmp_path, monkeypatch):
+    scene = Scene(**({"scheme": "order6"} | fields), error=False)
+    write_job(scene, tmp_path)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert unexpected_warnings(done.stdout) == []
+    outcome = from_python(scene, monkeypatch)
+    # Both round alike, but not at the same places: a step back is undone to rounding only.
+    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-12)
+    contacts = np.loadtxt(tmp_path / "contacts.txt", skiprows=1, ndmin=2)
+    assert contacts[:, 1] == pytest.approx(outcome.contact_times, abs=1e-10)
+    assert contacts[:, 2] == pytest.approx(outcome.contact_speeds, abs=1e-11)
+    assert "restitution_error = null" in done.stdout
+
+
+TOLERANCES = [
+    ({"potential": "lj", "particles": 10, "speed": 0.4}, 1e-8),
+    ({"potential": "harmonic", "particles": 20, "velocity": 0.1}, 1e-9),
+    ({"potential": "toda", "particles": 5, "speed": 0.8}, 1e-4),  # Verlet steps
+    ({"potential": "log", "particles": 8, "speed": 0.5}, None),  # the default one
+]
+
+
+@pytest.mark.parametrize(("fields", "tolerance"), TOLERANCES, ids=str)
+def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
+    scene = Scene(**fields, tolerance=tolerance)
+    write_job(scene, tmp_path)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0, done.stdout[-2000:]
+    eta, error = number(done.stdout, "restitution"), number(done.stdout, "restitution_error")
+    exact = collide(Scene(**fields, engine="reference", tolerance=1e-11))
+    assert abs(eta - exact.restitution) <= error + exact.restitution_error
+    assert 0.05 * (tolerance or 1e-6) < error <= (tolerance or 1e-6)
+    assert eta == pytest.approx(eta_of(scene, from_python(scene, monkeypatch)), abs=1e-12)
+    # The scene that lies beside the script takes the same steps, with as many rows.
+    again, plan = Scene.from_file(tmp_path / "scene.toml"), plan_script(scene)
+    numerics = Numerics.from_scene(again)
+    assert (numerics.scheme, numerics.timestep) == (plan.numerics.scheme, plan.numerics.timestep)
+    assert numerics.table_points == (None if plan.table is None else plan.table.rows)
+
+
+@pytest.mark.parametrize(
+    "given", [{"scheme": "order6"}, {"wall": "reflect"}, {"scheme": "verlet", "timestep": 0.02}]
+)
+def test_explicit_numerics_are_proved_as_the_engine_proves_them(given, tmp_path):
+    scene = Scene(particles=8, speed=0.4, **given)
+    write_job(scene, tmp_path)
+    printed = number(run_lmp(tmp_path).stdout, "restitution_error")
+    # The tables differ a little, as that of the script must hold the flight after the collision.
+    assert printed == pytest.approx(collide(scene).restitution_error, rel=1e-3)
+
+
+@pytest.mark.parametrize("style", ["spline", "linear"])
+def test_the_error_of_a_table_is_told_without_lammps(style):
+    scene = Scene(particles=3, speed=0.4)
+    numerics = Numerics(
+        scheme="order6", timestep=0.1, table=style, table_points=300, bond_range=(0.9, 1.1)
+    )
+    told = interpolated_force_error(tabulate(scene.bond, (0.9, 1.1), style, 300), scene.bond)
+    certified = lammps.run(scene, numerics).details["table"]["force_error"]
+    # Asked at other places: some part of a row nearer to the steep end is much.
+    assert 0.99 * certified <= told <= 2.0 * certified
+
+
+def test_another_velocity_has_an_error_of_its_own(tmp_path):
+    scene = Scene(particles=8, speed=0.4, tolerance=1e-8)
+    write_job(scene, tmp_path)
+    velocity = 0.6 * scene.impact_velocity
+    done = run_lmp(tmp_path, "-var", "velocity", repr(velocity))
+    exact = collide(Scene(particles=8, velocity=velocity, engine="reference", tolerance=1e-11))
+    error = number(done.stdout, "restitution_error")
+    off = abs(number(done.stdout, "restitution") - exact.restitution)
+    assert off <= error + exact.restitution_error
+    assert error < 1e-7
+
+
+def test_another_step_has_an_error_of_its_own(tmp_path):
+    write_job(Scene(particles=8, speed=0.4, tolerance=1e-8), tmp_path)
+    done = run_lmp(tmp_path, "-var", "timestep", "0.4")
+    exact = collide(Scene(particles=8, speed=0.4, engine="reference", tolerance=1e-11))
+    off = abs(number(done.stdout, "restitution") - exact.restitution)
+    assert 1e-8 < off <= number(done.stdout, "restitution_error")
+
+
+def test_a_late_contact_interrupts_the_silence(tmp_path):
+    """Without the in-house run the Verlet steps of the silence find it, and it is taken exactly."""
+    scene = Scene(particles=28, speed=1.47, tolerance=1e-6)
+    plan = plan_script(scene)
+    write_job(scene, tmp_path)
+    whole = run_lmp(tmp_path).stdout
+    (tmp_path / "in.chain").write_text(job_script(scene, plan.numerics, plan.table, None))
+    alone = run_lmp(tmp_path).stdout
+    assert number(alone, "contacts") == number(whole, "contacts") == 27
+    for name in ("restitution", "last_contact_time"):
+        assert number(alone, name) == pytest.approx(number(whole, name), abs=1e-9)
+
+
+def test_composed_steps_are_dumped_at_their_ends(tmp_path):
+    scene = Scene(particles=5, speed=0.4, scheme="order8", timestep=0.1, dump_frames=8)
+    write_job(scene, tmp_path, dump=True)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0
+    frames = list(Dump(tmp_path / "dump.lammpstrj"))
+    times = [float(f.raw_column(f.columns.index("v_time"))[0]) for f in frames]
+    # Up to the last look, at the times of one run alone.
+    assert np.all(np.diff(times) > 0.0)
+    assert times[-1] > number(done.stdout, "last_contact_time")
+    assert max(np.diff(times)[:-1]) < 5 / 8 + 0.2
+
+
+def test_what_else_acts_on_the_chain_is_seen(tmp_path):
+    write_job(Scene(particles=5, speed=0.4, scheme="order6"), tmp_path)
+    script = tmp_path / "in.chain"
+    drag = "fix             drag all addforce -1e-5 0.0 0.0\nfix             motion"
+    script.write_text(script.read_text().replace("fix             motion", drag, 1))
+    done = run_lmp(tmp_path)
+    assert done.returncode == 1
+    assert "UNBALANCED: the wall gave" in done.stdout
+    assert "restitution =" not in done.stdout
+
+
+def test_the_log_has_the_result_and_not_the_thousands_of_runs(tmp_path):
+    write_job(Scene(particles=5, speed=0.4, scheme="order6"), tmp_path)
+    done = run_lmp(tmp_path)
+    log = (tmp_path / "log.lammps").read_text()
+    assert number(log, "restitution") == number(done.stdout, "restitution")
+    assert len(log) < 0.2 * len(done.stdout)
+    assert re.search(r"^restitution_error = \S+$", log, re.MULTILINE)
+
+
+def test_extrapolated_steps_are_refused_in_one_line():
+    numerics = Numerics(scheme="extrapolated12", timestep=0.5)
+    with pytest.raises(SceneError, match="a script can do verlet, order4, order6, order8: give"):
+        job_script(Scene(particles=5), numerics, None, None)
+
+
+def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):
+    write_job(Scene(particles=5, speed=0.4, tolerance=1e-8), tmp_path)
+    text = (tmp_path / "in.chain").read_text()
+    limit = float(re.search(r"\$\{timestep\} >= ([0-9.]+)\)", text)[1])
+    heaviest = max(map(abs, map(float, re.findall(r"string \$\(([-0-9.]+)\*v_step:", text))))
+    # A chain's fastest frequency is 2: Verlet steps of 1 are its limit.
+    assert limit == pytest.approx(1.0 / (2.0 * heaviest), rel=1e-12)
+    done = run_lmp(tmp_path, "-var", "timestep", str(math.nextafter(limit, 1.0)))
+    assert done.returncode == 1
+    assert "NO STEP" in done.stdout
+
+
+def test_the_kept_script_of_a_run_takes_its_steps(tmp_path):
+    scene = Scene(particles=8, speed=0.4, save=tmp_path / "kept")
+    numerics = replace(Numerics(), scheme="order8", timestep=0.1)
+    outcome = lammps.run(scene, numerics)
+    done = run_lmp(tmp_path / "kept")
+    assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-10)
