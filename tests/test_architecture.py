@@ -24,7 +24,7 @@ FLOORS = {
         {"ensemble"},
         {"sweep", "tradeoff"},
         {"job", "machine", "store", "validation"},
-        {"collision", "pictures"},
+        {"collision", "pictures", "scripted"},
         {"accuracy"},
         {"result"},
         {"bodies", "motion"},

@@ -10,8 +10,8 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
-from chaincor.workflows.accuracy.scripted import ScriptPlan, plan_script
 from chaincor.workflows.engines.lammps.kept_script import job_script
+from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
 
 
 def write_job(

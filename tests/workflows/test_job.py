@@ -17,15 +17,15 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy import scripted
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.scripted import plan_script
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.job import write_job
+from chaincor.workflows.scripted import plan
+from chaincor.workflows.scripted.plan import plan_script
 
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
@@ -215,7 +215,7 @@ def test_no_end_is_seen_before_the_scouted_one(tmp_path):
 
 
 def test_a_job_that_was_not_scouted_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(scripted, "scouted_run", lambda *_: None)
+    monkeypatch.setattr(plan, "scouted_run", lambda *_: None)
     write_job(Scene(particles=10, speed=0.4, scheme="verlet"), tmp_path)
     done = run_lmp(tmp_path)
     assert done.returncode == 0

@@ -13,11 +13,11 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.scripted import interpolated_force_error, plan_script
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.job import write_job
+from chaincor.workflows.scripted.plan import interpolated_force_error, plan_script
 from tests.workflows.test_job import number, run_lmp, unexpected_warnings
 
 SCENES = [

@@ -22,13 +22,13 @@ def test_a_job_is_written_and_listed(capsys, tmp_path):
 
 def test_frames_on_request(capsys, tmp_path):
     chaincor(capsys, "inputs", "--particles", "4", "--frames", "-o", str(tmp_path))
-    assert "dump_modify" in (tmp_path / "in.chain").read_text()
+    assert "write_dump" in (tmp_path / "in.chain").read_text()
 
 
 @pytest.mark.parametrize(
     ("options", "line"),
     [
-        (["--scheme", "order6"], "an input script can do 'verlet' only"),
+        (["--scheme", "order6", "--tolerance", "1e-8"], "tolerance and scheme are both given"),
         (["--particles", "0"], "particles is 0"),
         (["--engine", "reference"], "No such option"),
         (["absent.toml"], "cannot read the scene file"),
