@@ -66,7 +66,7 @@ FLOORS = {
     "workflows/reproduce": [
         {"reproduction"},
         {"report"},
-        {"beyond", "judging", "readings", "runners", "trust"},
+        {"beyond", "bonds_used", "judging", "readings", "runners", "trust"},
         {"claims", "figures"},
         {"rules"},
         {"findings", "tables"},

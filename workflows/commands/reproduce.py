@@ -1,4 +1,4 @@
-"""``chaincor reproduce``: every figure and number of the paper, with verdicts."""
+"""``chaincor reproduce``: every figure of the paper, and verdicts on its statements."""
 
 from pathlib import Path
 from typing import Any
@@ -70,9 +70,10 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
     ]
     lines += [
         "",
-        f"{health['by_lammps']} of {health['points']} points by LAMMPS; "
-        f"{health['compared'] - health['disagreements']} of {health['compared']} agree with the "
-        f"in-house engine; largest error bar {health['largest_error']:.1e}",
+        f"{health['compared']} of {health['points']} points by LAMMPS and in-house (LAMMPS's value "
+        f"shown in {health['by_lammps']}); {health['compared'] - health['disagreements']} agree "
+        f"within the bars, {health['compared'] - len(health['blunt'])} compared at better than "
+        f"{health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}",
         ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items()),
         f"report: {folder / 'report.html'}",
     ]

@@ -30,7 +30,7 @@ def remarks(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Re
     """Return what is found beyond the paper, in the order of the figures."""
     return (
         Remark(
-            "Does dissipation vanish in long chains at any speed v > 0?", _long_chains(measured)
+            "Does dissipation vanish in long chains at some speed v₀ > 0?", _long_chains(measured)
         ),
         Remark("What becomes of C in the limit n → ∞?", _slope_limit(measured)),
         Remark("Where does the lost energy sit?", _spectra(flights)),
@@ -47,11 +47,12 @@ def _long_chains(measured: Measurements) -> str:
         for speed, (law, points) in laws.items()
     ]
     levels_off = [f"{speed:g}" for speed, (law, _) in laws.items() if law.exponent > _CONSTANT]
+    answer = "No" if len(levels_off) == len(laws) else "Not at all of these"
     return (
-        "An exponent of 0 is a constant, −2/3 the harmonic law: "
-        f"{len(levels_off)} of {len(laws)} speeds level off ({', '.join(levels_off)} v*). 1 − η of "
-        "the longest chains: " + "; ".join(parts) + ". A slow chain looks harmonic until "
-        "(v₀/v*) n^(2/3) is about 1 (see the figure of C)."
+        f"{answer}: 1 − η levels off at {len(levels_off)} of {len(laws)} speeds "
+        f"({', '.join(levels_off)} v*; an exponent of 0 is a constant, −2/3 the harmonic law). "
+        "1 − η of the longest chains: " + "; ".join(parts) + ". A slow chain looks harmonic until "
+        "(v₀/v*) n^(2/3) is about 1 (see [the figure of C](#slope))."
     )
 
 
@@ -62,8 +63,8 @@ def _slope_limit(measured: Measurements) -> str:
     ]
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        "v₀ → 0, taken after n → ∞. A straight line in v₀ gives a value that depends on its range, "
-        "by more than the bars of the fits: C is "
+        "v₀ → 0, taken after n → ∞. It depends on which points a straight line is put through, by "
+        "more than the bars of the fits: C is "
         + describe_limits(slope_limits(measured))
         + ". The paper has 0.66 and 2.61. Largest (η_harmonic − η)/(v₀/v*) at one length: "
         + ", ".join(peaks)
@@ -88,6 +89,7 @@ def _spectra(flights: tuple[FreeFlight, ...]) -> str:
                 f"j = {half_of_kinetic(f)} of {f.point.particles - 1} at {f.point.speed:.3g} v*"
                 for f in chosen
             )
+            + " ([the figure](#mode_spectra))"
         )
     if broken:
         most = max(broken, key=lambda f: f.separation)
@@ -107,8 +109,9 @@ def _breaking(flights: tuple[FreeFlight, ...]) -> str:
     count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
     return (
         f"{describe_breaking(flights)} Most, {count}, there are at {most.point.speed:.3g} v* after "
-        f"{LAST:g} crossings (n = {most.point.particles}). A hot chain goes on losing pieces as "
-        "long as its energy pays for a bond: there is no last moment to count them at."
+        f"{LAST:g} crossings (n = {most.point.particles}; [the figure]"
+        "(#breaking_and_two_restitutions)). A chain that is left with more inner energy than a "
+        "bond takes goes on losing pieces: there is no last moment to count them at."
     )
 
 

@@ -1,8 +1,7 @@
 """Power laws through points, with uncertainties, and how they depend on the range."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,9 +15,10 @@ class PowerLaw:
     Attributes
     ----------
     exponent, exponent_error : float
-        p and its standard error; nan with fewer than three points.
+        p and its error: that of the scatter and that of the points, added in squares; nan with
+        fewer than three points.
     prefactor, prefactor_error : float
-        A and its standard error.
+        A and its error.
     first, last : float
         Range of x.
     points : int
@@ -33,21 +33,20 @@ class PowerLaw:
     last: float
     points: int
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the fields."""
-        return asdict(self)
-
     def at(self, x: ArrayLike) -> NDArray[np.float64]:
         """Return the fitted curve A x^p."""
         return self.prefactor * np.asarray(x, dtype=float) ** self.exponent
 
 
-def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> PowerLaw:
+def fit_power_law(
+    x: ArrayLike, y: ArrayLike, exponent: float | None = None, errors: ArrayLike = 0.0
+) -> PowerLaw:
     r"""
     Fit :math:`\ln y = \ln A + p \ln x` by least squares, all points alike.
 
-    The points are exact to far less than their scatter about a power law, which is real: the
-    standard errors are those of the scatter.
+    Most points are exact to far less than their scatter about a power law, which is real. The error
+    of a fit is the standard error of that scatter and what the error bars of y, `errors`, allow
+    together, added in squares: they are bounds, not samples, and may all err the same way.
 
     `exponent` fixes p. All is nan with fewer than two points, or if a number is not positive.
     """
@@ -64,20 +63,39 @@ def fit_power_law(x: ArrayLike, y: ArrayLike, exponent: float | None = None) -> 
         target = logarithms[1] - exponent * logarithms[0]
     solution = np.linalg.lstsq(design, target, rcond=None)[0]
     freedom = x.size - design.shape[1]
-    errors = np.full(design.shape[1], nan)
+    deviations = np.full(design.shape[1], nan)
     if freedom > 0:
-        variance = np.sum((target - design @ solution) ** 2) / freedom
-        errors = np.sqrt(variance * np.diag(np.linalg.inv(design.T @ design)))
+        deviations = parameter_errors(design, target - design @ solution, np.asarray(errors) / y)
     prefactor = float(np.exp(solution[-1]))
     return PowerLaw(
         exponent=float(solution[0]) if exponent is None else exponent,
-        exponent_error=float(errors[0]) if exponent is None else 0.0,
+        exponent_error=float(deviations[0]) if exponent is None else 0.0,
         prefactor=prefactor,
-        prefactor_error=prefactor * float(errors[-1]),
+        prefactor_error=prefactor * float(deviations[-1]),
         first=float(x.min()),
         last=float(x.max()),
         points=x.size,
     )
+
+
+def parameter_errors(
+    design: NDArray[np.float64], residuals: NDArray[np.float64], bars: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """
+    Return the errors of the parameters of a linear fit, all points alike.
+
+    Parameters
+    ----------
+    design : ndarray of shape (points, parameters)
+        What multiplies the parameters.
+    residuals, bars : ndarray of shape (points,)
+        What the fit leaves over, and the error bars of the points.
+    """
+    freedom = design.shape[0] - design.shape[1]
+    inverse = np.linalg.inv(design.T @ design)
+    scatter = np.sum(residuals**2) / freedom * np.diag(inverse)
+    allowed = np.abs(inverse @ design.T) @ np.broadcast_to(bars, residuals.shape)
+    return np.sqrt(scatter + allowed**2)
 
 
 def fit_over_ranges(
@@ -85,14 +103,16 @@ def fit_over_ranges(
     y: ArrayLike,
     ranges: Sequence[tuple[float, float]],
     exponent: float | None = None,
+    errors: ArrayLike = 0.0,
 ) -> list[PowerLaw]:
     """Fit a power law over each range, from first to last x, that holds three points or more."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    bars = np.broadcast_to(errors, x.shape)
     fits = []
     for first, last in ranges:
         within = (x >= first) & (x <= last)
         if np.count_nonzero(within) >= 3:
-            fits.append(fit_power_law(x[within], y[within], exponent))
+            fits.append(fit_power_law(x[within], y[within], exponent, bars[within]))
     return fits
 
 

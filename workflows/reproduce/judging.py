@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from chaincor.workflows.reproduce.claims import RULES
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.exact_hard_spheres import run_hard_spheres
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.findings.harmonic import (
@@ -12,6 +12,7 @@ from chaincor.workflows.reproduce.findings.harmonic import (
 )
 from chaincor.workflows.reproduce.findings.lengths import length_findings
 from chaincor.workflows.reproduce.findings.low_speed import low_speed_findings
+from chaincor.workflows.reproduce.findings.powers import power_findings
 from chaincor.workflows.reproduce.findings.speeds import speed_findings
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.rules import Judgement, judge
@@ -33,6 +34,7 @@ def judge_all(measured: Measurements) -> Judged:
         **speed_findings(measured),
         **length_findings(measured),
         **low_speed_findings(measured),
+        **power_findings(measured),
         **_hard_spheres(measured.plan.curve_particles),
     }
     return Judged(law, tuple(judge(rule, found[rule.key]) for rule in RULES))

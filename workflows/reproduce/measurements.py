@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.reproduce.plan import Plan
 from chaincor.workflows.reproduce.studies import Study, studies
 from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
@@ -35,8 +36,15 @@ class Answer:
     failure: str | None = None
 
 
+# Of the error asked.
+_SHARP = 10.0
 # Scenes in, answers out, in the same order.
 Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
+
+
+def _bar(result: dict[str, Any]) -> float:
+    bar = result["restitution_error"]
+    return float("inf") if bar is None else float(bar)
 
 
 @dataclass(frozen=True)
@@ -50,18 +58,20 @@ class Point:
     @property
     def source(self) -> str | None:
         """
-        Whose number is shown; None where neither has one.
+        Whose number is shown, ``lammps`` or ``in-house``; None where neither has one.
 
-        ``lammps`` where it has a result; ``in-house`` where it has none, or misses the tolerance
-        (which LAMMPS's coordinates are not always exact enough for) and the other does not.
+        LAMMPS's, unless it has none or misses the error asked (which its coordinates are not always
+        exact enough for): then in-house's, if that meets it or has the smaller bar.
         """
         ours, other = (
             None if answer is None else answer.result for answer in (self.lammps, self.in_house)
         )
-        if ours is None:
-            return None if other is None else "in-house"
-        missed = ours["tolerance_met"] is False
-        return "in-house" if missed and other is not None and other["tolerance_met"] else "lammps"
+        if ours is None or other is None:
+            return "lammps" if ours is not None else None if other is None else "in-house"
+        if ours["tolerance_met"] is not False:
+            return "lammps"
+        better = other["tolerance_met"] or _bar(other) < _bar(ours)
+        return "in-house" if better else "lammps"
 
     @property
     def engine_name(self) -> str:
@@ -86,8 +96,19 @@ class Point:
 
     @property
     def error(self) -> float:
-        """Error bar of eta."""
-        return self._number("restitution_error")
+        """Error bar of eta, as `bar_of` the answer shown."""
+        return self.bar_of(self.answer)
+
+    def bar_of(self, answer: Answer | None) -> float:
+        """Return the error bar of an answer: its own, or what the two engines differ by if more."""
+        if answer is None or answer.result is None or answer.result["restitution_error"] is None:
+            return float("nan")
+        return max(float(answer.result["restitution_error"]), abs(self.difference or 0.0))
+
+    @property
+    def is_limit(self) -> bool:
+        """Whether the value shown was put in, as that of hard spheres, and not integrated."""
+        return self.answer is not None and (self.answer.result or {}).get("scheme") == SCHEME
 
     @property
     def contacts(self) -> float:
@@ -140,6 +161,11 @@ class Measurements:
     plan: Plan
     studies: tuple[Study, ...]
     points: dict[str, tuple[Point, ...]]
+
+    @property
+    def sharp(self) -> float:
+        """Sum of two error bars up to which a comparison of the engines tells much."""
+        return _SHARP * self.plan.tolerance
 
     def select(self, study: str, potential: str, **wanted: Any) -> list[Point]:
         """Return a study's points with a result and the fields wanted, by speed and length."""

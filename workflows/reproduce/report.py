@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.reproduce.beyond import remarks
+from chaincor.workflows.reproduce.bonds_used import bonds_used
 from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.findings.fits_made import fits_made
 from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
-from chaincor.workflows.reproduce.findings.low_speed import increases
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.readings import readings
@@ -22,16 +24,20 @@ from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
 from chaincor.workflows.reproduce.typesetting import (
+    format_fitted,
     format_number,
     format_short,
     format_value,
+    mark_up,
     typeset,
+    without_links,
 )
 from chaincor.workflows.result import finite
 
 _CLASS = {
     Verdict.REPRODUCED: "good",
     Verdict.CORRECTED: "fair",
+    Verdict.UNDECIDED: "open",
     Verdict.NOT_REPRODUCED: "bad",
 }
 
@@ -48,6 +54,8 @@ def gather(
     verdicts = [
         {
             "key": j.rule.key,
+            "brief": j.rule.brief,
+            "figure": j.rule.figure,
             "where": j.rule.where,
             "claim": j.rule.claim,
             "paper": j.rule.paper,
@@ -84,26 +92,27 @@ def gather(
         "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": asdict(examine_points(measured)),
-        "fits": {
-            "1 − η, harmonic": [fit.to_dict() for fit in judged.law.ranges],
-            **_increase_fits(measured),
-        },
+        "bonds": [asdict(bond) for bond in bonds_used()],
+        "fits": [asdict(fit) for fit in fits_made(measured, judged.law)],
         "readings": [asdict(reading) for reading in readings(measured)],
         "beyond": [asdict(remark) for remark in remarks(measured, flights)],
         "slips": [asdict(slip) for slip in slips],
         "slip_count": count_slips(slips),
-        "figures": [{"key": f.key, "title": f.title, "caption": f.caption} for f in figures],
+        "figures": [
+            {
+                "key": f.key,
+                "label": f"R{number}",
+                "title": f.title,
+                "caption": f.caption,
+                "alt": f.alt,
+                "has_data": f.table is not None,
+            }
+            for number, f in enumerate(figures, start=1)
+        ],
         "work": work,
         "dearest": _dearest(measured),
         "seconds": seconds,
         "seeds": "none: nothing here is random",
-    }
-
-
-def _increase_fits(measured: Measurements) -> dict[str, list[dict[str, Any]]]:
-    return {
-        f"increase, r = {order}": [law.to_dict() for law in increase.fits()]
-        for order, increase in increases(measured).items()
     }
 
 
@@ -169,7 +178,10 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     environment.filters["number"] = format_number
     environment.filters["short"] = format_short
     environment.filters["value"] = format_value
-    environment.filters["typeset"] = typeset
+    environment.filters["fitted"] = format_fitted
+    environment.filters["typeset"] = lambda text: typeset(without_links(text))
+    environment.filters["marked"] = mark_up
+    environment.filters["anchor"] = lambda key: "claim-" + re.sub(r"\W+", "-", key)
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)

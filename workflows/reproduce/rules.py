@@ -13,10 +13,15 @@ words      10 %                        25 %
 =========  ==========================  ==============================
 
 "Almost", "near", "approaches", "agrees" and the like are words: no reader takes them for more than
-10 %, nor for less than a quarter. Shares are of the paper's number; where that is 0, or the limit
-of a quantity that changes little, of the scale that the rule names. Our own error is added to a
-margin, and must be smaller than the wider one. How far a number depends on the range it is fitted
-over is stated beside it, and widens no margin: ranges are fixed, one for all claims of a kind.
+10 %, nor for less than a quarter. Shares are of the paper's number; of a difference or a limit, of
+how much the quantity changes along our curve of lj chains; of the scale that the rule names where
+the paper's number is 0 for another reason. Our own error is added to a margin, and must be smaller
+than the wider one; for what is exact, than 10 % of the number or scale.
+
+How far a number depends on the range it is fitted over is stated beside it, and widens no margin:
+ranges are fixed, one for all claims of a kind. Where the paper does not say over which range or for
+which length it found its number, and that is beyond the first margin but within what ours give, the
+claim is undecided: there is nothing to correct.
 """
 
 import math
@@ -37,6 +42,7 @@ class Verdict(StrEnum):
 
     REPRODUCED = "reproduced"
     CORRECTED = "reproduced with a correction"
+    UNDECIDED = "undecided"
     NOT_REPRODUCED = "not reproduced"
 
 
@@ -74,6 +80,12 @@ class Rule:
     correction : str
         What has to be corrected where it is not reproduced as it stands; ``{value}`` stands for the
         number found.
+    unsaid : str
+        What the number depends on and the paper does not say; empty where it does.
+    brief : str
+        The claim in a few words, for the summary.
+    figure : str
+        Key of the figure where its points are seen; empty if there is none.
     """
 
     key: str
@@ -85,6 +97,9 @@ class Rule:
     scale: float = 0.0
     scale_name: str = ""
     correction: str = ""
+    unsaid: str = ""
+    brief: str = ""
+    figure: str = ""
 
     @property
     def _scale(self) -> float:
@@ -151,8 +166,14 @@ def judge(rule: Rule, finding: Finding) -> Judgement:
     error = finding.error if math.isfinite(finding.error) else 0.0
     if distance <= rule.reproduced_within + error:
         return Judgement(rule, finding, Verdict.REPRODUCED, "within the margin")
+    if rule.unsaid and finding.spread and finding.spread[0] <= rule.paper <= finding.spread[1]:
+        low, high = finding.spread
+        reason = f"the paper does not say {rule.unsaid}: ours give {low:.2f} to {high:.2f}"
+        return Judgement(rule, finding, Verdict.UNDECIDED, reason)
     if distance <= rule.corrected_within + error:
         correction = rule.correction.format(value=finding.value)
+        if rule.unsaid and finding.spread:
+            correction += "; over any range here {:.2f} to {:.2f}".format(*finding.spread)
         return Judgement(rule, finding, Verdict.CORRECTED, correction)
     reason = f"{distance:.2g} away, where {max(rule.corrected_within, error):.2g} is allowed"
     if rule.correction:

@@ -52,7 +52,7 @@ def _curves(plan: Plan) -> Study:
         for name in CURVE_POTENTIALS
         for speed in plan.curve_speeds
     )
-    return Study("curves", "COR against speed, lj, toda, log", tuple(scenes))
+    return Study("curves", "η against speed, lj, toda, log", tuple(scenes))
 
 
 def _harmonic(

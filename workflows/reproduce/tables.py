@@ -55,5 +55,4 @@ def point_record(point: Point) -> dict[str, Any]:
             for name in ("restitution", "restitution_error", "scheme", "timestep")
         }
         record[f"{engine}_failure"] = None if answer is None else answer.failure
-    record["fragments"] = None if point.answer is None else point.answer.result["fragments"]  # type: ignore[index]
     return record

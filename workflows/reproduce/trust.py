@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaincor.workflows.reproduce.findings.low_speed import increases
-from chaincor.workflows.reproduce.measurements import Measurements
+from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 
 @dataclass(frozen=True)
@@ -17,11 +17,19 @@ class Health:
     Attributes
     ----------
     points, by_lammps : int
-        Different points, and those with a value from LAMMPS.
+        Different points, and those where LAMMPS's value is shown.
     compared, disagreements : int
         Points both engines computed; those outside the sum of the bars.
     worst_excess : float
         Largest |difference|/(sum of bars).
+    sharp : float
+        Sum of bars up to which a comparison tells much: ten times the error asked.
+    blunt : list of str
+        Points compared with larger ones.
+    blunt_bars : list of float
+        The least and the largest of these.
+    apart : list of str
+        Points where the engines differ by more than the error asked.
     largest_error : float
         Largest error bar of a plotted point.
     asked : float
@@ -30,8 +38,10 @@ class Health:
         Points whose error bar is larger than that.
     largest_relative_error : float
         Largest error bar of a plotted or fitted increase, as a share of it.
+    refused : list of str
+        What LAMMPS refused, and why, where there is an in-house result.
     failures : list of str
-        What had no result, and why.
+        What has no result at all, and why.
     """
 
     points: int
@@ -39,11 +49,24 @@ class Health:
     compared: int
     disagreements: int
     worst_excess: float
+    sharp: float
+    blunt: list[str]
+    blunt_bars: list[float]
+    apart: list[str]
     largest_error: float
     asked: float
     missed: list[str]
     largest_relative_error: float
+    refused: list[str]
     failures: list[str]
+
+
+def _name(point: Point) -> str:
+    if point.speed != point.speed:
+        speed = f"{point.scene.impact_velocity:.4g} speeds of sound"
+    else:
+        speed = f"{point.speed:.3g} v*"
+    return f"{point.scene.label}, n = {point.particles}, {speed}"
 
 
 def examine_points(measured: Measurements) -> Health:
@@ -51,11 +74,13 @@ def examine_points(measured: Measurements) -> Health:
     points = list(measured.all_points())
     compared = [p for p in points if p.agrees is not None]
     excess = [abs(p.difference or 0.0) / (p.allowed_difference or 1.0) for p in compared]
-    failures = [
-        f"{p.scene.label}, n = {p.particles}, v0 = {p.scene.impact_velocity:.4g}, {engine}: "
-        f"{answer.failure}"
+    asked, sharp = measured.plan.tolerance, measured.sharp
+    blunt = [p for p in compared if (p.allowed_difference or 0.0) > sharp]
+    bars = [p.allowed_difference or 0.0 for p in blunt]
+    failed = [
+        (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
         for p in points
-        for engine, answer in (("LAMMPS", p.lammps), ("in-house", p.in_house))
+        for engine, answer in (("LAMMPS", p.lammps), ("in-house engine", p.in_house))
         if answer is not None and answer.result is None
     ]
     relative = [float(np.max(np.abs(i.errors / i.values))) for i in increases(measured).values()]
@@ -65,13 +90,18 @@ def examine_points(measured: Measurements) -> Health:
         compared=len(compared),
         disagreements=sum(p.agrees is False for p in compared),
         worst_excess=max(excess, default=math.nan),
-        largest_error=max((p.error for p in points if p.source is not None), default=math.nan),
-        asked=measured.plan.tolerance,
-        missed=[
-            f"{p.scene.label}, n = {p.particles}, {p.speed:.3g} v*"
-            for p in points
-            if p.answer is not None and p.answer.result["tolerance_met"] is False  # type: ignore[index]
+        sharp=sharp,
+        blunt=[_name(p) for p in blunt],
+        blunt_bars=[min(bars), max(bars)] if bars else [],
+        apart=[
+            f"{_name(p)} by {abs(p.difference or 0.0):.2g}"
+            for p in compared
+            if abs(p.difference or 0.0) > asked
         ],
+        largest_error=max((p.error for p in points if p.source is not None), default=math.nan),
+        asked=asked,
+        missed=[_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
         largest_relative_error=max(relative, default=math.nan),
-        failures=failures,
+        refused=[text for refused, text in failed if refused],
+        failures=[text for refused, text in failed if not refused],
     )

@@ -2,12 +2,32 @@
 
 import math
 import re
+from collections.abc import Callable
+
+from markupsafe import Markup, escape
 
 
 def typeset(text: str) -> str:
     """Keep v* on the line of its number, and write minus signs as such."""
     text = re.sub(r"(?<=e)-0?(?=\d)|(?<![\w-])-(?=\d)", "\u2212", text)
     return text.replace(" v*", "\u00a0v*")
+
+
+def mark_up(text: str) -> Markup:
+    """Return a text as HTML: powers raised, indices lowered, ``[words](#place)`` as links."""
+    marked = str(escape(typeset(text)))
+    marked = re.sub(r"\[([^\]]+)\]\((#[\w-]+)\)", r'<a href="\2">\1</a>', marked)
+    marked = re.sub(r"\^(?:\(((?:[^()]|\([^()]*\))*)\)|([^\W_]+))", _inside("sup"), marked)
+    return Markup(re.sub(r"_(?:\(([^()]*)\)|([^\W_]+))(?![^<>]*>)", _inside("sub"), marked))
+
+
+def _inside(tag: str) -> Callable[[re.Match[str]], str]:
+    return lambda found: f"<{tag}>{found[1] or found[2]}</{tag}>"
+
+
+def without_links(text: str) -> str:
+    """Leave the words of links only."""
+    return re.sub(r"\[([^\]]+)\]\(#[\w-]+\)", r"\1", text)
 
 
 def format_number(value: float | None) -> str:
@@ -22,6 +42,13 @@ def format_number(value: float | None) -> str:
 def format_short(value: float) -> str:
     """Write a number to three digits, as margins are; a dash where there is none."""
     return typeset(f"{value:.3g}") if math.isfinite(value) else "–"
+
+
+def format_fitted(value: float, error: float) -> str:
+    """Write a number of a fit; to two digits, and so said, where two points leave no error."""
+    if math.isfinite(error) or not math.isfinite(value):
+        return format_value(value, error)
+    return typeset(f"{value:.2g} (no bar)")
 
 
 def format_value(value: float, error: float) -> str:

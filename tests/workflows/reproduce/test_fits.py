@@ -70,3 +70,14 @@ def test_other_ranges_can_have_a_fixed_exponent():
 def test_curve_without_a_minimum_has_none():
     x = np.geomspace(0.1, 10.0, 9)
     assert np.isnan(find_minimum(x, -x).place)
+
+
+def test_bars_of_the_points_are_in_that_of_the_fit():
+    x = np.array([1.0, 2.0, 4.0, 8.0])
+    y = 3.0 * x**-0.5
+    # No scatter: of ln x, evenly spaced by ln 2, weights are (-3, -1, 1, 3)/(10 ln 2), and one
+    # point's bar of 1 % moves the power by 0.01 times its own.
+    fit = fit_power_law(x, y, errors=0.01 * y * np.array([1.0, 0.0, 0.0, 1.0]))
+    assert fit.exponent_error == pytest.approx(0.01 * 6.0 / (10.0 * np.log(2.0)))
+    mean = fit_power_law(x, y, exponent=-0.5, errors=0.01 * y)
+    assert mean.prefactor_error == pytest.approx(0.01 * 3.0)

@@ -5,8 +5,9 @@ import pytest
 
 from chaincor import Scene, collide
 from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
-from chaincor.workflows.reproduce.claims import RULES
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.findings.harmonic import harmonic_findings, harmonic_law
+from chaincor.workflows.reproduce.findings.independence import independence_findings
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.rules import Verdict, judge
@@ -15,7 +16,7 @@ from chaincor.workflows.reproduce.rules import Verdict, judge
 @pytest.fixture(scope="module")
 def found():
     points = []
-    for n in (100, 200, 300, 500):
+    for n in (2, 100, 200, 300, 500):
         scene = Scene(
             potential="harmonic", particles=n, velocity=0.1, engine="reference", tolerance=1e-9
         )
@@ -60,3 +61,36 @@ def test_range_dependence_is_told_and_the_prefactor_is_near_enough(found):
     assert prefactor.spread is not None
     assert judge(rules["harmonic prefactor"], prefactor).verdict is Verdict.REPRODUCED
     assert found["harmonic exponent"].spread is not None
+
+
+def test_estimates_from_two_particles(found):
+    assert found["interval of two"].value == pytest.approx(PAIR_INTERVAL, abs=1e-9)
+    assert found["contacts of two"].value == pytest.approx(2.0 * np.sqrt(2.0) / np.pi, abs=1e-9)
+    assert found["speed of two"].value == pytest.approx(np.pi / (2.0 * np.sqrt(2.0)), abs=1e-9)
+
+
+def test_what_does_not_depend_on_velocity_is_judged_by_what_the_engines_differ_by():
+    def answer(velocity, time, shares):
+        energy = 0.5 * 3 * velocity**2
+        result = {
+            "restitution": 0.9,
+            "restitution_error": 1e-9,
+            "tolerance_met": True,
+            "last_contact_time": time,
+        }
+        return Answer(result, {"mode_energies": np.array([0.9, *shares]) * energy})
+
+    points = tuple(
+        Point(
+            Scene(potential="harmonic", particles=3, velocity=v),
+            answer(v, 4.0 + drift, (0.06 + drift, 0.04)),
+            answer(v, 4.0, (0.06, 0.04)),
+        )
+        for v, drift in ((0.1, 0.0), (0.2, 2e-8))
+    )
+    found = independence_findings(Measurements(QUICK, (), {"harmonic_velocities": points}))
+    # Of t_c in units of n - 1 = 2.
+    assert found["independence of contact time"].value == pytest.approx(1e-8, rel=1e-6)
+    assert found["independence of contact time"].error == pytest.approx(2e-8, rel=1e-6)
+    assert found["independence of modes"].value == pytest.approx(2e-8, rel=1e-6)
+    assert found["independence of modes"].error == pytest.approx(4e-8, rel=1e-6)

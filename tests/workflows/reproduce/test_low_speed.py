@@ -8,8 +8,8 @@ from chaincor.workflows.reproduce.findings.low_speed import (
     FIT_RANGE,
     Increase,
     increase_of,
-    limit_power,
 )
+from chaincor.workflows.reproduce.findings.powers import limit_power, shortening_of
 from chaincor.workflows.reproduce.measurements import Answer, Point
 
 SPEEDS = np.geomspace(0.002, 0.2, 21)
@@ -68,3 +68,24 @@ def test_too_few_speeds_give_no_limit():
     found = increase(4, lambda u: u**2)
     few = Increase(found.points[:3], found.baseline, SPEEDS[:3], found.values[:3], found.errors[:3])
     assert np.isnan(limit_power(few, 4)[0])
+
+
+def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
+    def answer(time):
+        return Answer({"restitution": 0.9, "restitution_error": 1e-12, "last_contact_time": time})
+
+    def both(scene, time):
+        return Point(scene, answer(time + 1e-7), answer(time))
+
+    scenes = [
+        point(Scene(potential="power", power_order=4, power_c=1.0, speed=u), 0.9) for u in SPEEDS
+    ]
+    chains = [both(p.scene, 200.0 - 3.0 * p.speed**2) for p in scenes]
+    zero = both(Scene(potential="harmonic", velocity=0.1), 200.0)
+    empty = np.zeros(len(chains))
+    found = shortening_of(Increase(chains, zero, SPEEDS, empty, empty))
+    np.testing.assert_allclose(found.values, 3.0 * SPEEDS**2, atol=1e-12)
+    # A tenth of a microunit each; times near 200 are known to 3e-14.
+    np.testing.assert_allclose(found.errors, 2e-7, rtol=1e-6)
+    limit, error = limit_power(found, 4)
+    assert abs(limit - 2.0) < 1e-6 + error

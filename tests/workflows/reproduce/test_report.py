@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from chaincor.workflows.reproduce.claims import RULES
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.reproduction import reproduce_paper
 from chaincor.workflows.reproduce.runners import run_into_store
+from chaincor.workflows.reproduce.typesetting import mark_up
 from chaincor.workflows.store.results_store import Store
 
 TINY = replace(
@@ -44,7 +45,9 @@ def test_page_asks_for_nothing_from_elsewhere(folder):
     page = (folder / "report.html").read_text(encoding="utf-8")
     sources = re.findall(r'(?:src|href)="([^"]{0,30})', page)
     assert sources
-    assert all(source.startswith(("data:image/", "#")) for source in sources)
+    # What is not on the page lies beside it, and is asked for by a click only.
+    assert all(s.startswith(("data:image/", "#", "figures/", "report.json")) for s in sources)
+    assert all(s.startswith("data:image/") for s in re.findall(r'src="([^"]{0,30})', page))
     for word in ("<script", "<link", "@import", "url("):
         assert word not in page
 
@@ -60,10 +63,23 @@ def test_every_figure_and_verdict_is_there(folder):
         assert f'id="{figure["key"]}"' in page
     assert len(contents["figures"]) >= 7
     for row in contents["verdicts"]:
-        assert row["margin_reason"] in page
+        assert mark_up(row["margin_reason"]) in page
+        assert mark_up(row["brief"]) in page
     for reading in contents["readings"]:
-        assert reading["question"] in page
+        assert mark_up(reading["question"]) in page
     assert contents["slip_count"] in page
+
+
+@pytest.mark.slow
+def test_every_link_of_the_page_leads_somewhere(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    places = re.findall(r'id="([^"]+)"', page)
+    assert len(places) == len(set(places))
+    for target in re.findall(r'href="([^"]+)"', page):
+        if target.startswith("#"):
+            assert target[1:] in places, target
+        else:
+            assert (folder / target).exists(), target
 
 
 @pytest.mark.slow

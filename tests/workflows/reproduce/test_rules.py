@@ -1,9 +1,13 @@
 """Verdicts follow from the margins, and from nothing else."""
 
+import math
+import re
+from dataclasses import replace
+
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.claims import RULES
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.measurements import Answer, Point
 from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Put, Rule, Verdict, judge
@@ -75,11 +79,67 @@ def test_how_far_a_number_depends_on_its_range_widens_no_margin():
     assert judge(RULE, found).verdict is Verdict.CORRECTED
 
 
+@pytest.mark.parametrize(
+    ("value", "spread", "unsaid", "verdict"),
+    [
+        (2.3, (1.9, 2.4), "", Verdict.CORRECTED),
+        (2.3, (1.9, 2.4), "over which range", Verdict.UNDECIDED),
+        (9.0, (1.9, 9.0), "over which range", Verdict.UNDECIDED),
+        (2.1, (1.9, 2.4), "over which range", Verdict.REPRODUCED),
+        (2.3, (2.25, 2.4), "over which range", Verdict.CORRECTED),
+        (2.6, (2.55, 2.7), "over which range", Verdict.NOT_REPRODUCED),
+        (2.3, None, "over which range", Verdict.CORRECTED),
+    ],
+)
+def test_what_the_paper_does_not_say_leaves_a_claim_undecided(value, spread, unsaid, verdict):
+    """Only where its number is within what ours give; then nothing is there to correct."""
+    found = judge(replace(RULE, unsaid=unsaid), Finding(value, 0.0, "", spread=spread))
+    assert found.verdict is verdict
+    assert (verdict is Verdict.UNDECIDED) == (unsaid != "" and unsaid in found.reason)
+
+
+def test_bar_of_a_compared_value_covers_the_difference():
+    near, far = point(0.9, 0.9 + 1e-7), point(0.9, 0.9 + 3e-4, bar=2e-4)
+    for p in (near, far):
+        p.lammps.result["tolerance_met"] = True
+    assert near.error == pytest.approx(1e-6)
+    assert far.error == pytest.approx(3e-4)
+    # Whether the engines agree goes by their own bars.
+    assert far.agrees
+    assert not point(0.9, 0.9 + 5e-4, bar=2e-4).agrees
+
+
+@pytest.mark.parametrize(
+    ("lammps", "in_house", "source"),
+    [
+        ((True, 1e-6), (True, 1e-9), "lammps"),
+        ((None, 1e-6), (True, 1e-9), "lammps"),
+        ((False, 1e-2), (True, 1e-6), "in-house"),
+        ((False, 1e-2), (False, 1e-3), "in-house"),
+        ((False, 1e-3), (False, 1e-2), "lammps"),
+        ((False, None), (False, 1e-2), "in-house"),
+        (None, (False, 1e-2), "in-house"),
+        ((False, 1e-2), None, "lammps"),
+        (None, None, None),
+    ],
+)
+def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, in_house, source):
+    def answer(said):
+        if said is None:
+            return Answer(None, failure="RunError: no")
+        met, bar = said
+        return Answer({"restitution": 0.9, "restitution_error": bar, "tolerance_met": met})
+
+    assert Point(Scene(), answer(lammps), answer(in_house)).source == source
+
+
 def test_rules_are_consistent():
     assert len({rule.key for rule in RULES}) == len(RULES)
     for rule in RULES:
         assert 0.0 <= rule.reproduced_within <= rule.corrected_within
         assert "{" not in rule.correction.format(value=0.5)
+        assert rule.brief
+        assert len({other.brief for other in RULES}) == len(RULES)
         # Where shares of the paper's number would be none, the scale is named, and in the reason.
         assert rule.paper != 0.0 or rule.scale > 0.0
         assert (rule.scale > 0.0) == bool(rule.scale_name)
@@ -91,9 +151,9 @@ def test_units_are_those_of_the_digits_in_the_claim():
     for rule in RULES:
         assert (rule.put is Put.DIGITS) == (rule.unit > 0.0)
         if rule.put is Put.DIGITS:
-            digits = f"{rule.paper:g}"
-            assert digits in rule.claim, rule.claim
-            assert rule.unit == pytest.approx(10.0 ** -len(digits.split(".")[1]))
+            digits = f"{rule.paper:.{round(-math.log10(rule.unit))}f}"
+            assert re.search(rf"{digits}(?!\d)", rule.claim), rule.claim
+            assert float(digits) == rule.paper
 
 
 def test_numbers_as_far_away_have_the_same_verdict():
@@ -102,7 +162,7 @@ def test_numbers_as_far_away_have_the_same_verdict():
     for away in (0.05, 0.18, 0.235, 0.3):
         kinds = {
             judge(rules[key], Finding(1.0 + away, 0.0, "")).verdict
-            for key in ("place of the minimum", "rise of contacts")
+            for key in ("place of the minimum", "power r = 3", "contact time r = 3")
         }
         assert len(kinds) == 1
     slope = judge(rules["theoretical slope"], Finding(3.239, 0.0, ""))

@@ -3,10 +3,13 @@
 import pytest
 
 from chaincor.workflows.reproduce.typesetting import (
+    format_fitted,
     format_number,
     format_short,
     format_value,
+    mark_up,
     typeset,
+    without_links,
 )
 
 
@@ -41,3 +44,27 @@ def test_minus_signs_in_text_are_told_from_hyphens():
         typeset("n = 10-20, in-house, -0.63 at 0.4 v*")
         == "n = 10-20, in-house, −0.63 at 0.4\u00a0v*"
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("1 − η ∝ n^(−2/3)", "1 − η ∝ n<sup>−2/3</sup>"),
+        ("|c|^(−1/(r−2)), c s^r", "|c|<sup>−1/(r−2)</sup>, c s<sup>r</sup>"),
+        ("x_(j+1) − x_j < U_LJ(x)", "x<sub>j+1</sub> − x<sub>j</sub> &lt; U<sub>LJ</sub>(x)"),
+        ("[E_j](#mode_spectra)", '<a href="#mode_spectra">E<sub>j</sub></a>'),
+        ("<script> [x](http://a)", "&lt;script&gt; [x](http://a)"),
+    ],
+)
+def test_formulas_and_links_are_marked_up_and_nothing_else(text, shown):
+    assert mark_up(text) == shown
+
+
+def test_links_are_words_where_there_is_no_page():
+    assert without_links("see [the fits](#fits), n^(2/3)") == "see the fits, n^(2/3)"
+
+
+def test_a_fit_through_two_points_shows_no_digits_it_cannot_have():
+    assert format_fitted(-0.02113, float("nan")) == "−0.021 (no bar)"
+    assert format_fitted(-0.0318, 0.031) == "−0.032 ± 0.031"
+    assert format_fitted(float("nan"), float("nan")) == "–"

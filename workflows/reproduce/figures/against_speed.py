@@ -1,5 +1,6 @@
 """Restitution and contacts against speed (NH figures 4 and 7), and what lies beyond them."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from chaincor.analysis.figures.style import (
@@ -30,31 +31,57 @@ def _speed_axis(ax: "Axes") -> None:
 def restitution_curves(measured: Measurements) -> Figure:
     """Return eta against v0/v* for lj, toda and log chains."""
     curves = {name: measured.select("curves", name) for name in CURVE_POTENTIALS}
-    fastest = max((p.speed for p in curves["log"] if p.source == "lammps"), default=0.0)
-    refusal = (
-        f" Above {fastest:.3g} v* LAMMPS refuses log chains, whose bonds would be compressed to "
-        "almost nothing; there the in-house stiff engine gives the open symbols."
-        if any(p.speed > fastest for p in curves["log"])
-        else ""
-    )
     harmonic = measured.select("harmonic_velocities", "harmonic")
     return Figure(
         key="restitution_curves",
         title="Restitution against speed for lj, toda and log chains",
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
-            f"in-house.{refusal} η is the paper's ratio of energies. Dashed: the harmonic "
-            "chain, which all three approach at low speed. Error bars are smaller than the symbols"
-            f"{_large_bars(measured)}."
+            f"in-house.{describe_open(curves['lj'])}{_refused(curves['log'])} η is the paper's "
+            "ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
+            f"Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
         ),
         table=table_of([point_record(p) for p in measured.points["curves"]]),
         draw=lambda: _draw_curves(curves, harmonic),
+        alt=(
+            "η of three bonds against speed: 0.97 when slow, a minimum of about 0.7 near 0.8 v*, 1 "
+            "when fast; log rises earlier than the other two, which are one curve."
+        ),
     )
 
 
-def _large_bars(measured: Measurements) -> str:
+def describe_open(points: Sequence[Point]) -> str:
+    """Name the points of a curve where LAMMPS has a number that is not the one shown."""
+    missed = [p for p in points if p.source == "in-house" and p.difference is not None]
+    if not missed:
+        return ""
+    speeds = ", ".join(f"{p.speed:.3g}" for p in missed)
+    return (
+        f" At the open {missed[0].scene.label} points ({speeds} v*) LAMMPS misses the error asked."
+    )
+
+
+def _refused(points: Sequence[Point]) -> str:
+    """Say which fast chains LAMMPS refuses, and what is shown in its place."""
+    ours = [p for p in points if p.lammps is not None and p.lammps.result is None]
+    integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
+    if not ours or not integrated:
+        return ""
+    last = max(p.speed for p in points if p.source == "lammps")
+    text = (
+        f" Above {last:.3g} v* LAMMPS refuses log chains, whose bonds would be compressed to "
+        f"almost nothing: they are in-house, integrated to {max(integrated):.2g} v*"
+    )
+    if any(p.is_limit for p in ours):
+        text += (
+            "; above that (crosses) set equal to hard spheres, with the bound on the error as bar"
+        )
+    return text + "."
+
+
+def describe_bars(points: Sequence[Point]) -> str:
     """Name the points whose bars are seen: a symbol covers about 0.005 of the axis."""
-    seen = [p for p in measured.points["curves"] if p.error > 0.003]
+    seen = [p for p in points if p.error > 0.0025]
     if not seen:
         return ""
     names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*" for p in seen)
@@ -86,11 +113,17 @@ def contacts_and_restitution(measured: Measurements) -> Figure:
         title="Contacts per particle and restitution against speed",
         caption=(
             "The paper's figure 7, lj, n = "
-            f"{measured.plan.curve_particles}. f/n reaches 1, the value of hard spheres, at "
-            f"{full:.3g} v*; η rises with it, and goes on rising."
+            f"{measured.plan.curve_particles}. Filled: LAMMPS; open: in-house."
+            f"{describe_open(points)} f/n reaches 1, the value of hard spheres, at "
+            f"{full:.3g} v*; η rises with it, and goes on rising. Error bars of η are smaller than "
+            f"the symbols{describe_bars(points)}; f is a whole number."
         ),
         table=table_of([point_record(p) for p in points]),
         draw=lambda: _draw_contacts(points),
+        alt=(
+            "f/n falls from 0.87 to 0.84 and rises from 0.7 v* on to 1 at 1.8 v*; η has its "
+            "minimum at 0.82 v*, rises steeply from 1.1 to 3 v*, and ends near 1."
+        ),
     )
 
 
@@ -98,15 +131,10 @@ def _draw_contacts(points: list[Point]) -> "Canvas":
     figure, ax = new_figure(figsize=(6.4, 3.9))
     speeds, eta = [p.speed for p in points], [p.restitution for p in points]
     draw_points(ax, points, speeds, eta, colour=BLUE, marker="o", label=r"restitution $\eta$")
-    ax.plot(
-        speeds,
-        [p.contacts / p.particles for p in points],
-        color=VERMILION,
-        marker="s",
-        markersize=4,
-        linewidth=0.9,
-        label=r"contacts per particle $f(n)/n$",
-    )
+    share = [p.contacts / p.particles for p in points]
+    label = r"contacts per particle $f(n)/n$"
+    none = [0.0] * len(points)
+    draw_points(ax, points, speeds, share, colour=VERMILION, marker="s", label=label, errors=none)
     ax.axhline(1.0, color=BLACK, linewidth=0.6)
     _speed_axis(ax)
     ax.set_ylabel(r"$\eta$ and $f(n)/n$")

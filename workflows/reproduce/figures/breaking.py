@@ -1,10 +1,12 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
-from typing import TYPE_CHECKING
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from chaincor.analysis.figures.style import BLUE, CYCLE, GREEN, MARKERS, new_figure
+from chaincor.analysis.figures.style import CYCLE, GREEN, MARKERS, new_figure
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.findings.free_flight import LAST, MOMENTS, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
@@ -23,18 +25,25 @@ def breaking_and_two_restitutions(flights: tuple[FreeFlight, ...]) -> Figure:
         key="breaking_and_two_restitutions",
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
-            f"{describe_breaking(flights)} Top: pieces of lj chains so many crossings of sound, "
-            "n − 1, after the last contact; middle: against that time. Pieces are the parts into "
+            "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
+            "middle: against that time, the axis linear up to 0.1. For when chains are in pieces "
+            "see [beyond the paper](#beyond). Pieces are the parts into "
             "which the chain can be cut at stretched bonds such that each two neighbours move "
-            "apart with more energy than the bond between them still takes; a third piece can hold "
-            "them back later. Bands reach from the "
-            "state that LAMMPS ended in to that of the in-house engine: both are right within the "
-            "error bar of η, and hot chains make such differences grow, so that within a band "
-            "nobody knows. Bottom: η, the ratio of energies that the paper calls COR, and "
-            "e = √η, the ratio of speeds that others call so."
+            "apart with more energy than the bond between them still takes. They can be one again: "
+            "by a third piece, or by their own vibration"
+            f"{_rejoined(flights)}. The state that LAMMPS "
+            "ended in and that of the in-house engine are both right within the error bar of η, "
+            "but chains with much inner energy make such differences grow: full lines are the "
+            "larger of the two counts, dashed lines the smaller where it differs; in between "
+            "the count is undetermined. Bottom: e = √η, the ratio of speeds that others call the "
+            "coefficient of restitution; for η see [the curve of η](#contacts_and_restitution)."
         ),
         table=table_of(_rows(flights)),
         draw=lambda: _draw(flights),
+        alt=(
+            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
+            "their number grows with time and is least certain near 1.5 v*."
+        ),
     )
 
 
@@ -42,18 +51,39 @@ def describe_breaking(flights: tuple[FreeFlight, ...]) -> str:
     """Say in words which chains are in pieces, and when."""
     parts = []
     for moment in MOMENTS:
-        some = [f.point.speed for f in flights if f.pieces_at(moment)[1] > 1]
-        every = [f.point.speed for f in flights if f.pieces_at(moment)[0] > 1]
-        if not some:
-            parts.append(f"none {_when(moment)}")
-        elif every and min(every) > min(some):
-            parts.append(
-                f"{_when(moment)}, from {min(every):.2g} v* on ({min(some):.2g} v* in one of two "
-                "motions)"
-            )
-        else:
-            parts.append(f"{_when(moment)}, from {min(some):.2g} v* on")
+        counts = [f.pieces_at(moment) for f in flights]
+        surely = _spans(flights, [fewest > 1 for fewest, _ in counts])
+        unsure = _spans(flights, [fewest <= 1 < most for fewest, most in counts])
+        text = f"{_when(moment)}, {surely}" if surely else f"none {_when(moment)}"
+        parts.append(text + (f" (undetermined {unsure})" if unsure else ""))
     return f"When a chain is in pieces depends on when one looks: {'; '.join(parts)}."
+
+
+def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
+    """Write the speeds wanted, neighbours together: ``between 0.75 and 5.6 v*``."""
+    spans = []
+    runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
+    for speeds in ([f.point.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
+        if speeds[-1] == flights[-1].point.speed:
+            spans.append(f"from {speeds[0]:.2g} v* on")
+        elif len(speeds) == 1:
+            spans.append(f"at {speeds[0]:.2g} v*")
+        else:
+            spans.append(f"between {speeds[0]:.2g} and {speeds[-1]:.2g} v*")
+    return " and ".join(spans)
+
+
+def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
+    """Name a fast chain whose slow end, still vibrating, catches up again."""
+    found = [f for f in flights if f.pieces_at(0.0)[0] > 1 and f.pieces_at(1.0)[1] == 1]
+    if not found:
+        return ""
+    flight = found[0]
+    whole = next(t for t in flight.times if flight.pieces_at(t)[1] == 1)
+    return (
+        f", as at {flight.point.speed:.2g} v*, where the end at the wall lags behind at the last "
+        f"contact, {flight.pieces_at(0.0)[0]} pieces, and has caught up {whole:.2g} crossings later"
+    )
 
 
 def _when(moment: float) -> str:
@@ -84,16 +114,7 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     speeds = [f.point.speed for f in flights]
     for moment, colour, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
         pieces = np.array([f.pieces_at(moment) for f in flights])
-        above.fill_between(speeds, *pieces.T, color=colour, alpha=0.25, linewidth=0)
-        above.plot(
-            speeds,
-            pieces[:, 1],
-            color=colour,
-            marker=marker,
-            markersize=3,
-            linewidth=0.9,
-            label=_when(moment),
-        )
+        _draw_counts(above, speeds, pieces, _when(moment), color=colour, marker=marker)
     above.legend(loc="upper left", fontsize=8)
     above.set_xscale("log")
     above.set_xlabel(r"impact speed $v_0/v^*$")
@@ -102,14 +123,8 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     }
     for flight, colour in zip((f for f in flights if f.point.speed in chosen), CYCLE, strict=False):
         pieces = np.array([flight.pieces_at(time) for time in flight.times])
-        middle.fill_between(flight.times, *pieces.T, color=colour, alpha=0.25, linewidth=0)
-        middle.plot(
-            flight.times,
-            pieces[:, 1],
-            color=colour,
-            linewidth=0.9,
-            label=rf"${flight.point.speed:.3g}\,v^*$",
-        )
+        label = rf"${flight.point.speed:.3g}\,v^*$"
+        _draw_counts(middle, flight.times, pieces, label, color=colour)
     middle.set_xscale("symlog", linthresh=0.1)
     middle.set_xlim(0.0, LAST)
     middle.set_xlabel(r"time after the last contact / crossing $(n-1)$")
@@ -118,25 +133,20 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
         ax.set_ylim(bottom=0.0)
         ax.yaxis.get_major_locator().set_params(integer=True)
         ax.set_ylabel("pieces")
-    _draw_restitutions(below, flights)
+    below.plot(
+        speeds, [f.point.restitution**0.5 for f in flights], "s-", color=GREEN, linewidth=0.9
+    )
+    below.set_xscale("log")
+    below.set_xlabel(r"impact speed $v_0/v^*$")
+    below.set_ylabel(r"$e=\sqrt{\eta}$ (speeds)")
     return figure
 
 
-def _draw_restitutions(ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
-    for name, colour, power, marker in (
-        (r"$e$ (speeds)", GREEN, 0.5, "s"),
-        (r"$\eta$ (energies)", BLUE, 1.0, "o"),
-    ):
-        ax.plot(
-            [f.point.speed for f in flights],
-            [f.point.restitution**power for f in flights],
-            color=colour,
-            marker=marker,
-            markersize=4,
-            linewidth=0.9,
-            label=name,
-        )
-    ax.set_xscale("log")
-    ax.set_xlabel(r"impact speed $v_0/v^*$")
-    ax.set_ylabel("restitution")
-    ax.legend(loc="lower left")
+def _draw_counts(
+    ax: "Axes", x: ArrayLike, pieces: NDArray[np.int64], label: str, **looks: Any
+) -> None:
+    """Draw the larger count, and dashed the smaller one where it is another."""
+    fewest, most = pieces.T
+    ax.plot(x, most, markersize=3, linewidth=0.9, label=label, **looks)
+    if np.any(fewest < most):
+        ax.plot(x, fewest, "--", linewidth=0.8, color=looks["color"])

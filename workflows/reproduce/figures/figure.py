@@ -32,6 +32,8 @@ class Figure:
         Its data; None for a drawing without any.
     draw : callable
         Makes the Matplotlib figure.
+    alt : str
+        What is to be seen, for those who do not see it.
     """
 
     key: str
@@ -39,6 +41,7 @@ class Figure:
     caption: str
     table: Table | None
     draw: "Callable[[], Canvas]"
+    alt: str
 
     def render(self) -> dict[str, bytes]:
         """Draw the figure: the contents of its ``png`` and its ``svg`` file, by these names."""

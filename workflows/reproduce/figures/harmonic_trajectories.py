@@ -21,6 +21,8 @@ SIZES = (19, 20)
 _VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
+# In crossings of sound: the contacts and what follows at once.
+_SHOWN = 2.25
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,18 @@ def trajectories(found: tuple[Trajectory, ...]) -> Figure:
         title="Trajectories of harmonic chains of 19 and 20 particles",
         caption=(
             "The paper's figure 2, whose text says n = 19 and whose caption says n = 20. LAMMPS, "
-            f"event wall, order 8, H = {_NUMERICS.timestep}, v₀ = {_VELOCITY}. Dots are contacts; "
+            f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {_VELOCITY} speeds of sound. "
+            "Blue: particle 1; grey: the others. Dots are contacts; "
             "the dashed line is sound, in the material, to the free end and back: contact ends "
             f"near 2τ. {etas}."
         ),
         table=_table(found),
         draw=lambda: _draw(found),
+        alt=(
+            "Distances from the wall against time: the chain is compressed from the wall end to "
+            "the free end while particle 1 hits the wall again and again, and leaves after about "
+            "two crossings of sound."
+        ),
     )
 
 
@@ -77,10 +85,12 @@ def _draw(found: tuple[Trajectory, ...]) -> "Canvas":
         frames = outcome.frames
         assert frames is not None
         crossing = n - 1.0
-        shown = frames.times <= 3.0 * crossing
+        shown = frames.times <= _SHOWN * crossing
         time = frames.times[shown] / crossing
         x = frames.displacements[shown] + np.arange(n)
-        ax.plot(time, x[:, 1:], color=GREY, linewidth=0.7)
+        ax.plot(
+            time, x[:, 1:], color=GREY, linewidth=0.7, label=["particles 2 to n"] + [None] * (n - 2)
+        )
         ax.plot(time, x[:, 0], color=BLUE, linewidth=1.2, label="particle 1")
         material = np.interp(time, [0.0, 1.0, 2.0, 3.0], [0.0, crossing, 0.0, 0.0])
         places = [np.interp(at, np.arange(n), row) for at, row in zip(material, x, strict=True)]
@@ -98,9 +108,9 @@ def _draw(found: tuple[Trajectory, ...]) -> "Canvas":
             label=f"contacts ({contacts.size})",
         )
         ax.set_title(f"n = {n}")
-        ax.set_xlim(0.0, 3.0)
-        ax.set_ylim(-0.6, 1.25 * n)
-        ax.legend(loc="upper left", ncols=3, handlelength=1.4, columnspacing=1.0, fontsize=8)
+        ax.set_xlim(0.0, _SHOWN)
+        ax.set_ylim(-0.6, 1.3 * n)
+        ax.legend(loc="upper left", ncols=4, handlelength=1.2, columnspacing=1.0, fontsize=8)
         ax.set_ylabel("distance from the wall (bonds)")
     panels[-1].set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
     return figure

@@ -1,4 +1,4 @@
-"""Points with error bars: filled where LAMMPS gave the number, open where in-house did."""
+"""Points with error bars: filled by LAMMPS, open in-house, crosses where a limit was put in."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -30,8 +30,9 @@ def draw_points(
     bars = np.nan_to_num([p.error for p in points] if errors is None else errors)
     if line:
         ax.plot(x, y, color=colour, linewidth=0.9, alpha=0.6)
-    for source, face in (("lammps", colour), ("in-house", "white")):
-        chosen = np.array([point.source == source for point in points], dtype=bool)
+    kinds = ["limit" if point.is_limit else point.source for point in points]
+    for kind, face in (("lammps", colour), ("in-house", "white"), ("limit", colour)):
+        chosen = np.array([k == kind for k in kinds], dtype=bool)
         if not np.any(chosen):
             continue
         ax.errorbar(
@@ -39,7 +40,7 @@ def draw_points(
             y[chosen],
             yerr=bars[chosen],
             color=colour,
-            marker=marker,
+            marker="x" if kind == "limit" else marker,
             markersize=size,
             markerfacecolor=face,
             markeredgewidth=0.9,

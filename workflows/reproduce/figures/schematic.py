@@ -26,6 +26,7 @@ def schematic() -> Figure:
         ),
         table=None,
         draw=_draw,
+        alt="A row of particles 1 to n, joined by springs, flies to the left at a wall at x = 0.",
     )
 
 

@@ -4,7 +4,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, BLUE, GREEN, GREY, VERMILION, new_figure
+from chaincor.analysis.figures.style import (
+    BLACK,
+    BLUE,
+    CYCLE,
+    GREEN,
+    GREY,
+    MARKERS,
+    VERMILION,
+    new_figure,
+)
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
@@ -15,7 +24,7 @@ if TYPE_CHECKING:
 
 _DECADES = 6.0
 # Speeds of the panel of curves, of those that are there the nearest.
-_SHOWN = (0.01, 0.1, 0.4, 0.78, 2.0, 5.0)
+_SHOWN = (0.01, 0.1, 0.4, 0.562, 0.78, 2.0, 5.0)
 
 
 def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
@@ -34,10 +43,11 @@ def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
             f"{particles}), as shares of the energy at impact. Top and middle: kinetic energy of "
             f"each mode j ≥ 1, mean over {AVERAGED_OVER:g} crossings of sound. Its sum over j is "
             "the kinetic energy of all internal motion, whatever the bonds do; in small vibrations "
-            "it is half of the energy of the mode. Where a chain breaks, j tells on what length "
-            "the pieces and the particles in them move against one another, and no longer a mode. "
-            "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds; of the "
-            f"kinetic energy, after {LAST:g} crossings, the part in which pieces fly apart. "
+            "it is half of the energy of the mode. In a broken chain j is no mode, only a wave "
+            "number: how finely the velocity varies along the chain. "
+            "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds (means over "
+            f"the same time); orange: the kinetic energy of whole pieces that fly apart, after "
+            f"{LAST:g} crossings. "
             "Dashed: the sum of harmonic energies of all modes at the last contact. It is 1 − η "
             f"within 1 % below {_harmonic_until(flights):.2g} v*; the difference is the anharmonic "
             f"part. At worst it is {_worst_harmonic(flights)}: a stretched bond holds less than a "
@@ -45,6 +55,10 @@ def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
         ),
         table=table_of(rows),
         draw=lambda: _draw(flights),
+        alt=(
+            "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
+            "lost above 1 v*, about half is motion of pieces apart; harmonic energies exceed it."
+        ),
     )
 
 
@@ -91,7 +105,6 @@ def _nearest(flights: tuple[FreeFlight, ...]) -> list[FreeFlight]:
 
 
 def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
-    import matplotlib as mpl
     from matplotlib.colors import LogNorm
 
     figure, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 10.2))
@@ -117,14 +130,16 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     above.grid(False)
     figure.colorbar(mesh, ax=above, label="kinetic energy / energy at impact", pad=0.02)
     shown = _nearest(flights)
-    colours = mpl.colormaps["plasma"](np.linspace(0.0, 0.85, len(shown)))
-    for flight, colour in zip(shown, colours, strict=True):
+    for k, (flight, colour) in enumerate(zip(shown, CYCLE, strict=False)):
         kind = "" if flight.is_whole else " (breaks)"
         middle.plot(
             j,
             flight.kinetic[1:],
             color=colour,
+            linestyle="-" if flight.is_whole else "--",
             linewidth=0.9,
+            marker=MARKERS[k],
+            markevery=0.12,
             label=rf"${flight.point.speed:.3g}\,v^*${kind}",
         )
     middle.set_xscale("log")

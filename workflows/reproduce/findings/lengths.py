@@ -7,10 +7,12 @@ from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS
+from chaincor.workflows.reproduce.typesetting import format_value
 
 # The last part of each curve, from a fifth of its longest chain on: slow chains level off late.
 _LAST_PART = 5.0
-
+# Where slow chains still look harmonic.
+_BEFORE = (100, 1000)
 
 Laws = dict[float, tuple[PowerLaw, list[Point]]]
 
@@ -22,39 +24,60 @@ def last_exponents(measured: Measurements) -> Laws:
         points = measured.select("sizes", "lj", speed=speed)
         longest = max((p.particles for p in points), default=0)
         last = [p for p in points if p.particles >= longest / _LAST_PART]
-        law = fit_power_law([p.particles for p in last], [1.0 - p.restitution for p in last])
-        found[speed] = (law, last)
+        found[speed] = (_law(last), last)
     return found
+
+
+def _law(points: list[Point]) -> PowerLaw:
+    return fit_power_law(
+        [p.particles for p in points],
+        [1.0 - p.restitution for p in points],
+        errors=[p.error for p in points],
+    )
 
 
 def length_findings(measured: Measurements) -> dict[str, Finding]:
     """Return what is found on long chains, by the key of the rule that judges it."""
     laws = last_exponents(measured)
+    slow = PAPER_SIZE_SPEEDS[-1]
     return {
-        "long chains, fast": _exponent(laws, PAPER_SIZE_SPEEDS[0], "a constant has 0"),
+        "long chains, fast": _exponent(laws, PAPER_SIZE_SPEEDS[0]),
         "long chains, slow": _exponent(
-            laws, PAPER_SIZE_SPEEDS[-1], "the harmonic law −2/3, a constant 0"
+            laws,
+            slow,
+            f". That {slow:g} v*, its slowest, is very low, and that the law of model A is "
+            f"expected there, is our reading{_before(measured, slow)}",
         ),
     }
 
 
-def _exponent(laws: Laws, speed: float, meaning: str) -> Finding:
+def _exponent(laws: Laws, speed: float, remark: str = "") -> Finding:
     law, points = laws[speed]
     if not points:
         return Finding(float("nan"), float("nan"), "no points")
     first, last = points[0], points[-1]
     harmonic = float(harmonic_dissipation_law(np.array(last.particles)))
-    others = ", ".join(
-        f"{other.exponent:z.2f} at {u} v* (n = {other.first:.0f} to {other.last:.0f})"
-        for u, (other, _) in laws.items()
-        if u != speed
-    )
     return Finding(
         law.exponent,
         law.exponent_error,
         f"exponent of 1 − η against n, {law.points} points, n = {law.first:.0f} to "
-        f"{law.last:.0f}; {meaning}. 1 − η goes from {1.0 - first.restitution:.6f} to "
-        f"{1.0 - last.restitution:.6f}, where the harmonic law ends at {harmonic:.6f}. Other "
-        f"speeds: {others}",
+        f"{law.last:.0f}, where 1 − η goes from {_lost(first)} to {_lost(last)}; the harmonic law "
+        f"ends at {harmonic:.4f}{remark}",
         points,
+    )
+
+
+def _lost(point: Point) -> str:
+    return format_value(1.0 - point.restitution, point.error)
+
+
+def _before(measured: Measurements, speed: float) -> str:
+    """Say how 1 - eta falls before it levels off."""
+    points = measured.select("sizes", "lj", speed=speed)
+    law = _law([p for p in points if _BEFORE[0] <= p.particles <= _BEFORE[1]])
+    if not np.isfinite(law.exponent_error):
+        return ""
+    return (
+        f"; from n = {law.first:.0f} to {law.last:.0f} it does fall, as the paper says (exponent "
+        f"{law.exponent:.2f} ± {law.exponent_error:.2f}), and levels off beyond"
     )

@@ -1,16 +1,21 @@
 """Low speed and long chains at once (lj): the scaling of 1 - eta, and C as n goes to infinity."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
+from chaincor.workflows.reproduce.fits import parameter_errors
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
-# Shorter chains and faster collisions are not in the limit.
+# Shorter chains are not in the limit.
 _SHORTEST = 100
-_FASTEST = 0.12
 # Where (v0/v*) n^(2/3) is larger than these, the harmonic part of the dissipation is small.
-BEYOND_HARMONIC = (3.5, 5.0)
+BEYOND_HARMONIC = (3.5, 5.0, 8.0)
+# And up to these speeds a straight line does; the range of C is that over all these cuts.
+FASTEST = (0.05, 0.12, 0.2, 0.31)
+_LEAST_POINTS = 4
 
 
 def scaled_speed(point: Point) -> float:
@@ -29,7 +34,7 @@ def slow_long_chains(measured: Measurements) -> list[Point]:
         (p.particles, p.speed): p
         for study in ("slopes", "sizes")
         for p in measured.select(study, "lj")
-        if p.particles >= _SHORTEST and p.speed <= _FASTEST
+        if p.particles >= _SHORTEST and p.speed <= FASTEST[-1]
     }
     return sorted(points.values(), key=scaled_speed)
 
@@ -42,9 +47,10 @@ class SlopeLimit:
     Attributes
     ----------
     value, error : float
-        Limit of (1 - eta)/(v0/v*) as v0 -> 0 of a straight line, and its standard error.
-    least_scaled_speed : float
-        The line is fitted to points above this.
+        Limit of (1 - eta)/(v0/v*) as v0 -> 0 of a straight line, and its error: of the scatter,
+        and of what the points' bars allow.
+    least_scaled_speed, fastest : float
+        The line is fitted to points between these.
     points : int
         How many.
     """
@@ -52,39 +58,51 @@ class SlopeLimit:
     value: float
     error: float
     least_scaled_speed: float
+    fastest: float
     points: int
 
 
 def slope_limits(measured: Measurements) -> list[SlopeLimit]:
-    """Fit the limit over each of two ranges that holds at least four points."""
+    """Fit the limit over each pair of cuts that leaves at least four points."""
     points = slow_long_chains(measured)
     limits = []
-    for least in BEYOND_HARMONIC:
-        chosen = [p for p in points if scaled_speed(p) >= least]
-        if len(chosen) < 4:
+    for least, fastest in product(BEYOND_HARMONIC, FASTEST):
+        chosen = [p for p in points if scaled_speed(p) >= least and p.speed <= fastest]
+        if len(chosen) < _LEAST_POINTS:
             continue
         speeds = np.array([p.speed for p in chosen])
         chords = np.array([1.0 - p.restitution for p in chosen]) / speeds
-        line, covariance = np.polyfit(speeds, chords, 1, cov=True)
-        limits.append(
-            SlopeLimit(float(line[1]), float(covariance[1, 1] ** 0.5), least, len(chosen))
-        )
+        bars = np.array([p.error for p in chosen]) / speeds
+        design = np.column_stack((np.ones_like(speeds), speeds))
+        line = np.linalg.lstsq(design, chords, rcond=None)[0]
+        error = parameter_errors(design, chords - design @ line, bars)[0]
+        limits.append(SlopeLimit(float(line[0]), float(error), least, fastest, len(chosen)))
     return limits
+
+
+def middle(limits: list[SlopeLimit]) -> float:
+    """Return the median of the fits; nan if there are none."""
+    return float(np.median([limit.value for limit in limits])) if limits else float("nan")
 
 
 def describe_limits(limits: list[SlopeLimit]) -> str:
     """
-    Write what is known of the limit: ``0.97 to 1.03``, and the fits that say so.
+    Write what is known of the limit: ``0.98, between 0.93 and 1.03 as cuts have it``.
 
-    Fits over different ranges exclude each other, so that neither bar is that of the limit.
+    Fits with different cuts exclude each other, so that no single bar is that of the limit.
     """
     if not limits:
-        return "too few points"
+        return "unknown: too few points"
     low = min(limit.value - limit.error for limit in limits)
     high = max(limit.value + limit.error for limit in limits)
-    fits = "; ".join(
-        f"{limit.value:.3f} ± {limit.error:.3f} by {limit.points} points with (v₀/v*) n^(2/3) > "
-        f"{limit.least_scaled_speed:g}"
-        for limit in limits
+    return (
+        f"about {middle(limits):.2f}, between {low:.2f} and {high:.2f} as the cuts have it "
+        f"({len(limits)} straight lines in v₀ through the points with (v₀/v*) n^(2/3) above "
+        f"{_several(limit.least_scaled_speed for limit in limits)} and v₀/v* up to "
+        f"{_several(limit.fastest for limit in limits)})"
     )
-    return f"between {low:.2f} and {high:.2f} ({fits})"
+
+
+def _several(values: Iterable[float]) -> str:
+    *first, last = [f"{value:g}" for value in sorted(set(values))]
+    return f"{', '.join(first)} or {last}" if first else last

@@ -1,17 +1,17 @@
 """COR against speed (NH figures 4 and 7): minimum, collapse of the potentials, limits."""
 
+from itertools import combinations
+
 import numpy as np
 
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.fits import Minimum, find_minimum
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
+from chaincor.workflows.reproduce.typesetting import format_value
 
-# Where the paper's figure shows the three potentials on one curve, and where log leaves it.
-_COLLAPSE_LIMIT = 2.0
-_LOG_LIMIT = 0.9
-# "Almost the same curve" to the eye, in a figure whose axis spans 0.3.
-_SAME_CURVE = 0.02
+# Where "near 1" begins and ends for words that claim no more than 10 %.
+_AROUND_SCALE = (0.9, 1.1)
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
@@ -36,18 +36,16 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
         "place of the minimum": Finding(
             float(np.mean(places)),
             float(max(low.place_error for low in lows.values())),
-            f"mean of three potentials, each by a parabola through the three lowest points; the "
-            f"bar is what five points change; {described}",
+            f"mean of three potentials, each by a parabola through the three lowest points; ± what "
+            f"a parabola through five changes; {described}",
             everything,
             (min(places), max(places)),
         ),
         "low-speed limit": _low_speed_limit(measured, curves),
         "high-speed limit": _at_highest_speed(curves, "restitution"),
         "contacts at high speed": _at_highest_speed(curves, "contacts_per_particle"),
-        "rise of contacts": _rise_of_contacts(curves["lj"]),
-        "collapse lj toda": _difference(curves, "lj", "toda", 0.0, _COLLAPSE_LIMIT),
-        "collapse lj log": _difference(curves, "lj", "log", 0.0, _LOG_LIMIT),
-        "collapse lj log, fast": _difference(curves, "lj", "log", _LOG_LIMIT, _COLLAPSE_LIMIT),
+        "rise of both": _rise_of_both(curves["lj"]),
+        "one curve": _one_curve(curves),
     }
 
 
@@ -66,66 +64,76 @@ def _low_speed_limit(measured: Measurements, curves: dict[str, list[Point]]) -> 
 
 
 def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
-    if not all(curves.values()):
+    # What is set equal to hard spheres is no evidence that chains come near them.
+    integrated = [[p for p in points if not p.is_limit] for points in curves.values()]
+    if not all(integrated):
         return Finding(np.nan, np.nan, "no points")
-    fastest = [points[-1] for points in curves.values()]
+    fastest = [points[-1] for points in integrated]
     values = [
         p.restitution if quantity == "restitution" else p.contacts / p.particles for p in fastest
     ]
     return Finding(
         min(values),
         max(p.error for p in fastest) if quantity == "restitution" else 0.0,
-        "lowest of three, at "
-        + ", ".join(f"{p.speed:g} v* ({p.scene.label}, {p.engine_name})" for p in fastest),
+        "lowest of three, each at the fastest speed integrated: "
+        + ", ".join(f"{p.speed:.3g} v* ({p.scene.label}, {p.engine_name})" for p in fastest),
         fastest,
     )
 
 
-def _rise_of_contacts(points: list[Point]) -> Finding:
-    """Find where f/n is half-way between its lowest value and its value at the highest speed."""
-    if len(points) < 3:
-        return Finding(np.nan, np.nan, "no points")
-    speeds = np.array([p.speed for p in points])
-    share = np.array([p.contacts / p.particles for p in points])
-    lowest = int(np.argmin(share))
-    half = 0.5 * (share[lowest] + share[-1])
-    above = np.flatnonzero((share >= half) & (np.arange(share.size) > lowest))
-    if not above.size:
-        return Finding(np.nan, np.nan, "f/n does not rise")
-    k = int(above[0])
-    full = np.flatnonzero(share >= 1.0)
-    eta = np.array([p.restitution for p in points])
-    low = int(np.argmin(eta))
-    rise = np.interp(0.5 * (eta[low] + eta[-1]), eta[low:], speeds[low:])
-    one = f"f/n is exactly 1 from {speeds[full[0]]:.3g} v* on" if full.size else "f/n stays below 1"
-    part = (half - share[k - 1]) / (share[k] - share[k - 1])
+def _rise_of_both(points: list[Point]) -> Finding:
+    """Count which of f/n and eta are larger, beyond their bars, above v* than below."""
+    below = [p for p in points if p.speed <= _AROUND_SCALE[0]]
+    above = [p for p in points if p.speed >= _AROUND_SCALE[1]]
+    if not below or not above:
+        return Finding(np.nan, np.nan, "no points on both sides of v*")
+    slow, fast = below[-1], above[0]
+    share = [p.contacts / p.particles for p in points]
+    eta = [p.restitution for p in points]
+    rising = (
+        fast.contacts > slow.contacts,
+        fast.restitution - slow.restitution > fast.error + slow.error,
+    )
+    lowest, low = min(share), int(np.argmin(eta))
+    onset = next(p.speed for p in points[::-1] if p.contacts / p.particles == lowest)
+    full = [p.speed for p in points if p.contacts == p.particles]
     return Finding(
-        float(speeds[k - 1] * (speeds[k] / speeds[k - 1]) ** part),
-        # f is a whole number: half a contact, on the slope between the two points.
-        float(0.5 / points[k].particles * (speeds[k] - speeds[k - 1]) / (share[k] - share[k - 1])),
-        f"speed at which f/n is half-way from its minimum, {share[lowest]:.2f} at "
-        f"{speeds[lowest]:.2g} v*, to {share[-1]:.2f}; {one} (lj); η itself is half-way up at "
-        f"{rise:.2f} v*",
+        float(sum(rising)),
+        0.0,
+        f"lj, {slow.speed:g} to {fast.speed:g} v*: f/n from {slow.contacts / slow.particles:g} "
+        f"to {fast.contacts / fast.particles:g}, η from {slow.restitution:.3f} to "
+        f"{fast.restitution:.3f}. f/n rises from its floor, {lowest:g}, beyond {onset:.2g} v*, η "
+        f"from its minimum at {points[low].speed:.2g} v*"
+        + (f"; f/n is 1 from {full[0]:.3g} v* on" if full else "")
+        + ". That values just below and just above v* are compared is our reading",
         points,
     )
 
 
-def _difference(
-    curves: dict[str, list[Point]], first: str, second: str, low: float, high: float
-) -> Finding:
-    """Compare two potentials at the speeds they share."""
-    by_speed = {p.speed: p for p in curves[second]}
-    pairs = [(p, by_speed[p.speed]) for p in curves[first] if p.speed in by_speed]
-    pairs = [(p, q) for p, q in pairs if low <= p.speed <= high]
-    if not pairs:
-        return Finding(np.nan, np.nan, "no common speeds")
-    gaps = [abs(p.restitution - q.restitution) for p, q in pairs]
-    widest = pairs[int(np.argmax(gaps))]
+def _gap(pair: tuple[Point, Point]) -> float:
+    return abs(pair[0].restitution - pair[1].restitution)
+
+
+def _one_curve(curves: dict[str, list[Point]]) -> Finding:
+    """Compare each two potentials at the speeds they share."""
+    gaps, slow = [], []
+    for first, second in combinations(curves, 2):
+        by_speed = {p.speed: p for p in curves[second]}
+        pairs = [(p, by_speed[p.speed]) for p in curves[first] if p.speed in by_speed]
+        if not pairs:
+            return Finding(np.nan, np.nan, "no common speeds")
+        gaps.append(max(pairs, key=_gap))
+        slow += [_gap(pair) for pair in pairs if pair[0].speed < 1.0]
+    p, q = widest = max(gaps, key=_gap)
     return Finding(
-        max(gaps),
-        widest[0].error + widest[1].error,
-        f"largest |η({first}) − η({second})| at {len(pairs)} speeds from {pairs[0][0].speed:g} "
-        f"to {pairs[-1][0].speed:g} v*, found at {widest[0].speed:g} v*; "
-        f"{sum(gap > _SAME_CURVE for gap in gaps)} of them differ by more than {_SAME_CURVE}",
-        [p for pair in pairs for p in pair],
+        _gap(widest),
+        p.error + q.error,
+        "largest difference at one speed: "
+        + "; ".join(
+            f"{format_value(_gap((a, b)), a.error + b.error)} "
+            f"({a.scene.label} and {b.scene.label}, at {a.speed:.3g} v*)"
+            for a, b in gaps
+        )
+        + (f"; below v* no two are more than {max(slow):.3f} apart" if slow else ""),
+        [point for points in curves.values() for point in points],
     )

@@ -14,7 +14,8 @@ def count_slips(slips: tuple[Slip, ...]) -> str:
     """Say how many slips there are, and how many entries are none."""
     number = {kind: sum(slip.kind is kind for slip in slips) for kind in Kind}
     return (
-        f"{number[Kind.SLIP]} slips; {number[Kind.FOLLOWS]} more are {Kind.FOLLOWS}; of what was "
+        f"{number[Kind.SLIP]} slips; {number[Kind.FOLLOWS]} more are {Kind.FOLLOWS}, "
+        f"{number[Kind.APPROXIMATION]} is an {Kind.APPROXIMATION}; of what was "
         f"suspected besides, {number[Kind.RIGHT]} are right as printed and "
         f"{number[Kind.UNDECIDED]} is undecided"
     )

@@ -5,12 +5,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from chaincor.analysis.modes import mode_frequencies
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.restitution import restitution
 from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
 from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal
+from chaincor.workflows.reproduce.plan import PAPER_ALPHA
 from chaincor.workflows.reproduce.slips.slip import Kind, Slip
 
 
@@ -19,13 +21,13 @@ def nonlinear_slips() -> tuple[Slip, ...]:
     checks: tuple[Callable[[], Slip], ...] = (
         _zero_of_energy,
         _scale_equation,
+        _wall_frequency,
         _bond_argument,
         _alpha,
         _dropped_speed,
         _mode_energy_power_of_pi,
         _integrand,
         _rounded_constant,
-        _dissipation_or_increase,
         _toda_has_no_core,
     )
     return tuple(check() for check in checks)
@@ -75,6 +77,24 @@ def _scale_equation() -> Slip:
     )
 
 
+def _wall_frequency() -> Slip:
+    """Compare what is left in the modes with the wall's frequency above all of theirs."""
+    n = 500
+    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1))
+    frequency = 2.0 * math.pi / float(np.mean(np.diff(outcome.contact_times)))
+    highest = float(mode_frequencies(n)[-1])
+    lost = 1.0 - float(restitution(outcome.velocities, 0.1))
+    return Slip(
+        "section III, before eq. (13)",
+        "2π/Δt lies above all modes; hence no mode is excited",
+        "it does lie above them, but the conclusion does not follow: all impulses of the wall have "
+        "the same sign, and begin and end; what they leave in the modes is 1 − η",
+        f"harmonic, n = {n}: 2π/Δt = {frequency:.2f}, the highest mode has {highest:.2f}, and yet "
+        f"1 − η = {lost:.4f} of the energy ends in modes",
+        frequency > highest and lost > 1e-3,
+    )
+
+
 def _bond_argument() -> Slip:
     value = float(LennardJones().energy(np.array(-0.999)))
     return Slip(
@@ -105,8 +125,8 @@ def _dropped_speed() -> Slip:
     return Slip(
         "eqs. (16), (18)",
         "E_j without the factor v², C = 32α/π²",
-        "v² = (π²/8) v0² as in eqs. (7) and (10); then C = 4α = 3.24",
-        f"(8/π²) Σ sin²(παvj)/j² at v = {v:g}: {slope:.3f} v; 4α = {4.0 * alpha:.3f}",
+        "v² = (π²/8) v₀² as in eqs. (7) and (10); then C = 4α = 3.24",
+        f"(8/π²) Σ sin²(παvj)/j² at v = v₀/v* = {v:g}: {slope:.2f} v; 4α = {4.0 * alpha:.2f}",
         abs(slope - 4.0 * alpha) < 0.02,
     )
 
@@ -131,7 +151,7 @@ def _mode_energy_power_of_pi() -> Slip:
 def _integrand() -> Slip:
     from scipy.integrate import quad
 
-    alpha = pair_interval_slope(LennardJones())
+    alpha = PAPER_ALPHA
     # The integral to 200 and the mean of its tail.
     integral = quad(lambda y: np.sinc(y / np.pi) ** 2, 0.0, 200.0, limit=500)[0] + 0.5 / 200.0
     constant = 64.0 * alpha / math.pi**3 * integral
@@ -141,36 +161,23 @@ def _integrand() -> Slip:
         "eq. (18)",
         "sin²(αvnx), then ∫ sin²(αx)/x² dx",
         "sin²(παvnx), then ∫ sin²(x)/x² dx = π/2",
-        "of the constant that eqs. (16), (18) above replace; taken literally the first line gives "
-        f"C = {literal_first:.2f}, the second {literal_second:.2f}; only the corrected ones give "
-        f"{constant:.2f}, the printed 32α/π²",
+        "on the way to the printed C, for which eqs. (16), (18) above have another. Literally "
+        f"the first line gives C = {literal_first:.2f}, the second {literal_second:.2f}; only the "
+        f"corrected ones give {constant:.2f}, which is 32α/π² with α = {PAPER_ALPHA}",
         abs(constant - 32.0 * alpha / math.pi**2) < 1e-3,
         kind=Kind.FOLLOWS,
     )
 
 
 def _rounded_constant() -> Slip:
-    value = 32.0 * 0.808 / math.pi**2
+    value = 32.0 * PAPER_ALPHA / math.pi**2
     return Slip(
         "eq. (18)",
         "C = 32α/π² ≃ 2.61",
         "2.62 with the paper's own α = 0.808",
-        f"of the same constant: 32 × 0.808/π² = {value:.4f}",
+        f"again the printed C: 32 × {PAPER_ALPHA}/π² = {value:.2f}",
         round(value, 2) == 2.62,
         kind=Kind.FOLLOWS,
-    )
-
-
-def _dissipation_or_increase() -> Slip:
-    n = 100
-    outcome = modal.run(Scene(potential="harmonic", particles=n, velocity=0.1))
-    left = 1.0 - float(restitution(outcome.velocities, 0.1))
-    return Slip(
-        "eqs. (18), (20)",
-        "1 − η = C v, 1 − η ∝ (v/v*)^(r−2)",
-        "the increase over the harmonic chain of the same length, as figure 6 plots it",
-        f"at n = {n}, v → 0 there remains 1 − η = {left:.5f}",
-        left > 0.01,
     )
 
 
@@ -190,7 +197,7 @@ def _toda_has_no_core() -> Slip:
     return Slip(
         "section III, last paragraphs",
         "U_LJ, U_toda and U_log all behave like hard cores, so that η → 1 at high speed",
-        "U_toda does not: it is finite at r = 0, and no particles are kept apart at all speeds; "
+        "U_toda does not: it is finite at r = 0, and does not keep particles apart at every speed; "
         "the claim holds for lj and log, and for toda as far as particles keep their order",
         f"U_toda(0) = {height:.1f} (b = 10): two particles that meet with v₀ each pass through "
         f"each other above {crossing:.1f} v*; U_LJ ∝ r^(−12) and U_log ∝ −ln r have no bound",

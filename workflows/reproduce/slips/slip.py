@@ -9,6 +9,7 @@ class Kind(StrEnum):
 
     SLIP = "slip"
     FOLLOWS = "counted with eqs. (16), (18)"
+    APPROXIMATION = "inconsistency of an approximation"
     RIGHT = "right as printed"
     UNDECIDED = "undecided"
 

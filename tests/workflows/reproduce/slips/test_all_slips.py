@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.analysis import pair_theory, restitution, theory
-from chaincor.workflows.reproduce.claims import RULES
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.slips import harmonic_chains, nonlinear_chains
 from chaincor.workflows.reproduce.slips.all_slips import all_slips, count_slips, slips_page
 from chaincor.workflows.reproduce.slips.slip import Kind
@@ -53,6 +53,7 @@ def test_what_is_right_or_undecided_is_no_slip():
     kinds = {slip.where: slip.kind for slip in slips}
     assert kinds["eq. (7)"] is kinds["eq. (12)"] is Kind.RIGHT
     assert kinds["figure 2"] is Kind.UNDECIDED
+    assert kinds["eqs. (7)–(10) together"] is Kind.APPROXIMATION
     assert kinds["eq. (18)"] is Kind.FOLLOWS
     for slip in slips:
         assert (slip.kind is Kind.RIGHT) == (slip.correct == "")
@@ -101,12 +102,16 @@ def test_docstrings_count_equations_as_the_paper_does(documented, names):
 def test_rules_count_equations_as_the_paper_does():
     named = {
         "interval": "interval",
+        "interval of two": "interval",
+        "contacts of two": "contacts",
+        "speed of two": "incoming speed",
         "contacts per particle": "contacts",
         "incoming speed": "incoming speed",
         "harmonic exponent": "harmonic law",
         "harmonic prefactor": "harmonic law",
         "formula prefactor": "harmonic law",
         "alpha": "interval of two",
+        "printed constant": "low-speed law",
         "theoretical slope": "low-speed law",
         **dict.fromkeys(("power r = 3", "power r = 4", "power r = 5"), "power law"),
     }
