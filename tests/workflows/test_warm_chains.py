@@ -78,6 +78,19 @@ def test_a_warm_chain_may_come_back_faster_than_it_came(capsys):
     )
 
 
+@pytest.mark.slow
+def test_a_slow_chain_is_waited_for():
+    # Its first contact hardly slows it down: it is at the wall again after 168, of which sound
+    # needs 20 to cross the chain and come back.
+    scene = Scene(potential="toda", particles=10, velocity=0.01, temperature=0.01, seed=2)
+    steps = Numerics(scheme="order8", timestep=0.05)
+    for outcome in (stepping.run(scene, steps), lammps.run(scene, steps)):
+        assert len(outcome.contact_times) == 2
+        # Errors grow meanwhile: those of the steps, and of the table of bonds.
+        assert outcome.contact_times[-1] == pytest.approx(168.5184, abs=0.1)
+        assert outcome.ending.kind == "proved"
+
+
 def test_lammps_refuses_what_it_cannot_place():
     # Bonds of springs get shorter than nothing at the root of their energy: 1 in 300 at T = 0.1.
     scene = Scene(potential="harmonic", particles=400, velocity=0.1, temperature=0.15)

@@ -8,7 +8,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
+from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene, Scheme, TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.error_bars import (
@@ -30,6 +30,7 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import jitter_error, rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
 from chaincor.workflows.measured import measured
 
@@ -40,6 +41,8 @@ SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
 _MOST_REFINEMENTS = 5
+# A step shorter than this part of a scheme's usual one tells that the scene is not a usual one.
+_UNUSUAL_SHARE = 0.3
 # Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
 # and 1 us a step.
 _MOST_BOND_STEPS = 1e9
@@ -109,10 +112,10 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
             expected = difference
         # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
-        step = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
-        # Chains that break amplify what no order of convergence tells of: what is known is how far
-        # the two are apart.
-        step = max(step, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
+        by_steps = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
+        # Chains that break, or fly for long between contacts, amplify what no order of convergence
+        # tells of: what is known is how far the two are apart.
+        step = max(by_steps, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
@@ -123,8 +126,11 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
         if bar.total <= goal or last or hopeless:
             break
-        if step > STEP_SHARE * reachable:
-            wanted = (STEP_SHARE * reachable / step) ** (1.0 / order)
+        # Where steps agree with each other, what is off is the table, or rounding.
+        if step > STEP_SHARE * reachable >= by_steps and numerics.force_error is None:
+            break
+        if by_steps > STEP_SHARE * reachable:
+            wanted = (STEP_SHARE * reachable / by_steps) ** (1.0 / order)
             numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
         elif numerics.force_error is not None:
             numerics = replace(numerics, force_error=0.1 * numerics.force_error)
@@ -175,19 +181,29 @@ def choose_numerics(
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
+    found: list[tuple[float, Numerics]] = []
     for scheme in schemes or _usual_schemes(tolerance):
         goal = STEP_SHARE * tolerance / COARSER_SHARE[scheme]
         start = estimate_step(scene, scheme, goal, truth)
         coarse = None
         if start is not None:
             coarse = find_step(scene, scheme, goal, truth, start)
-        if coarse is not None:
-            return Numerics(
-                scheme=scheme,
-                timestep=0.5 * coarse,
-                bond_range=scouting.table_range(scene),
-                force_error=force_error,
-            )
+        if coarse is None:
+            continue
+        numerics = Numerics(
+            scheme=scheme,
+            timestep=0.5 * coarse,
+            bond_range=scouting.table_range(scene),
+            force_error=force_error,
+        )
+        shortest = _UNUSUAL_SHARE * DEFAULT_TIMESTEPS[scheme]
+        if scene.temperature is None or coarse * scene.fast_stiffness**0.5 > shortest:
+            return numerics
+        # Long flights of a warm chain between its contacts amplify errors: what costs least where
+        # they do not may cost most.
+        found.append((STEP_SCHEMES[scheme].evaluations / coarse, numerics))
+    if found:
+        return min(found, key=lambda each: each[0])[1]
     raise RunError(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"

@@ -17,7 +17,8 @@ from chaincor.workflows.engines.ending import (
     quiet_time,
     return_risk,
 )
-from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.engines.piece_bounds import reach
+from chaincor.workflows.engines.pieces import Pieces, find_pieces
 
 Array = NDArray[np.float64]
 
@@ -28,6 +29,9 @@ FOLLOWED_TIMES = 21.0
 LEAST_CROSSINGS, MOST_CROSSINGS = 5.0, 200.0
 # A piece that approaches the wall is waited for, if it arrives within so many crossings.
 ARRIVAL_CROSSINGS = 200.0
+# Whole bodies that still vibrate are waited for as long as they need to meet for certain, or to be
+# too far apart for it: up to so many crossings after the last contact.
+CERTAIN_CROSSINGS = 2000.0
 
 LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.
@@ -143,6 +147,9 @@ class EndWatch:
             self._first_sizes, self._arrival = tuple(len(body.velocities) for body in bodies), 0.0
         late = now > self.followed_until(last_contact)
         if sum(_mean_velocity(body) for body in bodies) <= 0.0:
+            if late:
+                parted = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
+                self._is_awaited(now, parted)
             return None
         parted = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
         risk = min(1.0, sum(return_risk(pieces, bond) for pieces in parted))
@@ -154,7 +161,7 @@ class EndWatch:
         self._first_sizes = sizes
         if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
             return Ending("argued")
-        if not late:
+        if not late or self._is_awaited(now, parted):
             return None
         speed = sum(float(pieces.speeds[0]) for pieces in parted)
         if speed > 0.0:
@@ -170,6 +177,30 @@ class EndWatch:
                 self._arrival = arrival
                 return None
         return Ending("open", approach(*parted))
+
+    def _is_awaited(self, now: float, parted: Sequence[Pieces]) -> bool:
+        """
+        Return whether it will soon be certain that whole bodies meet, or that they do not.
+
+        They meet before their mean displacements D have come so near that their first particles
+        cannot be far enough behind, and not once these cannot be far enough ahead: when D is as
+        large as both can reach.
+        """
+        if any(len(pieces.sizes) > 1 for pieces in parted):
+            return False
+        apart = sum(float(pieces.displacements[0]) for pieces in parted)
+        speed = sum(float(pieces.speeds[0]) for pieces in parted)
+        far = sum(reach(self._bond, float(p.energies[0]), p.lever) for p in parted)
+        crossing = self._particles / self._stiffness**0.5
+        latest = max(self._last_contact, 0.0) + CERTAIN_CROSSINGS * crossing
+        way = far - apart if speed > 0.0 else far + apart
+        if speed == 0.0 or not 0.0 < way < math.inf:
+            return False
+        certain = now + 1.1 * way / abs(speed)
+        if not now < certain < latest:
+            return False
+        self._arrival = certain
+        return True
 
     def followed_until(self, last_contact: float) -> float:
         """Return until when the collision is followed; later with a piece under way to the wall."""

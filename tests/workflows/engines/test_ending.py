@@ -42,12 +42,35 @@ def test_one_particle():
 
 
 def test_vibration_that_may_reach_back_is_followed_as_long_as_may_be():
-    # Springs never break: what one moment does not prove, only a long time without contact argues.
-    state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 0.5]))
+    # Springs never break: what one moment does not prove, only a long time without contact argues,
+    # where the drift is too slow for a proof to come.
+    state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 1e-6]))
     assert argue_end(*state, LONG, Harmonic()) is None
     watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
     assert watch.look(0.999 * cap, 3.0, *state) is None
     assert watch.look(1.001 * cap, 3.0, *state).kind == "argued"
+
+
+def test_a_proof_that_will_come_is_waited_for():
+    # An energy of 0.32 takes an end particle by sqrt(2 0.32 6/5) = 0.88 from where its mean is,
+    # which drifts at 0.1: 0.01 + 0.1 t is more from t = 8.7 on.
+    state = (0.01, np.zeros(4), np.array([0.5, -0.3, 0.1, -0.3, 0.5]))
+    watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 3.0)
+    assert watch.look(1.001 * cap, 3.0, *state) is None
+    assert cap + 8.7 < watch.followed_until(3.0) < cap + 12.0
+    there = (0.01 + 0.1 * 15.0, *state[1:])
+    assert watch.look(cap + 15.0, 3.0, *there).kind == "proved"
+
+
+def test_an_approaching_body_is_waited_for_as_long_as_it_takes_to_meet_for_certain():
+    velocities = -np.array([0.5, -0.3, 0.1, -0.3, 0.01])
+    watch, cap = EndWatch(5, Harmonic()), longest_collision(5, 1.0, 0.0)
+    assert watch.look(1.001 * cap, 0.0, 1.0, np.zeros(4), velocities) is None
+    mean = float(velocities.mean())
+    assert mean < 0.0
+    # Its mean is 1 away, and at least the energy's share behind it when particle 1 must be there.
+    assert watch.followed_until(0.0) > cap + 1.0 / -mean
+    assert watch.followed_until(0.0) < cap + 10.0 / -mean
 
 
 def test_how_long_a_collision_is_followed():
