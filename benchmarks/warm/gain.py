@@ -1,0 +1,207 @@
+r"""
+How often a warm chain comes back faster than it came, and the second law's bounds on that.
+
+    python -m benchmarks.warm.gain [--samples 500] [--temperature 1e-3] [--potential log]
+        [--only figure|bounds] [--workers N] [-o docs/images]
+
+Figure and table ``warm_gain``: mean e and P(e > 1) over the impact speed in units of the thermal
+speed of one particle, :math:`\sqrt{T/m}`, for n = 10, 50, 100.
+
+Table ``warm_bounds``. Tasaki (cond-mat/0408481) bounds what a body in equilibrium can gain at a
+wall: its momentum exceeds that before by :math:`O(\sqrt{M T})` at most. What is tested is this. The
+collision maps the flux :math:`|V|\,dP\,d\Gamma = dK\,d\Gamma`, with :math:`K = M V^2/2`, onto
+itself and keeps :math:`K + H` (see ``detailed_balance``). So, of the energies K alone, it is a
+stochastic map that keeps :math:`\pi(K) = e^{-K/T}/T`. Let K have the density p before and q after.
+Then :math:`\sup q/\pi \le \sup p/\pi`. With K spread evenly over a window of the width T above
+:math:`K_0` this gives, for every :math:`\Delta > 0`,
+
+.. math:: P(K' \ge K_0 + T + \Delta) \le e^{-\Delta/T},
+
+and as :math:`P' \ge P + x\sqrt{2MT}` implies :math:`K' \ge K + x^2 T`, the momentum exceeds that
+before by :math:`x \sqrt{2 M T}` with a probability of at most :math:`e^{1 - x^2}`: Tasaki's
+statement. (Of an impact speed without any spread there is no such bound: sup p is infinite.) And as
+relative entropy to :math:`\pi` never grows, with S the entropies of p and q, :math:`\langle K'
+\rangle - \langle K \rangle \le T (S_q - S_p)`. Here :math:`S_p = \ln T`, and a mean bounds an
+entropy, :math:`S_q \le 1 + \ln \langle K' \rangle`:
+
+.. math:: \langle K' \rangle - T \ln(\langle K' \rangle/T) \le \langle K \rangle + T.
+"""
+
+import argparse
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from chaincor import Scene, collide, collide_many
+from chaincor.analysis.figures.style import BLUE, GREEN, VERMILION, new_figure
+
+RATIOS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.5, 5.0, 10.0)
+# Lengths, and which part of the samples each has.
+PARTICLES = {10: 1.0, 50: 0.25, 100: 0.125}
+# Lower ends of windows of impact energies, and gains, both in units of T.
+WINDOWS = (0.0, 1.0, 4.0, 16.0)
+GAINS = (0.25, 0.5, 1.0, 2.0, 3.0)
+_COLOURS = (BLUE, VERMILION, GREEN)
+# Bounds are broken where so many samples beyond them would come by chance less often than this.
+LEAST_P = 1e-3
+_SEED = 408481
+
+
+def measure_gain(scene: Scene, samples: int, workers: int | None) -> dict[str, Any]:
+    """Return mean e and P(e > 1) of one impact speed."""
+    assert scene.temperature is not None
+    found = collide_many(scene, samples, workers=workers)
+    cold = collide(scene.without("temperature"))
+    above = found.above_one
+    return {
+        "potential": scene.label,
+        "particles": scene.particles,
+        "temperature": scene.temperature,
+        "velocity": scene.impact_velocity,
+        "over_thermal": scene.impact_velocity / math.sqrt(scene.temperature),
+        "samples": len(found.restitution),
+        "failed": len(found.failures),
+        "inexact": len(found.inexact),
+        "mean_e": found.e.mean,
+        "standard_error": found.e.standard_error,
+        "numerical_error": found.e.numerical_error,
+        "p_above_one": above.value,
+        "low": above.low,
+        "high": above.high,
+        "doubtful": above.doubtful,
+        "mean_contacts": float(np.mean(found.contacts)),
+        "cold_e": cold.kinematic_restitution,
+    }
+
+
+def measure_bounds(
+    scene: Scene, window: float, samples: int, workers: int | None
+) -> dict[str, Any]:
+    """Return how far chains with impact energies in one window are from the bounds."""
+    assert scene.temperature is not None
+    temperature, mass = scene.temperature, float(scene.particles)
+    before = window + np.random.default_rng(_SEED).random(samples)
+    # Slower than this there are 1e-4 in the lowest window, whose place in it does not matter.
+    before = np.maximum(before, 1e-4)
+    speeds = np.sqrt(2.0 * temperature * before / mass)
+    found = collide_many(scene, samples, velocities=speeds, workers=workers)
+    sound = [k for k, sample in enumerate(found.samples) if sample.restitution is not None]
+    before = before[sound]
+    after = before * found.restitution
+    count, mean = len(sound), float(np.mean(after))
+    row = {
+        "potential": scene.label,
+        "particles": scene.particles,
+        "temperature": temperature,
+        "window": window,
+        "samples": count,
+        "mean_before": float(np.mean(before)),
+        "mean_after": mean,
+        "standard_error": float(np.std(after, ddof=1)) / math.sqrt(count),
+        "entropy_margin": float(np.mean(before)) + 1.0 - (mean - math.log(mean)),
+    }
+    for gain in GAINS:
+        hits = int(np.count_nonzero(after >= window + 1.0 + gain))
+        test = stats.binomtest(hits, count, math.exp(-gain), alternative="greater")
+        row |= {f"share_{gain:g}": hits / count, f"p_{gain:g}": float(test.pvalue)}
+    # Tasaki's own form: of the momentum.
+    gained = (np.sqrt(after) - np.sqrt(before)) ** 2 * (after > before)
+    worst = max(float(np.mean(gained >= x * x)) / math.exp(1.0 - x * x) for x in (1.0, 1.25, 1.5))
+    return row | {"momentum_share_of_bound": worst}
+
+
+def draw(rows: list[dict[str, Any]], path: Path) -> None:
+    """Draw mean e and P(e > 1) over the impact speed."""
+    figure, (above, below) = new_figure(2, 1, sharex=True, figsize=(5.2, 6.0))
+    for particles, colour in zip(PARTICLES, _COLOURS, strict=True):
+        mine = [row for row in rows if row["particles"] == particles]
+        x = np.array([row["over_thermal"] for row in mine])
+        e, error = (np.array([row[key] for row in mine]) for key in ("mean_e", "standard_error"))
+        style = {"color": colour, "marker": "o", "ms": 3.0, "lw": 1.0, "capsize": 2.0}
+        above.errorbar(x, e, yerr=error, label=f"n = {particles}", **style)
+        above.plot(x, [row["cold_e"] for row in mine], color=colour, lw=0.8, ls=":")
+        p, low, high = (
+            np.array([row[key] for row in mine]) for key in ("p_above_one", "low", "high")
+        )
+        below.errorbar(x, p, yerr=(p - low, high - p), **style)
+    above.axhline(1.0, color="0.5", lw=0.8)
+    for ax in (above, below):
+        ax.axvline(1.0, color="0.5", lw=0.8, ls="--")
+        ax.set_xscale("log")
+    above.set_ylabel(r"mean $e$ (dotted: cold chain)")
+    below.set_ylabel(r"$P(e > 1)$")
+    below.set_ylim(bottom=0.0)
+    below.set_xlabel(r"impact speed over the thermal speed of a particle, $v_0/\sqrt{T/m}$")
+    above.legend()
+    settings = {key: rows[0][key] for key in ("potential", "temperature")}
+    settings |= {f"samples of n = {row['particles']}": row["samples"] for row in rows}
+    figure.savefig(path, metadata={"Description": json.dumps(settings)})
+
+
+def write_table(rows: list[dict[str, Any]], path: Path) -> None:
+    """Write a table with every digit."""
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def broken(row: dict[str, Any]) -> list[str]:
+    """Return the bounds that a row of the table breaks."""
+    names = [f"gain of {gain:g} T" for gain in GAINS if row[f"p_{gain:g}"] < LEAST_P]
+    if row["entropy_margin"] < -4.0 * row["standard_error"]:
+        names.append("entropy")
+    if row["momentum_share_of_bound"] > 1.0:
+        names.append("momentum")
+    return names
+
+
+def main() -> None:
+    """Measure, write, draw; fail where a bound is broken."""
+    parser = argparse.ArgumentParser(description="gains of warm chains")
+    parser.add_argument("--samples", type=int, default=500)
+    parser.add_argument("--temperature", type=float, default=1e-3)
+    parser.add_argument("--potential", default="log")
+    parser.add_argument("--tolerance", type=float, default=1e-3)
+    parser.add_argument("--only", choices=("figure", "bounds"))
+    parser.add_argument("--workers", type=int)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
+    given = parser.parse_args()
+    thermal = math.sqrt(given.temperature)
+    gains, bounds = [], []
+    for particles, share in PARTICLES.items():
+        count = max(round(share * given.samples), 2)
+        scene = Scene(
+            potential=given.potential,
+            particles=particles,
+            velocity=thermal,
+            temperature=given.temperature,
+            engine="reference",
+            tolerance=given.tolerance,
+        )
+        for ratio in RATIOS if given.only != "bounds" else ():
+            gains.append(
+                measure_gain(scene.replace(velocity=ratio * thermal), count, given.workers)
+            )
+            print(json.dumps(gains[-1]), flush=True)
+        for window in WINDOWS if given.only != "figure" else ():
+            bounds.append(measure_bounds(scene, window, count, given.workers))
+            print(json.dumps(bounds[-1]), flush=True)
+    if gains:
+        write_table(gains, given.output / "warm_gain.csv")
+        draw(gains, given.output / "warm_gain.png")
+    if bounds:
+        write_table(bounds, given.output / "warm_bounds.csv")
+    wrong = [f"n = {row['particles']}, K0 = {row['window']} T: {name}" for row in bounds
+             for name in broken(row)]  # fmt: skip
+    if wrong:
+        raise SystemExit("bounds broken:\n  " + "\n  ".join(wrong))
+
+
+if __name__ == "__main__":
+    main()

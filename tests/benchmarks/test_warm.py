@@ -1,0 +1,98 @@
+"""Warm chains obey detailed balance and the second law, and become cold ones."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.warm.detailed_balance import measure
+from benchmarks.warm.gain import broken, measure_bounds, measure_gain
+from benchmarks.warm.throughput import compare
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.ensemble import collide_many as module
+from chaincor.workflows.ensemble.collide_many import collide_many
+
+# Fixed seeds: of right programs one set in a thousand would be below this.
+LEAST_P = 1e-3
+WARM = Scene(
+    potential="toda",
+    particles=4,
+    velocity=0.03,
+    temperature=1e-3,
+    engine="reference",
+    tolerance=1e-3,
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("potential", ["harmonic", "toda", "log"])
+def test_thermal_speeds_come_back_thermal(potential):
+    found = measure(WARM.replace(potential=potential), 3000, workers=1)
+    assert found["failed"] == found["inexact"] == 0
+    assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
+    # Every collision changes what comes back: the test is not one of mirrors.
+    assert found["correlation"] < 0.95
+
+
+@pytest.mark.slow
+def test_detailed_balance_tells_wrong_states_from_right_ones(monkeypatch):
+    # Bonds at another temperature than the speeds: 1.3 T is far beyond the error of 3000.
+    draw = module.draw
+    monkeypatch.setattr(module, "draw", lambda bond, t, *rest: draw(bond, 1.3 * t, *rest))
+    found = measure(WARM, 3000, workers=1)
+    assert found["p_mean"] < LEAST_P
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("window", [0.0, 4.0])
+def test_gains_are_within_the_bounds(window):
+    row = measure_bounds(WARM, window, 2000, workers=1)
+    assert row["samples"] == 2000
+    assert broken(row) == []
+    assert row["entropy_margin"] > 0.0
+
+
+@pytest.mark.slow
+def test_chains_come_back_faster_where_they_are_slower_than_a_particle():
+    thermal = math.sqrt(1e-3)
+    chain = WARM.replace(particles=10)
+    slow = measure_gain(chain.replace(velocity=0.2 * thermal), 300, workers=1)
+    fast = measure_gain(chain.replace(velocity=10.0 * thermal), 300, workers=1)
+    assert slow["low"] > 0.2
+    assert fast["high"] < 0.02
+    assert slow["mean_e"] - 4.0 * slow["standard_error"] > 1.0 > fast["mean_e"]
+
+
+@pytest.mark.parametrize("potential", ["toda", "lj"])
+def test_without_warmth_every_sample_is_the_cold_number(potential):
+    scene = Scene(
+        potential=potential, particles=5, velocity=0.02, engine="reference", tolerance=1e-8
+    )
+    cold = collide(scene)
+    away = []
+    for temperature in (1e-14, 1e-12):
+        found = collide_many(scene.replace(temperature=temperature), 6, workers=1)
+        assert not found.failures
+        away.append(found.restitution - cold.restitution)
+        # Thermal speeds are a part sqrt(T)/v0 of the impact's; so is what they change, but for a
+        # factor that a chain of five does not raise above ten.
+        assert np.max(np.abs(away[-1])) < 10.0 * math.sqrt(temperature) / 0.02
+    # The same draws ten times as large: linear, to the part sqrt(T)/v0 = 5e-5, and the bars.
+    np.testing.assert_allclose(away[1], 10.0 * away[0], rtol=1e-2, atol=2.2e-7)
+
+
+def test_an_ensemble_is_compared_with_the_same_collisions():
+    found = compare(WARM, 20, 10, workers=1)
+    assert (found["samples"], found["singles"], found["met"]) == (20, 10, 1.0)
+    assert found["worst_difference_in_bars"] <= 1.0
+
+
+@pytest.mark.slow
+def test_late_contacts_count(monkeypatch):
+    # A collision that is taken for over at the first silence gives speeds that are too large.
+    monkeypatch.setattr(
+        "chaincor.workflows.engines.in_house.lines.ensemble.reach", lambda *_: -math.inf
+    )
+    found = measure(WARM, 3000, workers=1)
+    assert found["p_mean"] < LEAST_P
