@@ -20,6 +20,8 @@ DUMP_FILE = "dump.lammpstrj"
 LOG_FILE = "log.lammps"
 CONTACTS_FILE = "contacts.txt"
 MOTION_FILE = "log.motion"
+RESTART_FILE = "chain.restart"
+STATE_FILE = "chain.state"
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,7 @@ def render_job(
     steps: ScriptedSteps | None = None,
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
+    fastest: float | None = None,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -207,6 +210,8 @@ def render_job(
         How the script tells its error, which takes further runs; None for the number alone.
     tolerance : float or None
         What the numerics were chosen for, to be said in the heading.
+    fastest : float or None
+        Largest velocity that is not refused; None for that of the scene.
 
     Returns
     -------
@@ -231,6 +236,7 @@ def render_job(
         + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
         "velocity": number(scene.impact_velocity),
+        "fastest": number(fastest or scene.impact_velocity),
         "quiet": number(quiet),
         "cap": number(cap),
         "look": number(look),
@@ -239,6 +245,8 @@ def render_job(
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
         "motion_file": MOTION_FILE,
+        "restart_file": RESTART_FILE,
+        "state_file": STATE_FILE,
         "composed": composed,
         "multiples": [number(multiple) for multiple in multiples],
         "bar": None if bar is None else bar.numbers(),

@@ -20,6 +20,7 @@ def write_job(
     *,
     dump: bool = False,
     explain: bool = False,
+    table_range: tuple[float, float] | None = None,
     replace_existing: bool = False,
 ) -> list[Path]:
     """
@@ -27,14 +28,15 @@ def write_job(
 
     Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
     unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
-    the scene has a dump; `explain` says of every command and file what it is for. Raises InputError
-    if the folder holds a job already or cannot be made, SceneError if the scheme cannot be
-    scripted, RunError if no numerics meet the tolerance.
+    the scene has a dump; `explain` says of every command and file what it is for; for `table_range`
+    see :func:`~chaincor.workflows.scripted.plan.plan_script`. Raises InputError if the folder holds
+    a job already or cannot be made, SceneError if the scheme cannot be scripted, RunError if no
+    numerics meet the tolerance.
     """
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     scene = scene.replace(engine="lammps")
-    plan = plan_script(scene)
+    plan = plan_script(scene, table_range)
     table = plan.table
     scouted = None if plan.scouting is None else plan.scouting.end
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
@@ -45,7 +47,14 @@ def write_job(
     frame_time = _frame_time(scene) if dump or scene.dump is not None else None
     texts = {
         SCRIPT_FILE: job_script(
-            scene, plan.numerics, table, scouted, frame_time, plan.bar, plan.tolerance
+            scene,
+            plan.numerics,
+            table,
+            scouted,
+            frame_time,
+            bar=plan.bar,
+            tolerance=plan.tolerance,
+            fastest=plan.fastest,
         ),
         DATA_FILE: format_scene_data(scene),
     }

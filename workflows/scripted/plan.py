@@ -7,6 +7,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, tabulate
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.script import ScriptedBar
@@ -39,6 +40,8 @@ _OVERSHOOT = 2.0
 _LAMMPS_OVER_IN_HOUSE = 2.0
 # Part of the goal that the step may use.
 _STEP_SHARE = 0.5
+# How much faster than its own a job's chain may be, and how finely that is looked for.
+_MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
 
 
@@ -59,6 +62,8 @@ class ScriptPlan:
         How the script tells its error; None where it shall not or cannot.
     tolerance : float or None
         What the numerics were chosen for.
+    fastest : float or None
+        Velocity up to which the table is expected to hold the bonds; None for that of the scene.
     """
 
     numerics: Numerics
@@ -66,26 +71,63 @@ class ScriptPlan:
     scouting: Scouting | None
     bar: ScriptedBar | None
     tolerance: float | None
+    fastest: float | None = None
 
 
-def plan_script(scene: Scene) -> ScriptPlan:
+def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) -> ScriptPlan:
     """
     Choose what a script of a scene runs with, without LAMMPS.
 
     Explicit numerics are taken as they are, with the proof that the engine gives them; otherwise
-    those that usually meet the tolerance are, with the error bar of its parts. Raises RunError
-    where none do.
+    those that usually meet the tolerance are, with the error bar of its parts. `table_range` are
+    lengths of bonds that the table shall hold besides those of this collision. Raises RunError
+    where no numerics meet the tolerance, SceneError where a table cannot be so wide.
     """
+    if table_range is not None:
+        _refuse_range(scene, table_range)
     if scene.explicit:
-        return _as_given(scene)
-    return _for_tolerance(scene, scene.tolerance or DEFAULT_TOLERANCE)
+        plan = _as_given(scene, table_range)
+    else:
+        plan = _for_tolerance(scene, scene.tolerance or DEFAULT_TOLERANCE, table_range)
+    if table_range is None or plan.table is None:
+        return plan
+    return replace(plan, fastest=_fastest_held(scene, plan.table))
 
 
-def _as_given(scene: Scene) -> ScriptPlan:
+def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
+    if scene.bond.is_harmonic:
+        raise SceneError(
+            "table_range is given and the bonds are harmonic, which LAMMPS computes by itself; "
+            "expected a bond in a table: leave it out"
+        )
+    low, high = table_range
+    shortest, longest = max(1.0 + scene.bond.strain_min, 0.0), 1.0 + scene.bond.strain_max
+    if not shortest < low < 1.0 < high < longest:
+        raise SceneError(
+            f"table_range is {low:g} to {high:g}; expected lengths below and above 1, between "
+            f"{shortest:g} and {longest:g} for {scene.bond.name} bonds, such as 0.7 1.5"
+        )
+
+
+def _fastest_held(scene: Scene, table: BondTable) -> float | None:
+    """Return the largest velocity whose guessed bonds a table holds; None if the scene's does."""
+    line = scene.line
+    if line is not None and np.any(line.velocities[line.first :] != -scene.impact_velocity):
+        return None
+    slow, fast = scene.impact_velocity, _MOST_FASTER * scene.impact_velocity
+    for _ in range(_BISECTIONS):
+        middle = (slow * fast) ** 0.5
+        low, high = guess_bond_range(scene.replace(speed=None, velocity=middle))
+        held = table.lengths[0] <= low and high <= table.longest
+        slow, fast = (middle, fast) if held else (slow, middle)
+    return float(f"{slow:.3g}") if slow > 1.01 * scene.impact_velocity else None
+
+
+def _as_given(scene: Scene, table_range: tuple[float, float] | None) -> ScriptPlan:
     numerics = Numerics.from_scene(scene)
     truth = scouted_run(scene)
     scouting = None if truth is None else scouting_from(truth, scene, flown_on(scene))
-    table = _tabulate(scene, numerics, scouting)
+    table = _tabulate(scene, numerics, scouting, table_range)
     bar = None
     if scene.error and truth is not None:
         share = PROOF_SHARE[numerics.wall]
@@ -100,7 +142,9 @@ def _as_given(scene: Scene) -> ScriptPlan:
     return ScriptPlan(numerics, table, scouting, bar, None)
 
 
-def _for_tolerance(scene: Scene, tolerance: float) -> ScriptPlan:
+def _for_tolerance(
+    scene: Scene, tolerance: float, table_range: tuple[float, float] | None
+) -> ScriptPlan:
     goal, noise = goal_of(scene, tolerance)
     choice = choose(scene, goal, noise)
     truth, numerics = choice.truth, choice.numerics
@@ -115,7 +159,7 @@ def _for_tolerance(scene: Scene, tolerance: float) -> ScriptPlan:
     if math.isfinite(expected) and expected > _STEP_SHARE * goal:
         shrink = (_STEP_SHARE * goal / expected) ** (1.0 / STEP_SCHEMES[numerics.scheme].order)
         numerics = replace(numerics, timestep=shrink * numerics.timestep)
-    table = _tabulate(scene, numerics, scouting)
+    table = _tabulate(scene, numerics, scouting, table_range)
     bar = _bar(scene, numerics, table, truth, goal, noise)
     return ScriptPlan(numerics, table, scouting, bar, tolerance)
 
@@ -151,7 +195,12 @@ def _bar(
     )
 
 
-def _tabulate(scene: Scene, numerics: Numerics, scouting: Scouting | None) -> BondTable | None:
+def _tabulate(
+    scene: Scene,
+    numerics: Numerics,
+    scouting: Scouting | None,
+    table_range: tuple[float, float] | None,
+) -> BondTable | None:
     if scene.bond.is_harmonic:
         return None
     low, high = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
@@ -159,6 +208,8 @@ def _tabulate(scene: Scene, numerics: Numerics, scouting: Scouting | None) -> Bo
         # The step that meets the wall is taken in full first, behind it; there bond 1 is stretched.
         overshot = 1.0 + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
+    if table_range is not None:
+        low, high = min(low, table_range[0]), max(high, table_range[1])
     return tabulate(
         scene.bond,
         (low, high),

@@ -41,6 +41,7 @@ def job_script(
     frame_time: float | Literal["contacts"] | None = None,
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
+    fastest: float | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
@@ -64,6 +65,7 @@ def job_script(
         steps=_scripted_steps(scene, numerics),
         bar=bar,
         tolerance=tolerance,
+        fastest=fastest,
     )
 
 
