@@ -1,6 +1,7 @@
 """Where the lost energy sits, and the pieces of broken chains, against sums and another method."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,3 +113,19 @@ def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch)
     monkeypatch.undo()
     followed = free_flight._Flight(flights[0.1].point, flights[0.1].point.answer)
     assert [followed.count(t * (N - 1.0)) for t in SAMPLED] == [1] * len(SAMPLED)
+
+
+def test_speeds_that_break_are_told_in_spans_and_what_is_undetermined_apart(flights):
+    """A chain is surely in pieces where both motions say so."""
+    template = flights[0.1]
+
+    def flight(speed, *motions):
+        at = replace(template.point, scene=template.point.scene.replace(speed=speed))
+        pieces = np.array([[count] * len(SAMPLED) for count in motions])
+        return replace(template, point=at, pieces=pieces)
+
+    counts = {0.1: (1, 1), 0.5: (1, 2), 0.7: (2, 3), 0.8: (2, 2), 1.0: (1, 1), 2.0: (4, 4)}
+    row = tuple(flight(u, *motions) for u, motions in counts.items())
+    expected = "between 0.7 and 0.8 v* and from 2 v* on (undetermined at 0.5 v*)"
+    assert f"after 1 crossing, {expected};" in describe_breaking(row)
+    assert "after 1 crossing, at 0.7 v*;" in describe_breaking((row[0], row[2], row[4]))

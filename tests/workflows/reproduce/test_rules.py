@@ -88,6 +88,7 @@ def test_how_far_a_number_depends_on_its_range_widens_no_margin():
         (2.1, (1.9, 2.4), "over which range", Verdict.REPRODUCED),
         (2.3, (2.25, 2.4), "over which range", Verdict.CORRECTED),
         (2.6, (2.55, 2.7), "over which range", Verdict.NOT_REPRODUCED),
+        (1.7, (1.5, 1.9), "over which range", Verdict.CORRECTED),
         (2.3, None, "over which range", Verdict.CORRECTED),
     ],
 )

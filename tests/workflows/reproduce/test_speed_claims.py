@@ -1,0 +1,69 @@
+"""Claims on eta against speed: made-up curves whose answers are known."""
+
+import math
+from itertools import product
+
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.findings.speeds import speed_findings
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
+
+SPEEDS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0)
+
+
+def valley(speed: float) -> float:
+    return 1.0 - 0.3 * math.exp(-3.0 * math.log10(speed / 0.8) ** 2)
+
+
+def measurements(curve=lambda name, u: valley(u), contacts=lambda u: 84 + int(16 * (u > 1.0))):
+    """Curves of three bonds; log above 3 v* is set equal to hard spheres."""
+
+    def point(name: str, speed: float) -> Point:
+        is_limit = name == "log" and speed > 3.0
+        result = {
+            "restitution": 1.0 if is_limit else curve(name, speed),
+            "restitution_error": 1e-6,
+            "contacts": 100 if is_limit else contacts(speed),
+            "scheme": "hard-sphere" if is_limit else "order8",
+        }
+        return Point(Scene(potential=name, particles=100, speed=speed), None, Answer(result))
+
+    points = tuple(point(name, u) for name, u in product(("lj", "toda", "log"), SPEEDS))
+    return Measurements(QUICK, (), {"curves": points, "harmonic_velocities": ()})
+
+
+def test_limits_rest_on_what_was_integrated():
+    """Log chains that were set equal to hard spheres are no evidence that eta goes to 1."""
+    found = speed_findings(measurements(lambda name, u: 0.9 if name == "log" else valley(u)))
+    assert found["high-speed limit"].value == pytest.approx(0.9)
+    assert "2 v* (log, in-house)" in found["high-speed limit"].text
+    few = speed_findings(measurements(contacts=lambda u: 90))
+    assert few["contacts at high speed"].value == pytest.approx(0.9)
+
+
+def test_one_curve_is_judged_by_the_two_bonds_that_differ_most():
+    def curve(name: str, u: float) -> float:
+        return valley(u) + (0.05 if name == "log" and u == 2.0 else 0.01 if name == "toda" else 0.0)
+
+    found = speed_findings(measurements(curve))["one curve"]
+    assert found.value == pytest.approx(0.05)
+    assert found.error == pytest.approx(2e-6)
+    assert "(lj and log, at 2 v*)" in found.text
+    assert "below v* no two are more than 0.010 apart" in found.text
+
+
+@pytest.mark.parametrize(
+    ("curve", "contacts", "rising"),
+    [
+        (valley, lambda u: 84 + int(16 * (u > 1.0)), 2.0),
+        (valley, lambda u: 84, 1.0),
+        (lambda u: valley(u / 3.0), lambda u: 84 + int(16 * (u > 1.0)), 1.0),
+        # A rise within the bars is none.
+        (lambda u: 0.7 + 1e-6 * u, lambda u: 84, 0.0),
+    ],
+)
+def test_both_rise_only_if_both_are_larger_above_the_scale(curve, contacts, rising):
+    found = speed_findings(measurements(lambda _, u: curve(u), contacts))
+    assert found["rise of both"].value == rising

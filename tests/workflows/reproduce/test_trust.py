@@ -1,0 +1,53 @@
+"""What is said of the points themselves: which comparisons prove little, what LAMMPS refused."""
+
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.trust import examine_points
+
+
+def answer(eta: float, bar: float) -> Answer:
+    met = bar <= QUICK.tolerance
+    return Answer({"restitution": eta, "restitution_error": bar, "tolerance_met": met})
+
+
+def scene(speed: float) -> Scene:
+    return Scene(potential="lj", particles=100, speed=speed, tolerance=QUICK.tolerance)
+
+
+@pytest.fixture(scope="module")
+def health():
+    refused = Answer(None, failure="RunError: too sharp")
+    points = (
+        Point(scene(0.1), answer(0.9, 1e-6), answer(0.9, 1e-7)),
+        Point(scene(1.5), answer(0.795, 9e-3), answer(0.807, 1e-1)),
+        Point(scene(2.0), answer(0.9, 5e-3), answer(0.9, 1e-7)),
+        Point(scene(4.0), refused, answer(0.99, 1e-6)),
+        Point(scene(5.0), refused, refused),
+    )
+    return examine_points(Measurements(QUICK, (), {"curves": points, "increase": (), "slopes": ()}))
+
+
+def test_comparisons_with_large_bars_are_named(health):
+    assert (health.points, health.compared, health.disagreements) == (5, 3, 0)
+    assert health.blunt == ["lj, n = 100, 1.5 v*", "lj, n = 100, 2 v*"]
+    assert health.blunt_bars == pytest.approx([5e-3, 0.109], rel=1e-3)
+    assert health.sharp == pytest.approx(10.0 * QUICK.tolerance)
+
+
+def test_difference_larger_than_the_error_asked_is_named_and_is_the_bar(health):
+    assert health.apart == ["lj, n = 100, 1.5 v* by 0.012"]
+    assert health.largest_error == pytest.approx(0.012)
+    assert health.missed == ["lj, n = 100, 1.5 v*"]
+
+
+def test_what_lammps_refused_is_told_from_what_has_no_result(health):
+    # LAMMPS's values at 0.1 and 1.5 v*; at 2 v* it misses the error asked.
+    assert health.by_lammps == 2
+    assert health.refused == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]
+    assert [text.split(":")[0] for text in health.failures] == [
+        "lj, n = 100, 5 v*, LAMMPS",
+        "lj, n = 100, 5 v*, in-house engine",
+    ]
