@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.atomic_write import folder_aside, write_arrays
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.results import CollisionAnalysis
-from chaincor.analysis.theory import basile_dumont_energies
+from chaincor.analysis.theory import measured_contacts_energies
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -201,14 +201,13 @@ def _theory(analysis: CollisionAnalysis) -> NDArray[np.float64] | None:
         return None
     if not _has_equal_masses(analysis):  # the formula has the modes of equal masses
         return None
-    # The formula is for mass and stiffness 1; times scale with the square root of their ratio.
-    stiffness = 1.0 if analysis.bond is None else analysis.bond.stiffness
-    mass = float(analysis.masses[0])
-    return mass * basile_dumont_energies(
+    return measured_contacts_energies(
         analysis.particles,
-        interval=statistics.mean_interval * (stiffness / mass) ** 0.5,
-        contacts=statistics.count,
-        contact_speed=statistics.mean_speed * analysis.velocity,
+        statistics.count,
+        statistics.mean_interval,
+        statistics.mean_speed * analysis.velocity,
+        stiffness=1.0 if analysis.bond is None else analysis.bond.stiffness,
+        mass=float(analysis.masses[0]),
     )
 
 

@@ -116,6 +116,43 @@ def basile_dumont_energies(
     return 4.0 / particles * speed**2 * shape * ratio**2
 
 
+def measured_contacts_energies(
+    particles: int,
+    contacts: int,
+    interval: float,
+    contact_speed: float,
+    *,
+    stiffness: float = 1.0,
+    mass: float = 1.0,
+) -> NDArray[np.float64]:
+    """
+    Return the mode energies of Basile and Dumont with the contacts that a collision had.
+
+    Parameters
+    ----------
+    particles : int
+        Number of particles n, of equal masses.
+    contacts : int
+        How many.
+    interval, contact_speed : float
+        Their mean interval and incoming speed.
+    stiffness, mass : float
+        U'' of the bond at rest, and the mass of a particle.
+
+    Returns
+    -------
+    numpy.ndarray of shape (n - 1,)
+        E_j for j = 1..n-1.
+    """
+    # The formula is for mass and stiffness 1; times scale with the square root of their ratio.
+    return mass * basile_dumont_energies(
+        particles,
+        interval=interval * (stiffness / mass) ** 0.5,
+        contacts=contacts,
+        contact_speed=contact_speed,
+    )
+
+
 def harmonic_dissipation_law(particles: ArrayLike) -> NDArray[np.float64]:
     r"""
     Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (12).

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
     from chaincor.workflows.sweep.execution import run_scenes as run_scenes
+    from chaincor.workflows.sweep.frame import sweep as sweep
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
@@ -33,6 +34,7 @@ _HOMES = {
     "collide_many": "chaincor.workflows.ensemble.collide_many",
     "find_job": "chaincor.analysis.job_folder",
     "run_scenes": "chaincor.workflows.sweep.execution",
+    "sweep": "chaincor.workflows.sweep.frame",
     "to_pandas": "chaincor.workflows.store.export",
     "validate": "chaincor.workflows.validation.comparison",
 }
@@ -47,6 +49,7 @@ __all__ = [
     "collide_many",
     "find_job",
     "run_scenes",
+    "sweep",
     "to_pandas",
     "validate",
 ]

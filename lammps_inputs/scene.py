@@ -1,5 +1,6 @@
 """A scene: the validated, frozen description of one collision and of what is wanted from it."""
 
+from collections.abc import Iterable
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -34,7 +35,12 @@ from chaincor.lammps_inputs.scene_file import parse_toml, read_scene_fields
 from chaincor.lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
 from chaincor.lammps_inputs.scene_identity import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
-from chaincor.lammps_inputs.scene_identity import canonical_fields, hash_of, plain_fields
+from chaincor.lammps_inputs.scene_identity import (
+    canonical_fields,
+    hash_of,
+    plain_fields,
+    shown_fields,
+)
 from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
@@ -248,6 +254,13 @@ class Scene(BaseModel):
     def _check_together(self) -> Self:
         check_together(self)
         return self
+
+    def __repr_args__(self) -> Iterable[tuple[str, Any]]:
+        """Yield what decides the collision, and whatever else was given, as it may be typed."""
+        yield from shown_fields(self).items()
+
+    def __str__(self) -> str:
+        return repr(self)
 
     @property
     def label(self) -> str:

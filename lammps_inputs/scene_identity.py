@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 DEFAULT_TOLERANCE = 1e-6
 FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
+# Masses of a scene, where it is shown in a line.
+_MOST_SHOWN = 8
 OUTPUT_KEYS = (*FILE_KEYS, "error")
 
 
@@ -62,6 +64,31 @@ def plain_fields(scene: "Scene") -> dict[str, Any]:
         for key, value in values.items()
         if key in scene.model_fields_set and value is not None
     }
+
+
+def shown_fields(scene: "Scene") -> dict[str, Any]:
+    """
+    Return what was set, and what decides the collision with the defaults written out.
+
+    Typed as keywords they make the same scene, but for masses too many to be shown.
+    """
+    given = plain_fields(scene)
+    fields: dict[str, Any] = {"potential": scene.potential, "particles": scene.particles}
+    fields |= {key: given[key] for key in (*BODY_KEYS, *given) if key in given}
+    state = scene.initial_state
+    if not {"speed", "velocity"} & set(given) and (state is None or state.velocities is None):
+        scale = scene.bond.natural_speed
+        if scale is None:
+            fields["velocity"] = scene.impact_velocity
+        else:
+            fields["speed"] = float(f"{scene.impact_velocity / scale:.12g}")
+    fields["engine"] = scene.engine
+    if not scene.explicit:
+        fields["tolerance"] = scene.tolerance or DEFAULT_TOLERANCE
+    for key in ("masses", "target_masses"):
+        if len(masses := fields.get(key, ())) > _MOST_SHOWN:
+            fields[key] = f"{', '.join(f'{m:g}' for m in masses[:3])}, ... ({len(masses)} in all)"
+    return fields
 
 
 def _plain(value: Any) -> Any:

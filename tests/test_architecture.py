@@ -27,10 +27,11 @@ FLOORS = {
         {"collision", "pictures", "scripted"},
         {"accuracy"},
         {"result"},
+        {"showing"},
         {"bodies", "motion"},
         {"engines"},
-        {"cli", "outputs", "run_progress"},
-        {"durations", "errors", "measured", "versions"},
+        {"cli", "outputs", "processes", "run_progress"},
+        {"durations", "errors", "given", "measured", "versions"},
     ],
     "workflows/engines": [
         {"replay"},
@@ -82,7 +83,7 @@ FLOORS = {
         {"results"},
         {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
-        {"atomic_write", "distribution", "restitution", "start"},
+        {"atomic_write", "distribution", "restitution", "showing", "start"},
     ],
 }
 MOST_MODULES = 16

@@ -2,9 +2,11 @@
 
 import math
 import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache
-from typing import Any, cast
+from functools import cache, partial
+from typing import Any, cast, overload
 
 import numpy as np
 
@@ -12,12 +14,13 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
-from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.expected_cost import expected_seconds, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.bodies import bodies_after, impulse_residual
@@ -25,55 +28,140 @@ from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.replay import Replay
-from chaincor.workflows.outputs import refuse_unusable_outputs
+from chaincor.workflows.given import scenes_given, workers_given
+from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
+from chaincor.workflows.processes.in_flight import as_they_end
+from chaincor.workflows.processes.pool import ProcessPool
+from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.result import Collision, ErrorBar
 from chaincor.workflows.versions import versions
 
 # A collision of a day is seldom meant.
 MOST_SECONDS = 86400.0
+# Seconds in which new processes are hardly up.
+_SOONER_HERE = 3.0
 # Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
 _ROUNDED = 1e-9
 
 
+@overload
 def collide(
-    scene: Scene, tolerance: float | None = None, *, most_seconds: float = MOST_SECONDS
-) -> Collision:
-    """
-    Carry out one collision.
+    scene: Scene,
+    tolerance: float | None = None,
+    *,
+    most_seconds: float = MOST_SECONDS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> Collision: ...
 
-    With explicit numerics the scene is run as it says, and for the error bar again at half the
+
+@overload
+def collide(
+    scene: Iterable[Scene],
+    tolerance: float | None = None,
+    *,
+    most_seconds: float = MOST_SECONDS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> list[Collision]: ...
+
+
+def collide(
+    scene: Scene | Iterable[Scene],
+    tolerance: float | None = None,
+    *,
+    most_seconds: float = MOST_SECONDS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> Collision | list[Collision]:
+    """
+    Carry out one collision, or several.
+
+    With explicit numerics a scene is run as it says, and for the error bar again at half the
     step and at two others. Otherwise the numerics that usually meet the tolerance most cheaply are
     taken, and the result is proved by a second step.
 
     Parameters
     ----------
-    scene : Scene
-        What collides, with which engine.
+    scene : Scene or iterable of Scene
+        What collides, with which engine. Scenes that take longer than a few seconds together are
+        shared out among processes: a script that asks for those needs the usual
+        ``if __name__ == "__main__":``.
     tolerance : float, optional
         Absolute error asked of eta; overrides the scene's.
     most_seconds : float
-        How long it may be expected to take.
+        How long each may be expected to take.
+    workers : int, optional
+        Of several scenes: how many are carried out at a time; one a core by default.
+    progress : bool
+        Of several scenes: whether to show a progress bar, on a terminal or in a notebook.
 
     Returns
     -------
-    Collision
-        The result. Where a tolerance could not be met, `tolerance_met` is False and `reason`
-        says why.
+    Collision or list of Collision
+        The result; of several scenes all, in their order. Where a tolerance could not be met,
+        `tolerance_met` is False and `reason` says why.
 
     Raises
     ------
     InputError
-        If a tolerance is given together with explicit numerics, or outputs have no place.
+        If this is no scene, a tolerance is given together with explicit numerics, or outputs have
+        no place.
     CostError
         If it is expected to take longer than `most_seconds`; nothing was begun.
     RunError
-        If no number that can be trusted came out; each cause has a name.
+        If no number that can be trusted came out; each cause has a name. Of several scenes the
+        first one that fails stops all: `collide_many` and `run_scenes` go on.
     """
     try:
-        return _collide(scene, tolerance, most_seconds)
+        if isinstance(scene, Scene):
+            return _collide(scene, tolerance, most_seconds)
+        return _collide_each(scenes_given(scene), tolerance, most_seconds, workers, progress)
     except KeyboardInterrupt as interrupt:
         # Where it happened to be says nothing, and a notebook takes seconds to show it.
         raise interrupt.with_traceback(None) from None
+
+
+def _collide_each(
+    scenes: list[Scene],
+    tolerance: float | None,
+    most_seconds: float,
+    workers: int | None,
+    progress: bool,
+) -> list[Collision]:
+    workers = min(workers_given(workers), len(scenes))
+    if tolerance is not None:
+        scenes = [scene.replace(tolerance=tolerance) for scene in scenes]
+    refuse_shared_outputs(scenes)
+    for scene in scenes:
+        refuse_unusable_outputs(scene)
+        refuse_endless(scene, most_seconds)
+    costs = [expected_seconds(scene) for scene in scenes]
+    found: list[Collision | None] = [None] * len(scenes)
+    one = partial(_collide, tolerance=None, most_seconds=math.inf)
+    with progress_bar(progress, len(scenes), sum(costs)) as advance:
+        if workers < 2 or sum(costs) < _SOONER_HERE:
+            for number, scene in enumerate(scenes):
+                with _named(number, scenes):
+                    found[number] = one(scene)
+                advance(costs[number])
+        else:
+            with ProcessPool(workers) as pool:
+                for number, future in as_they_end(pool, one, scenes, 2 * workers):
+                    with _named(number, scenes):
+                        found[number] = future.result()
+                    advance(costs[number])
+    return [result for result in found if result is not None]
+
+
+@contextmanager
+def _named(number: int, scenes: list[Scene]) -> Iterator[None]:
+    """Say of which scene an error is, and of a named one nothing else."""
+    try:
+        yield
+    except ChaincorError as error:
+        error.__notes__ = [f"scene {number + 1} of {len(scenes)}: {scenes[number]!r}"]
+        raise error.with_traceback(None) from None
 
 
 def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Collision:

@@ -1,9 +1,14 @@
 """The motion behind a result: carried out again where it is asked for."""
 
+from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.history import Record
+from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.replay import Replay
 
 if TYPE_CHECKING:
@@ -13,6 +18,9 @@ if TYPE_CHECKING:
 # A trajectory ends when the chain has left the wall for this share of the collision, and for as
 # long as sound takes over two bonds.
 _FLY_ON = (0.15, 2.0)
+# More a picture cannot show, and memory should not hold.
+_HISTORY_FRAMES = 400
+_HISTORY_BYTES = 64 * 2**20
 
 
 class Motion:
@@ -22,6 +30,59 @@ class Motion:
     last_contact_time: float
     contact: str | None
     duration: float
+
+    @property
+    def scene(self) -> Scene:
+        """What collided; InputError if the result was not made by `collide`."""
+        return self._known_replay().scene
+
+    @cached_property
+    def history(self) -> History:
+        """
+        The chain in time, from the first contact until soon after the last.
+
+        Whole states at about 400 times, fewer of long chains, and energies at the same times. The
+        collision is carried out again for it, once, by the engine it was run with; raises as
+        :meth:`trajectory`.
+        """
+        return self._histories[0]
+
+    @property
+    def target_history(self) -> History | None:
+        """The same of a free target, from the contact outward, along x; None for a wall."""
+        return self._histories[1] if self._known_replay().scene.target_particles else None
+
+    @cached_property
+    def _histories(self) -> tuple[History, History | None]:
+        replay = self._known_replay()
+        scene, masses = replay.scene, replay.masses
+        room = _HISTORY_BYTES // (16 * scene.all_particles)
+        states = self.trajectory(max(2, min(_HISTORY_FRAMES, room)))
+        n = scene.particles
+        chain, target = Record(masses[:n], scene.bond), None
+        for state in states:
+            chain.feed(state)
+        if scene.target_particles:
+            # From the contact outward a target goes towards -x: seen in a mirror, it is a chain.
+            mirrored = Record(masses[n:], scene.bond)
+            for state in states:
+                u, v = -state.target_displacements, -state.target_velocities
+                mirrored.feed(ChainState(state.step, state.time, u, v))
+            seen = mirrored.history(0.0)
+            target = replace(
+                seen,
+                displacements=-seen.displacements,
+                velocities=-seen.velocities,
+                momentum=-seen.momentum,
+            )
+        return chain.history(0.0), target
+
+    def _known_replay(self) -> Replay:
+        if self.replay is None:
+            raise InputError(
+                "the result does not say how it was run; expected one returned by collide()"
+            )
+        return self.replay
 
     def trajectory(self, frames: int = 200) -> list[ChainState]:
         """
@@ -47,15 +108,12 @@ class Motion:
         """
         if frames < 2:
             raise InputError(f"{frames} frames are asked for; expected 2 or more")
-        if self.replay is None:
-            raise InputError(
-                "the result does not say how it was run; expected one returned by collide()"
-            )
+        replay = self._known_replay()
         share, flight = _FLY_ON
         end = (1.0 + share) * self.last_contact_time + flight
         if self.contact is not None:  # the bodies overlap for a while
             end = max(end, self.duration)
-        recorded = self.replay.record(end / (frames - 1))
+        recorded = replay.record(end / (frames - 1))
         # The last may be late by rounding.
         return [
             recorded.state(step)
@@ -89,8 +147,8 @@ class Motion:
         from chaincor.analysis.dumps.other_formats import ase_atoms
 
         states = self.trajectory(frames)
-        assert self.replay is not None
-        masses, bond = self.replay.masses, self.replay.scene.bond
+        replay = self._known_replay()
+        masses, bond = replay.masses, replay.scene.bond
         return [ase_atoms(state, masses, bond) for state in states]
 
     def to_universe(self, frames: int = 200) -> "Universe":
@@ -120,5 +178,4 @@ class Motion:
         from chaincor.analysis.dumps.universe import universe_of_states
 
         states = self.trajectory(frames)
-        assert self.replay is not None
-        return universe_of_states(states, self.replay.masses)
+        return universe_of_states(states, self._known_replay().masses)

@@ -1,5 +1,8 @@
 """Files a collision is asked to write: refused before it runs where they cannot be written."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 
@@ -26,3 +29,19 @@ def refuse_unusable_outputs(scene: Scene) -> None:
         if in_the_way or (key != "save" and path.is_dir()):
             found = f"{str(in_the_way[0])!r} is a file" if in_the_way else "that is a folder"
             raise InputError(f"{key} is {str(given[key])!r}, but {found}; give another path")
+
+
+def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
+    """Raise InputError if two scenes would write to one path."""
+    owners: dict[Path, int] = {}
+    for number, scene in enumerate(scenes, start=1):
+        for key in ("dump", "arrays", "save"):
+            path = getattr(scene, key)
+            if path is None:
+                continue
+            owner = owners.setdefault(path.absolute(), number)
+            if owner != number:
+                raise InputError(
+                    f"{key} is {str(path)!r} in scenes {owner} and {number}; expected a path of "
+                    "its own for each"
+                )

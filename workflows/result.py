@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import write_arrays, written_aside
-from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
+from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS
 from chaincor.workflows.engines.replay import Replay
-from chaincor.workflows.motion import Motion
+from chaincor.workflows.showing.shown import Shown
 
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (
@@ -56,8 +56,8 @@ class ErrorBar:
         return self.step + self.table + self.rounding + self.ending
 
 
-@dataclass(frozen=True)
-class Collision(Bodies, Motion):
+@dataclass(frozen=True, repr=False)
+class Collision(Shown):
     r"""
     Result of one collision.
 
@@ -65,7 +65,7 @@ class Collision(Bodies, Motion):
     the bond stiffness; times count from the first contact; velocities are positive away from the
     wall. The final state is the one right after the last contact. Scenes with masses, a free
     target, a soft contact or a state of their own have besides the attributes of
-    :class:`~chaincor.workflows.bodies.Bodies`.
+    :class:`~chaincor.workflows.bodies.Bodies`. A notebook shows a table; ``result.plot`` draws.
 
     Attributes
     ----------

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ def plot_trajectories(
     sound_speed: float = 1.0,
     end_time: float | None = None,
     magnification: float | None = None,
+    targets: int = 0,
     ax: "Axes | None" = None,
 ) -> "Axes":
     """
@@ -42,6 +44,9 @@ def plot_trajectories(
     magnification : float, optional
         Factor on the displacements, so that they can be seen in a long chain; by default as
         large as shows them well and lets no lines cross. The label of the axis names it.
+    targets : int
+        How many of the particles, the first ones, are a free target's, from its far end to the
+        contact; 0 for a wall.
     ax : matplotlib.axes.Axes, optional
         Axes to draw into.
 
@@ -60,14 +65,14 @@ def plot_trajectories(
         end_time = float(min(time[-1], 1.15 * last if last > 0.0 else time[-1]))
     shown = time <= end_time
     factor = _choose_magnification(u[shown]) if magnification is None else magnification
-    x = factor * u[shown] + np.arange(n)
+    x = factor * u[shown] + rest_positions(n, targets)
     stride = max(1, int(np.ceil(n / _MOST_LINES)))
     picked = np.unique(np.append(np.arange(0, n, stride), n - 1))
     lines = ax.plot(time[shown], x[:, picked], color=GREY, linewidth=0.7)
     lines[0].set_label("particles" if stride == 1 else f"one particle in {stride}")
-    ax.plot(time[shown], x[:, 0], color=BLUE, linewidth=1.2, label="particle 1")
-    if n > 1:
-        signal, place = _sound_path(time[shown], x, sound_speed)
+    ax.plot(time[shown], x[:, targets], color=BLUE, linewidth=1.2, label="particle 1")
+    if n - targets > 1:
+        signal, place = _sound_path(time[shown], x[:, targets:], sound_speed)
         ax.plot(
             signal, place, color=ORANGE, linewidth=1.6, linestyle="--", label="sound, small waves"
         )
@@ -75,7 +80,7 @@ def plot_trajectories(
         within = contacts[contacts <= end_time]
         ax.plot(
             within,
-            np.zeros_like(within),
+            np.interp(within, time[shown], x[:, targets]) if targets else np.zeros_like(within),
             color=VERMILION,
             marker="o",
             markersize=3.0 if contacts.size < 60 else 1.8,
@@ -85,10 +90,12 @@ def plot_trajectories(
             clip_on=False,
         )
     ax.set_xlim(min(0.0, time[0]), end_time)
-    ax.set_ylim(bottom=-0.02 * n)
+    if targets == 0:
+        ax.set_ylim(bottom=-0.02 * n)
     ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")
     magnified = "" if factor == 1.0 else f",\ndisplacements magnified {factor:g} times"
-    ax.set_ylabel("distance from the wall (bond lengths)" + magnified)
+    place_name = "position" if targets else "distance from the wall"
+    ax.set_ylabel(f"{place_name} (bond lengths)" + magnified)
     legend_above(ax, columns=4)
     return ax
 

@@ -360,3 +360,41 @@ def test_numerics_complete_a_scene():
 def test_impossible_parameters_name_the_option():
     with pytest.raises(PotentialError, match="toda_b is 1e-200"):
         Scene(potential="toda", toda_b=1e-200)
+
+
+@pytest.mark.parametrize(
+    ("scene", "shown"),
+    [
+        (
+            Scene(),
+            "Scene(potential='lj', particles=100, speed=0.4, engine='lammps', tolerance=1e-06)",
+        ),
+        (
+            Scene(potential="harmonic", scheme="verlet", dump="motion.dump"),
+            "Scene(potential='harmonic', particles=100, scheme='verlet', dump='motion.dump', "
+            "velocity=0.1, engine='lammps')",
+        ),
+    ],
+)
+def test_a_scene_shows_what_it_means(scene, shown):
+    assert repr(scene) == str(scene) == shown
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {},
+        {"potential": "toda", "velocity": 0.3, "masses": (1.0, 2.0), "engine": "reference"},
+        {"temperature": 1e-3, "seed": 4, "target_particles": 2},
+        {"wall": "reflect", "timestep": 0.01, "error": False, "particles": 7},
+        {"potential": "power", "power_order": 4, "power_c": 2.0, "tolerance": 1e-3},
+    ],
+)
+def test_what_a_scene_shows_makes_it_again(fields):
+    scene = Scene(**fields)
+    assert eval(repr(scene)).sha256 == scene.sha256
+
+
+def test_many_masses_are_shown_in_a_line():
+    scene = Scene(masses=(1.0, 2.5) * 50)
+    assert "masses='1, 2.5, 1, ... (100 in all)'" in repr(scene)

@@ -10,7 +10,7 @@ from chaincor.analysis.modes import anharmonic_remainder
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.bodies import BODY_FIELDS, impulse_residual
 from chaincor.workflows.collision import collide
-from chaincor.workflows.commands.run import describe
+from chaincor.workflows.showing.text import describe
 
 IN_HOUSE = {"engine": "reference", "tolerance": 1e-8}
 SCENES = {

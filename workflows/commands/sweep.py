@@ -156,8 +156,8 @@ def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, i
         with DaskCluster(scheduler) as cluster:
             yield cluster, cluster.in_flight
         return
+    from chaincor.workflows.processes.pool import ProcessPool
     from chaincor.workflows.sweep.execution import TASKS_PER_WORKER
-    from chaincor.workflows.sweep.pool import ProcessPool
 
     with ProcessPool(workers) as pool:
         yield pool, TASKS_PER_WORKER * workers

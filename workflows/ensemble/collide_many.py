@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
@@ -26,9 +25,11 @@ from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.in_house.lines.ensemble import StartStates
 from chaincor.workflows.ensemble.result import Ensemble, Sample
 from chaincor.workflows.errors import CostError, WorkerDiedError
+from chaincor.workflows.given import scenes_given, workers_given
+from chaincor.workflows.processes.in_flight import as_they_end
+from chaincor.workflows.processes.pool import ProcessPool
+from chaincor.workflows.processes.progress import Advance, progress_bar
 from chaincor.workflows.store.attempt import Attempt, Failure, carry_out, host_name
-from chaincor.workflows.sweep.pool import ProcessPool
-from chaincor.workflows.sweep.progress import Advance, progress_bar
 from chaincor.workflows.versions import versions
 
 MOST_SAMPLES = 10_000_000
@@ -99,7 +100,7 @@ def _collide_many(
     most_seconds: float,
 ) -> Ensemble:
     started = time.perf_counter()
-    workers = _checked_workers(workers)
+    workers = workers_given(workers)
     groups = _groups(scenes, samples, velocities)
     count = sum(len(group.seeds) for group in groups)
     shared = _shared_fields(groups)
@@ -165,14 +166,6 @@ class _Group:
         )
 
 
-def _checked_workers(workers: int | None) -> int:
-    if workers is None:
-        return os.cpu_count() or 1
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError(f"workers is {workers!r}; expected a whole number, 1 or more")
-    return workers
-
-
 def _groups(
     scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
 ) -> list[_Group]:
@@ -184,13 +177,11 @@ def _groups(
                 f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
                 f"list of scenes without {name}"
             )
-    chosen = list(scenes)
+    chosen = scenes_given(scenes)
     if not chosen:
         raise InputError("no scenes were given; expected one at least")
     found: dict[Any, list[int]] = {}
     for place, scene in enumerate(chosen):
-        if not isinstance(scene, Scene):
-            raise InputError(f"scenes has {scene!r}; expected scenes")
         _refuse_outputs(scene)
         found.setdefault(_key(scene), []).append(place)
     groups = []
@@ -346,26 +337,11 @@ def _collide_alone(
             advance(group.expected)
         return
     with ProcessPool(min(workers, len(tasks))) as pool:
-
-        def begin(number: int) -> Future:
-            _, group, k = tasks[number]
-            return pool.submit(carry_out, group.scene_of(k))
-
-        pending: dict[Future, int] = {}
-        numbers = iter(range(len(tasks)))
-        try:
-            while True:
-                while len(pending) < 2 * workers and (n := next(numbers, None)) is not None:
-                    pending[begin(n)] = n
-                if not pending:
-                    return
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    place, group, k = tasks[pending.pop(future)]
-                    found[place] = _sample(_attempt(future, group, k), group, k)
-                    advance(group.expected)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        scenes = (group.scene_of(k) for _, group, k in tasks)
+        for number, future in as_they_end(pool, carry_out, scenes, 2 * workers):
+            place, group, k = tasks[number]
+            found[place] = _sample(_attempt(future, group, k), group, k)
+            advance(group.expected)
 
 
 def _attempt(future: Future, group: _Group, k: int) -> Attempt:

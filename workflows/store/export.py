@@ -2,7 +2,7 @@
 
 import csv
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.errors import StoreError
@@ -60,16 +60,22 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     if not isinstance(store, Store):
         with Store(store, read_only=True) as opened:
             return to_pandas(opened)
+    pd = require_pandas()
+    frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
+    names = ("contacts", "fragments", "power_order", "table_points", "target_particles")
+    whole = dict.fromkeys(names, "Int64")
+    return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))
+
+
+def require_pandas() -> Any:
+    """Return pandas; StoreError, which says how to get it, if it is missing."""
     try:
         import pandas as pd
     except ImportError:
         raise StoreError(
             "pandas is not installed; expected it: pip install chaincor[export]"
         ) from None
-    frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
-    names = ("contacts", "fragments", "power_order", "table_points", "target_particles")
-    whole = dict.fromkeys(names, "Int64")
-    return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))
+    return pd
 
 
 def _rows(store: Store) -> list[tuple]:

@@ -15,6 +15,8 @@ from pathlib import Path
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
+from chaincor.workflows.processes.pool import ProcessPool
+from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.store.attempt import (
     MACHINE_FAILURES,
     Attempt,
@@ -24,8 +26,6 @@ from chaincor.workflows.store.attempt import (
 )
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.stored_collision import StoredCollision
-from chaincor.workflows.sweep.pool import ProcessPool
-from chaincor.workflows.sweep.progress import progress_bar
 from chaincor.workflows.sweep.todo import SweepPlan, plan_sweep
 
 # Tasks handed out for each worker: one to run, and one to begin without waiting for the store.

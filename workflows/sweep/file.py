@@ -87,7 +87,7 @@ def read_sweep(path: Path | str) -> Sweep:
     base = from_folder(base, path.parent)
     inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
     axes |= {f"{PARAMETER_AXIS}{name}": axis for name, axis in inner.items()}
-    values = {name: _axis_values(name, axis) for name, axis in axes.items()}
+    values = {name: axis_values(name, axis) for name, axis in axes.items()}
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
         raise SweepError(f"arrays is {arrays!r}; expected true or false")
@@ -109,8 +109,8 @@ def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
     return dict(table)
 
 
-def _axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
-    """Return what each value of an axis sets."""
+def axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
+    """Return what each value of an axis sets; SweepError if it is no axis."""
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
         return axis
     if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):

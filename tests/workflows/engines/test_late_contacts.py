@@ -8,10 +8,10 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import with_doubts
 from chaincor.workflows.collision import collide
-from chaincor.workflows.commands.run import describe
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.showing.text import describe
 
 # By three integrators that share no code with the engines; all digits shown are theirs.
 LATE = {

@@ -180,7 +180,7 @@ def test_states_are_those_of_the_scenes(monkeypatch):
         (WARM.replace(arrays="a.npz"), 4, "arrays is given"),
         ([WARM], 4, "samples goes with one scene"),
         ([], None, "no scenes"),
-        ([WARM, 1], None, "expected scenes"),
+        ([WARM, 1], None, "expected a scene"),
     ],
 )
 def test_what_makes_no_ensemble_is_refused_by_name(scene, samples, message):

@@ -65,6 +65,10 @@ class ProcessPool(Executor):
             self._workers.clear()
         shutil.rmtree(self._folder, ignore_errors=True)
 
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """End the workers; where an error or an interrupt leaves the block, at once."""
+        self.shutdown(wait=kind is None)
+
     def _call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
         worker = getattr(self._own, "worker", None)
         if worker is None or not worker.alive:

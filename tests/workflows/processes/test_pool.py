@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.workflows.errors import SweepError, WorkerDiedError
-from chaincor.workflows.sweep.pool import ProcessPool
+from chaincor.workflows.processes.pool import ProcessPool
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def test_nothing_is_left_when_the_main_process_is_killed(tmp_path, busy):
     script = tmp_path / "main.py"
     script.write_text(
         "import os, sys, time\n"
-        "from chaincor.workflows.sweep.pool import ProcessPool\n"
+        "from chaincor.workflows.processes.pool import ProcessPool\n"
         "if __name__ == '__main__':\n"
         "    pool = ProcessPool(1)\n"
         "    print(pool.submit(os.getpid).result(), flush=True)\n"
@@ -139,7 +139,7 @@ def _runs(pid):
 def test_a_script_without_a_main_guard_is_told_so(tmp_path):
     script = tmp_path / "main.py"
     script.write_text(
-        "from chaincor.workflows.sweep.pool import ProcessPool\n"
+        "from chaincor.workflows.processes.pool import ProcessPool\n"
         "with ProcessPool(1) as pool:\n"
         "    pool.submit(pow, 2, 3).result()\n"
     )

@@ -1,0 +1,80 @@
+"""Where a session shows what it is given: a notebook, or pyplot where that is in use."""
+
+import contextlib
+import io
+import sys
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Twice as fine as it is wide, for fine screens.
+_DOTS_PER_INCH = 160
+_PIXELS_PER_INCH = 90
+
+
+def in_notebook() -> bool:
+    """Tell whether this is a notebook's kernel, which has no terminal and shows HTML."""
+    return hasattr(_shell(), "kernel")
+
+
+def _shell() -> Any:
+    if "IPython" not in sys.modules:
+        return None
+    from IPython import get_ipython
+
+    return get_ipython()
+
+
+def session_axes(settings: Any) -> "Axes":
+    """
+    Return axes of a new figure that the session shows by itself.
+
+    In a notebook it appears below the cell that made it, with all that the cell still does to it.
+    Where the session has imported pyplot the figure is one of pyplot's, for ``plt.show()``;
+    otherwise it is nobody's: ``ax.figure.savefig(...)``. `settings` are matplotlib's.
+    """
+    with _only(settings):
+        if "matplotlib.pyplot" in sys.modules:
+            import matplotlib.pyplot as plt
+
+            return plt.figure().subplots()
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        figure = Figure()
+        FigureCanvasAgg(figure)
+        if in_notebook():
+            _show_after_cell(figure)
+        return figure.subplots()
+
+
+@contextlib.contextmanager
+def _only(settings: Any) -> Iterator[None]:
+    """Let matplotlib have some settings for a while, and leave others alone."""
+    from matplotlib import rcParams
+
+    # rc_context would take back, too, what a backend sets that loads meanwhile.
+    before = {name: rcParams[name] for name in settings}
+    rcParams.update(settings)
+    try:
+        yield
+    finally:
+        rcParams.update(before)
+
+
+def _show_after_cell(figure: "Figure") -> None:
+    events = _shell().events
+
+    def show(*_: Any) -> None:
+        events.unregister("post_run_cell", show)
+        from IPython.display import Image, display
+
+        picture = io.BytesIO()
+        figure.savefig(picture, format="png", dpi=_DOTS_PER_INCH)
+        width = round(figure.get_figwidth() * _PIXELS_PER_INCH)
+        display(Image(picture.getvalue(), format="png", width=width))
+
+    events.register("post_run_cell", show)

@@ -1,0 +1,16 @@
+"""Numbers with as many digits as are known."""
+
+
+def with_error(value: float, error: float | None) -> str:
+    """Return a number and its error bar; digits that the bar drowns are left out."""
+    if error is None:
+        return f"{value:.12g} (no error bar asked for)"
+    return f"{known_digits(value, error)} +- {error:.1e}"
+
+
+def known_digits(value: float, error: float) -> str:
+    """Return a number without the digits that an error of this size drowns."""
+    digits = 1
+    while digits < 16 and error < 2.0 * 10.0**-digits:
+        digits += 1
+    return f"{value:.{digits}f}"

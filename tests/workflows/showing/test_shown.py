@@ -1,0 +1,228 @@
+"""Results that show themselves: text, a table of HTML, pictures on the axes one gives."""
+
+import dataclasses
+import io
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from chaincor.analysis.figures.style import new_figure
+from chaincor.analysis.modes import kinetic_mode_energies
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.showing.terms import TERMS
+from chaincor.workflows.showing.text import closing, describe, heading, rows
+
+SCENES = {
+    "lammps": Scene(particles=10),
+    "reference": Scene(particles=10, engine="reference"),
+    "target": Scene(particles=6, target_particles=3, velocity=0.05, engine="reference"),
+    "warm": Scene(
+        particles=6, velocity=0.1, potential="toda", temperature=1e-3, engine="reference"
+    ),
+    "broken": Scene(particles=20, speed=1.5, tolerance=1e-4, engine="reference"),
+}
+PICTURES = ("world_lines", "spectrum", "energy", "contacts")
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def result(request):
+    return collide(SCENES[request.param])
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return collide(SCENES["reference"])
+
+
+class Cells(HTMLParser):
+    """Texts of the table's cells, and what opens that does not close."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.texts, self.titles = [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        assert tag not in ("img", "link", "script")
+        if tag != "br":
+            self.open.append(tag)
+        self.titles += [value for name, value in attributes if name == "title"]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, text):
+        self.texts.append(text)
+
+
+def test_three_lines(result):
+    lines = repr(result).splitlines()
+    assert len(lines) == 3
+    assert lines[0] == ", ".join(heading(result))
+    assert f"eta = {result.restitution:.4f}"[:-1] in lines[1]
+    assert f"{result.contacts} contacts, the last at t = " in lines[1]
+    assert lines[2].startswith(f"run by {result.engine}: ")
+    assert lines[2].endswith(f"end {result.ending}")
+
+
+def test_a_tolerance_that_is_not_met_is_said(plain):
+    missed = dataclasses.replace(plain, tolerance_met=False, reason="rounding is larger")
+    for shown in (repr(missed), missed._repr_html_()):
+        assert "NOT MET: rounding is larger" in shown
+
+
+def test_the_table_holds_what_the_command_prints(result):
+    cells = Cells(result._repr_html_())
+    assert cells.open == []
+    printed = [*heading(result), *(text for row in rows(result) for text in row), *closing(result)]
+    assert cells.texts == printed
+    assert [TERMS[name] for name, _ in rows(result)] == cells.titles
+
+
+def test_text_from_a_scene_is_no_html(plain):
+    odd = dataclasses.replace(plain, potential="<script>alert(1)</script>")
+    assert "<script>alert(1)</script> bonds" in Cells(odd._repr_html_()).texts[0]
+
+
+def test_every_term_that_is_printed_is_explained(result):
+    printed = [name for name, _ in rows(result)]
+    assert set(printed) <= set(TERMS)
+    assert all(f"{name:22} " in describe(result) for name in printed)
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_pictures_go_into_the_axes_given(result, picture):
+    figure, ax = new_figure()
+    assert getattr(result.plot, picture)(ax=ax) is ax
+    assert figure.axes == [ax]
+    assert ax.has_data()
+    assert ax.get_xlabel()
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("picture", PICTURES)
+def test_pictures_of_their_own_say_what_collided(plain, picture):
+    ax = getattr(plain.plot, picture)()
+    assert "$n$ = 10" in ax.figure.get_suptitle()
+
+
+def test_history_is_the_motion(result):
+    history = result.history
+    assert history is result.history, "carried out once"
+    states = result.trajectory(400)
+    assert np.array_equal(history.displacements, [state.displacements for state in states])
+    assert np.array_equal(history.series_times, [state.time for state in states])
+    # The motion conserves energy: to what was asked of eta, with room for that of single frames.
+    bodies = [body for body in (history, result.target_history) if body is not None]
+    energy = np.sum([body.translation + body.vibration for body in bodies], axis=0)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-3)
+    if result.target_particles is None:
+        # After the last contact translation stays as it is: eta of what there was at impact.
+        before = 0.5 * result.particles * result.velocity**2
+        assert history.translation[-1] / before == pytest.approx(
+            result.restitution, abs=result.restitution_error + 1e-9
+        )
+
+
+def test_energy_starts_whole(result):
+    ax = result.plot.energy()
+    top = ax.collections[-1].get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_free_target_is_in_the_picture():
+    ax = collide(SCENES["target"]).plot.world_lines()
+    lowest = min(line.get_ydata().min() for line in ax.get_lines())
+    assert lowest < -1.9  # three particles, the last two bond lengths behind the contact
+    assert ax.get_ylabel().startswith("position")
+
+
+def test_of_a_broken_chain_kinetic_energies_are_drawn():
+    broken = collide(SCENES["broken"])
+    assert broken.fragments > 1
+    ax = broken.plot.spectrum()
+    (drawn,) = (line.get_ydata() for line in ax.get_lines())
+    energy = 0.5 * 20 * broken.velocity**2
+    np.testing.assert_allclose(drawn, kinetic_mode_energies(broken.velocities)[1:] / energy)
+    assert "kinetic" in ax.get_ylabel()
+
+
+def test_a_moving_picture(plain, tmp_path):
+    moving = plain.plot.animate(pictures=3)
+    assert "data:image/gif;base64," in moving._repr_html_()
+    with Image.open(io.BytesIO(moving.data)) as image:
+        assert image.n_frames == 3
+    assert moving.save(tmp_path / "a.gif").read_bytes() == moving.data
+    assert plain.plot.animate(tmp_path / "b.gif", pictures=2) == tmp_path / "b.gif"
+    with pytest.raises(InputError, match=r"expected a name in \.gif or \.mp4"):
+        plain.plot.animate(tmp_path / "b.png")
+
+
+def test_what_cannot_be_drawn_is_refused_in_one_line(plain):
+    with pytest.raises(InputError, match="quantity is 'forces'; expected intervals or speeds"):
+        plain.plot.contacts("forces")
+    alone = collide(Scene(particles=1, engine="reference"))
+    with pytest.raises(InputError, match="a single particle has no modes"):
+        alone.plot.spectrum()
+    by_hand = dataclasses.replace(plain, replay=None)
+    with pytest.raises(InputError, match="expected one returned by collide"):
+        _ = by_hand.scene
+    with pytest.raises(InputError, match="expected one returned by collide"):
+        by_hand.plot.world_lines()
+    assert plain.scene is plain.replay.scene
+
+
+def in_python(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_pyplot_is_not_needed_and_knows_the_figure_where_it_is_in_use():
+    scene = "collide(Scene(potential='harmonic', particles=3, engine='reference'))"
+    code = f"""
+import sys
+from chaincor import Scene, collide
+plot = {scene}.plot
+plot.spectrum()
+print("matplotlib.pyplot" in sys.modules)
+import matplotlib
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+size = plt.rcParams["font.size"], plt.rcParams["axes.grid"]
+figure = plot.spectrum().figure
+print(plt.figure(plt.get_fignums()[0]) is figure)
+print(size == (plt.rcParams["font.size"], plt.rcParams["axes.grid"]))
+"""
+    assert in_python(code) == ["False", "True", "True"]
+
+
+CELLS = (
+    "from chaincor import Scene, collide\n"
+    "result = collide(Scene(potential='harmonic', particles=3, engine='reference'))\nresult",
+    "ax = result.plot.spectrum()\nax.set_title('mine');",
+    "import matplotlib.pyplot as plt\nax = result.plot.spectrum()",
+    "figure, ax = plt.subplots()\nresult.plot.spectrum(ax=ax);",
+    "many = collide([result.scene] * 3)",
+)
+
+
+@pytest.mark.slow
+def test_a_notebook_shows_each_figure_once():
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(text) for text in CELLS])
+    nbclient.NotebookClient(notebook, timeout=300).execute()
+    shown = [[set(output.get("data", output)) for output in c.outputs] for c in notebook.cells]
+    assert shown[0] == [{"text/plain", "text/html"}]
+    for cell in (1, 2, 3):
+        assert shown[cell] == [{"image/png", "text/plain"}]
+    (bar,) = notebook.cells[4].outputs
+    assert "3 of 3 collisions" in bar["data"]["text/html"]

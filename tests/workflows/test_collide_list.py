@@ -1,0 +1,111 @@
+"""Several scenes given to collide: results in order, whoever carries them out."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows import collision
+from chaincor.workflows.collision import collide
+from chaincor.workflows.errors import CostError, RunError
+
+SCENES = [Scene(particles=n, engine="reference") for n in (7, 3, 5)]
+
+
+@pytest.fixture(params=["here", "processes"])
+def place(request, monkeypatch):
+    if request.param == "processes":
+        monkeypatch.setattr(collision, "_SOONER_HERE", 0.0)
+
+
+@pytest.mark.usefixtures("place")
+def test_results_come_in_the_order_of_the_scenes():
+    found = collide(iter(SCENES), 1e-5, workers=2)
+    assert [result.particles for result in found] == [7, 3, 5]
+    for result, scene in zip(found, SCENES, strict=True):
+        assert result.restitution == collide(scene, 1e-5).restitution
+        assert result.tolerance == 1e-5
+        assert result.scene.sha256 == scene.replace(tolerance=1e-5).sha256
+
+
+@pytest.mark.usefixtures("place")
+def test_the_first_that_fails_is_named():
+    # Bonds of the harmonic chain in LAMMPS cross at this speed.
+    scenes = [SCENES[1], Scene(potential="harmonic", particles=10, velocity=2.0)]
+    with pytest.raises(RunError) as failed:
+        collide(scenes, workers=2)
+    assert failed.value.__notes__ == [f"scene 2 of 2: {scenes[1]!r}"]
+
+
+def test_no_scene_at_all():
+    assert collide([]) == []
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"particles": 5}, r"type dict was given; .* one made of it: Scene\(\*\*it\)"),
+        ("first.toml", r"type str was given; .* Scene.from_file\('first.toml'\)"),
+        (None, "None was given; expected a scene"),
+        (5, "type int was given; expected a scene"),
+        ([SCENES[0], {}], "type dict was given"),
+        (Scene, r"the class Scene was given; .* Scene\(\)"),
+    ],
+)
+def test_what_is_no_scene_is_refused_in_one_line(given, message):
+    with pytest.raises(InputError, match=message) as refused:
+        collide(given)
+    assert "\n" not in str(refused.value)
+
+
+def test_what_cannot_be_is_refused_before_anything_runs(tmp_path):
+    twice = SCENES[0].replace(arrays=tmp_path / "a.npz")
+    with pytest.raises(InputError, match="in scenes 1 and 2; expected a path of its own"):
+        collide([twice, twice])
+    with pytest.raises(InputError, match="workers is 0"):
+        collide(SCENES, workers=0)
+    with pytest.raises(SceneError, match="tolerance is -1"):
+        collide(SCENES, -1.0)
+    with pytest.raises(CostError):
+        collide([SCENES[0], Scene(particles=30000)], most_seconds=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+# As test_interrupted.py: what a notebook does.
+SESSION = """
+import signal, traceback
+from chaincor import Scene, collide
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    print("BEGINS", flush=True)
+    try:
+        collide([Scene(particles=30000, engine="reference")] * 3, workers=2)
+    except KeyboardInterrupt as interrupt:
+        frames = traceback.extract_tb(interrupt.__traceback__)
+        print("FRAMES", len(frames), interrupt.__cause__, interrupt.__context__)
+    small = [Scene(particles=n, tolerance=1e-4, engine="reference") for n in (3, 4)]
+    print("GOES ON", len(collide(small)))
+"""
+
+
+@pytest.mark.slow
+def test_stopping_ends_the_processes_and_the_session_goes_on(tmp_path):
+    (tmp_path / "session.py").write_text(SESSION)
+    session = subprocess.Popen(
+        [sys.executable, "session.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert session.stdout is not None
+    assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
+    time.sleep(5.0)  # somewhere inside; anywhere will do
+    session.send_signal(signal.SIGINT)
+    out, err = session.communicate(timeout=300)
+    assert out == "FRAMES 2 None None\nGOES ON 2\n", err

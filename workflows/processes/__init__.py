@@ -1,0 +1,1 @@
+"""Collisions handed to other processes, and how far they are."""

@@ -1,0 +1,339 @@
+"""Pictures of one result: ``result.plot.world_lines()`` and others."""
+
+import base64
+import tempfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.showing.described import Described
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MovingPicture:
+    """
+    A GIF that a notebook plays.
+
+    Attributes
+    ----------
+    data : bytes
+        The file.
+    """
+
+    data: bytes
+
+    def save(self, path: Path | str) -> Path:
+        """Write it to a file, which it returns."""
+        from chaincor.analysis.atomic_write import written_aside
+
+        with written_aside(Path(path)) as aside:
+            aside.write_bytes(self.data)
+        return Path(path)
+
+    def __repr__(self) -> str:
+        return f"<moving picture, {len(self.data) / 1000:.0f} kB; .save('FILE.gif') keeps it>"
+
+    def _repr_html_(self) -> str:
+        return f'<img src="data:image/gif;base64,{base64.b64encode(self.data).decode()}">'
+
+
+class Plots:
+    """
+    Draws a result.
+
+    Each picture goes into the `ax` given, or into a figure of its own: a notebook shows that below
+    the cell; in a script ``ax.figure.savefig("lines.png")`` keeps it, and ``plt.show()`` shows it
+    where pyplot was imported before. What shows the motion carries the collision out again.
+    """
+
+    def __init__(self, result: Described) -> None:
+        self._result = result
+
+    def __repr__(self) -> str:
+        return "<plots: world_lines(), spectrum(), energy(), contacts(), animate()>"
+
+    def world_lines(
+        self, ax: "Axes | None" = None, *, magnification: float | None = None
+    ) -> "Axes":
+        """
+        Draw positions against time, the contacts, and the sound that the first one sends out.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into.
+        magnification : float, optional
+            Factor on the displacements; by default as large as shows them well.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError, RunError
+            If the motion cannot be carried out again: see ``result.trajectory``.
+        """
+        from chaincor.analysis.figures.trajectories import plot_trajectories
+
+        result = self._result
+        times, places, _, targets = self._motion
+        return plot_trajectories(
+            times,
+            places,
+            contact_times=result.contact_times,
+            sound_speed=self._lightness**0.5,
+            end_time=float(times[-1]),
+            magnification=magnification,
+            targets=targets,
+            ax=self._axes(ax),
+        )
+
+    def spectrum(self, ax: "Axes | None" = None) -> "Axes":
+        """
+        Draw the energy of each mode of the chain after the collision.
+
+        Of a chain that broke kinetic energies are drawn, since others mean nothing. Of a cold chain
+        of equal masses before a hard wall there is besides what Basile and Dumont expect of
+        contacts that are all alike.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError
+            If the chain is one particle, which has no modes.
+        """
+        from chaincor.analysis.figures.spectrum import plot_spectrum
+        from chaincor.analysis.modes import kinetic_mode_energies
+
+        result = self._result
+        if result.particles == 1:
+            raise InputError("a single particle has no modes; expected a chain of 2 or more")
+        energies, theory = result.mode_energies, None
+        if result.fragments > 1:
+            energies = kinetic_mode_energies(result.velocities, self._masses)
+        elif not self._special:
+            theory = self._theory()
+        axes = self._axes(ax)
+        plot_spectrum(energies, self._energy_before, theory=theory, ax=axes)
+        if result.fragments > 1:
+            axes.set_ylabel(r"share of the energy, kinetic part $p_j^2/2E$")
+        return axes
+
+    def energy(self, ax: "Axes | None" = None) -> "Axes":
+        """
+        Draw translation and vibration in time, as shares of the energy at impact.
+
+        With a free target both are sums over the two bodies; what a soft contact stores meanwhile
+        is the part that is missing.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError, RunError
+            If the motion cannot be carried out again: see ``result.trajectory``.
+        """
+        from chaincor.analysis.figures.energy_partition import plot_energy_partition
+
+        result = self._result
+        bodies = [b for b in (result.history, result.target_history) if b is not None]
+        translation = np.sum([body.translation for body in bodies], axis=0)
+        vibration = np.sum([body.vibration for body in bodies], axis=0)
+        return plot_energy_partition(
+            bodies[0].series_times,
+            translation,
+            vibration,
+            float(translation[0] + vibration[0]),
+            last_contact=result.last_contact_time,
+            ax=self._axes(ax),
+        )
+
+    def contacts(
+        self, quantity: Literal["intervals", "speeds"] = "intervals", ax: "Axes | None" = None
+    ) -> "Axes":
+        """
+        Draw the intervals between contacts, or the incoming speeds of particle 1.
+
+        Parameters
+        ----------
+        quantity : str
+            ``intervals`` or ``speeds``.
+        ax : matplotlib.axes.Axes, optional
+            Axes to draw into.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Raises
+        ------
+        InputError
+            If the quantity is another.
+        """
+        from chaincor.analysis.figures.contact_intervals import (
+            plot_contact_intervals,
+            plot_contact_speeds,
+        )
+
+        result = self._result
+        if quantity not in ("intervals", "speeds"):
+            raise InputError(f"quantity is {quantity!r}; expected intervals or speeds")
+        alike = not self._special
+        axes = self._axes(ax)
+        if quantity == "speeds":
+            return plot_contact_speeds(
+                result.contact_speeds, result.velocity, pair_line=alike, ax=axes
+            )
+        stiffness = self._lightness if alike else None
+        return plot_contact_intervals(result.contact_times, stiffness=stiffness, ax=axes)
+
+    def animate(
+        self, path: Path | str | None = None, *, pictures: int = 120
+    ) -> "MovingPicture | Path":
+        """
+        Make a moving picture: velocities of all particles, and below them the chain itself.
+
+        Parameters
+        ----------
+        path : pathlib.Path or str, optional
+            ``.gif``, or ``.mp4`` with ffmpeg.
+        pictures : int
+            How many, shown 25 a second.
+
+        Returns
+        -------
+        MovingPicture or pathlib.Path
+            What a notebook plays; with a `path` the file.
+
+        Raises
+        ------
+        InputError, RunError
+            If the name ends otherwise, or the motion cannot be carried out again.
+        """
+        from chaincor.analysis.figures.animation import animate_collision
+
+        times, places, speeds, targets = self._motion
+
+        def write(file: Path | str) -> Path:
+            return animate_collision(
+                times,
+                places,
+                speeds,
+                file,
+                impact_velocity=self._result.velocity,
+                frames=pictures,
+                title=self._caption,
+                targets=targets,
+            )
+
+        if path is not None:
+            return write(path)
+        with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+            return MovingPicture(write(Path(folder) / "collision.gif").read_bytes())
+
+    @property
+    def _motion(self) -> tuple[Array, Array, Array, int]:
+        """Times, and of all particles along x displacements and velocities; size of the target."""
+        chain, target = self._result.history, self._result.target_history
+        if target is None:
+            return chain.times, chain.displacements, chain.velocities, 0
+        return (
+            chain.times,
+            np.hstack((target.displacements[:, ::-1], chain.displacements)),
+            np.hstack((target.velocities[:, ::-1], chain.velocities)),
+            target.displacements.shape[1],
+        )
+
+    @cached_property
+    def _masses(self) -> Array:
+        return np.resize(np.array(self._result.masses or (1.0,)), self._result.particles)
+
+    @property
+    def _lightness(self) -> float:
+        """Stiffness over the mean mass: the square of the speed of sound."""
+        return (self._result.stiffness or 1.0) / float(np.mean(self._masses))
+
+    @property
+    def _special(self) -> bool:
+        """Whether there is more than a cold chain of unit masses before a hard wall."""
+        return self._result.velocity_after is not None
+
+    @property
+    def _energy_before(self) -> float:
+        """Of the chain: translation, and for one that came vibrating all of its energy."""
+        result = self._result
+        translation = 0.5 * float(np.sum(self._masses)) * result.velocity**2
+        if result.temperature is None and result.initial is None and result.compression is None:
+            return translation
+        if result.vibrational_energy is None or result.translational_energy is None:
+            return translation
+        if result.target_particles is None:
+            # The wall takes no energy.
+            return result.translational_energy + result.vibrational_energy
+        return float(result.history.translation[0] + result.history.vibration[0])
+
+    def _theory(self) -> Array | None:
+        from chaincor.analysis.contacts import contact_statistics
+        from chaincor.analysis.theory import measured_contacts_energies
+
+        r = self._result
+        found = contact_statistics(r.contact_times, r.contact_speeds, r.particles, r.velocity)
+        if found.mean_interval is None or found.mean_speed is None:
+            return None
+        return measured_contacts_energies(
+            r.particles,
+            found.count,
+            found.mean_interval,
+            found.mean_speed * r.velocity,
+            stiffness=r.stiffness or 1.0,
+        )
+
+    def _axes(self, ax: "Axes | None") -> "Axes":
+        if ax is not None:
+            return ax
+        from chaincor.analysis.figures.style import SETTINGS
+        from chaincor.analysis.showing.notebook import session_axes
+
+        axes = session_axes(SETTINGS)
+        axes.figure.suptitle(self._caption, x=0.01, ha="left", fontsize=9)
+        return axes
+
+    @property
+    def _caption(self) -> str:
+        result = self._result
+        speed = f"$v_0$ = {result.velocity:.4g}"
+        if result.speed is not None:
+            speed = f"$v_0$ = {result.speed:.4g} $v^*$"
+        other = "" if result.target_particles is None else f" onto {result.target_particles}"
+        name = result.potential.replace("$", r"\$")
+        return f"{name}, $n$ = {result.particles}{other}, {speed}"

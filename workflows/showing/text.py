@@ -1,0 +1,145 @@
+"""A result in lines of text, as ``chaincor run`` prints it."""
+
+from chaincor.analysis.showing.numbers import with_error
+from chaincor.workflows.showing.described import Described
+
+_ENDINGS = {
+    "proved": "energy and momentum rule out another contact",
+    "argued": "another contact is unlikely, not ruled out",
+    "open": "a piece still approaches the {}; contacts to come are in the error bar",
+}
+
+
+def describe(result: Described) -> str:
+    """Describe a result for people."""
+    return "\n".join(
+        [
+            *heading(result),
+            "",
+            *(f"{name:22} {text}" for name, text in rows(result)),
+            "",
+            *closing(result),
+        ]
+    )
+
+
+def describe_shortly(result: Described) -> str:
+    """Describe a result in three lines: what collided, what came out, how it was run."""
+    asked = ""
+    if result.tolerance_met is False:
+        asked = f"; tolerance {result.tolerance:g} NOT MET: {result.reason}"
+    return "\n".join(
+        [
+            ", ".join(heading(result)),
+            f"eta = {with_error(result.restitution, result.restitution_error)}, "
+            f"e = {result.kinematic_restitution:.6g}, "
+            f"{result.contacts} contact{'s' if result.contacts != 1 else ''}, the last at "
+            f"t = {result.last_contact_time:.6g}",
+            f"{closing(result)[0]}; end {result.ending}{asked}",
+        ]
+    )
+
+
+def heading(result: Described) -> list[str]:
+    """Say what collided."""
+    speed = f"v0 = {result.velocity:.6g}"
+    if result.speed is not None:
+        speed += f" = {result.speed:.6g} v*"
+    return [
+        f"{result.particles} particles, {result.potential} bonds, {speed}",
+        *_bodies_before(result),
+    ]
+
+
+def rows(result: Described) -> list[tuple[str, str]]:
+    """Return what came out, each with its name; `terms` explains the names."""
+    relative = "" if result.target_particles is None else ", of the relative motion"
+    other = "wall" if result.target_particles is None else "target"
+    eta = with_error(result.restitution, result.restitution_error)
+    found = [
+        ("restitution (energy)", f"eta = {eta}{relative}"),
+        ("restitution (speed)", f"e   = {result.kinematic_restitution:.6g}{relative}"),
+        ("contacts", f"{result.contacts}, the last at t = {result.last_contact_time:.6g}"),
+        ("end", f"{result.ending}: {_ENDINGS[result.ending].format(other)}"),
+        *_bodies_after(result),
+        ("bond lengths", f"{result.bond_min:.4g} to {result.bond_max:.4g}"),
+        ("energy drift", f"{result.energy_drift:.1e}"),
+        ("momentum residual", f"{result.momentum_residual:.1e} {_whole_mass(result)} v0"),
+    ]
+    if result.fragments > 1:
+        found.append(("fragments", f"{result.fragments} at the last contact: bonds broke"))
+    if result.crossed:
+        found.append(("crossed", "particles passed through each other on paper"))
+    return found
+
+
+def closing(result: Described) -> list[str]:
+    """Say how it was run, and how long that took."""
+    step = "" if result.timestep is None else f", H = {result.timestep:.4g}"
+    table = "" if result.table is None else f", {result.table} table of {result.table_points} rows"
+    return [
+        f"run by {result.engine}: {_meeting(result)}, {result.scheme}{step}{table}",
+        f"time {result.seconds:.3g} s for the number, {result.seconds_total:.3g} s in all",
+    ]
+
+
+# More masses than these are not all shown.
+_MOST_MASSES = 6
+
+
+def _list(masses: tuple[float, ...]) -> str:
+    shown = ", ".join(f"{mass:.6g}" for mass in masses[:_MOST_MASSES])
+    return shown if len(masses) <= _MOST_MASSES else f"{shown}, ... ({len(masses)} in all)"
+
+
+def _count(particles: int) -> str:
+    return "1 particle" if particles == 1 else f"{particles} particles"
+
+
+def _bodies_before(result: Described) -> list[str]:
+    """Describe what the scene has more than a cold chain of unit masses and a hard wall."""
+    lines = []
+    if result.masses is not None:
+        lines.append(f"masses {_list(result.masses)} from the contact outward")
+    if result.target_particles is not None:
+        masses = _list(result.target_masses or (1.0,))
+        lines.append(f"onto a free target: {_count(result.target_particles)}, masses {masses}")
+    if result.contact is not None:
+        lines.append(
+            f"soft contact: K d^q of the overlap d, K = {result.contact_stiffness:.6g}, "
+            f"q = {result.contact_exponent:.6g}"
+        )
+    if result.initial is not None:
+        lines.append(f"initial state of {result.initial}")
+    if result.compression is not None:
+        lines.append(f"bonds shorter by {result.compression:.6g} at first")
+    if result.temperature is not None:
+        lines.append(f"warm at first: T = {result.temperature:.6g}, seed {result.seed}")
+    return lines
+
+
+def _bodies_after(result: Described) -> list[tuple[str, str]]:
+    """Say where momentum and energy went; nothing for a plain scene, whose eta says it."""
+    if result.velocity_after is None:
+        return []
+    text = "velocity {:.6g}, translation {:.6g}, vibration {:.6g}"
+    chain = (result.velocity_after, result.translational_energy, result.vibrational_energy)
+    rows = [("chain", text.format(*chain))]
+    if result.target_particles is not None:
+        target = (
+            result.target_velocity_after,
+            result.target_translational_energy,
+            result.target_vibrational_energy,
+        )
+        rows.append(("target", text.format(*target)))
+    return rows
+
+
+def _whole_mass(result: Described) -> str:
+    return "n" if result.velocity_after is None else "M"
+
+
+def _meeting(result: Described) -> str:
+    """Name what particle 1 meets: a wall only where there is one."""
+    kind = "soft" if result.contact is not None else result.wall
+    return f"{kind} wall" if result.target_particles is None else f"{kind} contact"

@@ -1,0 +1,104 @@
+"""A sweep from Python: axes over fields of a scene, results as a data frame."""
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.workflows.errors import SweepError
+from chaincor.workflows.given import scene_given, workers_given
+from chaincor.workflows.store.export import require_pandas, to_pandas
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.sweep.execution import run_scenes
+from chaincor.workflows.sweep.file import axis_values
+from chaincor.workflows.sweep.points import SweepPoints
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def sweep(
+    scene: Scene,
+    *,
+    store: Store | Path | str | None = None,
+    workers: int | None = None,
+    progress: bool = True,
+    **axes: Iterable[Any],
+) -> "pandas.DataFrame":
+    """
+    Carry out the collisions of crossed axes: ``sweep(Scene(), speed=[0.1, 0.2], particles=[10])``.
+
+    Parameters
+    ----------
+    scene : Scene
+        What all have in common.
+    store : Store or path, optional
+        Where results are kept and found again, as ``chaincor sweep`` does; by default nowhere.
+    workers : int, optional
+        Processes; as many as there are cores by default. A script that calls this needs the usual
+        ``if __name__ == "__main__":``, because each worker is a fresh process.
+    progress : bool
+        Whether to show a progress bar, on a terminal or in a notebook.
+    **axes
+        Fields of a scene, and the values of each; the last varies fastest.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each point, in their order: the axes, then the columns of docs/sweeps.md. Where a
+        collision has no result, ``failure`` says why.
+
+    Raises
+    ------
+    SweepError
+        If an axis is no field of a scene, or has no values.
+    SceneError
+        If a point is no scene; nothing was begun.
+    StoreError
+        If pandas is missing (``pip install chaincor[export]``), or the store cannot be used.
+    """
+    try:
+        return _sweep(scene_given(scene), store, workers, progress, axes)
+    except KeyboardInterrupt as interrupt:
+        raise interrupt.with_traceback(None) from None
+
+
+def _sweep(
+    scene: Scene,
+    store: Store | Path | str | None,
+    workers: int | None,
+    progress: bool,
+    axes: dict[str, Iterable[Any]],
+) -> "pandas.DataFrame":
+    require_pandas()
+    workers = workers_given(workers)
+    base = {key: getattr(scene, key) for key in scene.model_fields_set}
+    for key in OUTPUT_KEYS:
+        if key != "error" and (key in axes or base.get(key) is not None):
+            raise SweepError(
+                f"'{key}' in a sweep would write every point to one place; expected none: "
+                "give a store, which keeps all results"
+            )
+    groups = [axis_values(name, _listed(name, axis)) for name, axis in axes.items()]
+    points = list(SweepPoints(base, groups, Path()))
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+        kept = Path(folder) / "sweep.sqlite" if store is None else store
+        run_scenes(points, kept, workers=workers, progress=progress)
+        rows = to_pandas(kept).set_index("collision_sha256", drop=False)
+    frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
+    for place, name in enumerate(axes):
+        values = [getattr(point, name) for point in points]
+        if name in frame.columns:
+            frame = frame.drop(columns=name)
+        frame.insert(place, name, values)
+    return frame
+
+
+def _listed(name: str, axis: Any) -> list[Any]:
+    """Return the values of an axis: of a list, an array, a range."""
+    if hasattr(axis, "tolist"):
+        axis = axis.tolist()
+    if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):
+        raise SweepError(f"axis '{name}' is {axis!r}; expected its values: {name}=[{axis!r}]")
+    return list(axis)
