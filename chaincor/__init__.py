@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.store.results_store import Store as Store
     from chaincor.workflows.sweep.execution import run_scenes as run_scenes
     from chaincor.workflows.sweep.frame import sweep as sweep
+    from chaincor.workflows.tradeoff.scripts.study import tradeoff_script as tradeoff_script
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
@@ -36,6 +37,7 @@ _HOMES = {
     "run_scenes": "chaincor.workflows.sweep.execution",
     "sweep": "chaincor.workflows.sweep.frame",
     "to_pandas": "chaincor.workflows.store.export",
+    "tradeoff_script": "chaincor.workflows.tradeoff.scripts.study",
     "validate": "chaincor.workflows.validation.comparison",
 }
 
@@ -51,6 +53,7 @@ __all__ = [
     "run_scenes",
     "sweep",
     "to_pandas",
+    "tradeoff_script",
     "validate",
 ]
 

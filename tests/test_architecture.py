@@ -83,7 +83,7 @@ FLOORS = {
         {"results"},
         {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
-        {"atomic_write", "distribution", "restitution", "showing", "start"},
+        {"atomic_write", "distribution", "ladders", "restitution", "showing", "start"},
     ],
 }
 MOST_MODULES = 16

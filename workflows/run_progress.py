@@ -1,4 +1,4 @@
-"""How long one collision has taken of what it is expected to take, on a terminal."""
+"""How far a run is: a bar on a terminal, a line a minute elsewhere."""
 
 import contextlib
 import threading
@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from chaincor.workflows.durations import format_duration
+from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,16 +21,15 @@ def show_elapsed(expected: float) -> Iterator[None]:
     """
     Show the time that has passed, and the time expected, while something runs.
 
-    Nothing is shown for the first two seconds, or where standard error is no terminal.
+    Nothing is shown for the first two seconds, and where standard error is no terminal a line a
+    minute.
     """
     from rich.console import Console
 
     console = Console(stderr=True)
-    if not console.is_terminal:
-        yield
-        return
+    show = _show if console.is_terminal else _write_lines
     done = threading.Event()
-    thread = threading.Thread(target=_show, args=(console, expected, done), daemon=True)
+    thread = threading.Thread(target=show, args=(console, expected, done), daemon=True)
     thread.start()
     try:
         yield
@@ -54,6 +53,12 @@ def _show(console: "Console", expected: float, done: threading.Event) -> None:
             bar.refresh()
             if done.wait(_REFRESH_SECONDS):
                 return
+
+
+def _write_lines(_console: "Console", expected: float, done: threading.Event) -> None:
+    line = LineAMinute()
+    while not done.wait(LINE_SECONDS):
+        line.tell(f"running, about {format_duration(expected)} expected,")
 
 
 def _told(elapsed: float, expected: float) -> str:

@@ -6,9 +6,10 @@ import time
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import run_progress
+from chaincor.workflows import durations, run_progress
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.cli import main
+from chaincor.workflows.processes import progress
 from chaincor.workflows.run_progress import show_elapsed
 
 
@@ -31,6 +32,26 @@ def test_nothing_is_shown_elsewhere(capsys, monkeypatch):
     with show_elapsed(7200.0):
         time.sleep(0.3)
     assert capsys.readouterr().err == ""
+
+
+def test_elsewhere_it_writes_a_line_a_minute(capsys):
+    line = durations.LineAMinute(seconds=0.0)
+    line.tell("3 of 4 done")
+    assert capsys.readouterr().err.startswith("chaincor: 3 of 4 done after ")
+    line = durations.LineAMinute()
+    line.tell("3 of 4 done")
+    assert capsys.readouterr().err == ""
+
+
+def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    monkeypatch.setattr(progress, "LineAMinute", lambda: durations.LineAMinute(seconds=0.0))
+    with progress.progress_bar(True, points=4, seconds=10.0) as advance:
+        advance(2.0)
+        advance(3.0)
+    first, second = capsys.readouterr().err.splitlines()
+    assert "1 of 4 collisions, 20 % of the work" in first
+    assert "2 of 4 collisions, 50 % of the work" in second
 
 
 def test_the_command_shows_what_its_scene_is_expected_to_take(capsys, monkeypatch):

@@ -12,6 +12,9 @@ from chaincor.workflows.commands.scene_options import scene_from, scene_options
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
+# Of a script of the user's own.
+_SCRIPT = ("script", "observable", "vary", "fix", "seeds", "phases", "timeout", "lmp")
+
 
 @click.command()
 @scene_options(*_OWN, *FILE_KEYS)
@@ -28,6 +31,37 @@ _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error"
     is_flag=True,
     help="measure what LAMMPS costs on this machine, for all later runs, and nothing else",
 )
+@click.option(
+    "--script",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="a LAMMPS script of your own instead of a scene",
+)
+@click.option(
+    "--observable",
+    metavar="REGEX",
+    help="the number that the script prints: a pattern with one group; the last match counts",
+)
+@click.option(
+    "--vary",
+    metavar="NAME=FROM:TO:COUNT",
+    help="the variable and its ladder, coarse end first, such as timestep=0.01:0.0005:8",
+)
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE,VALUE",
+    help="repeat the ladder at each of these values of another variable",
+)
+@click.option(
+    "--seeds",
+    type=int,
+    metavar="N",
+    help="for scripts with random numbers: so many runs a rung, each with its own -var seed",
+)
+@click.option("--phases", type=int, metavar="N", help="so many nearby values a rung [default: 8]")
+@click.option("--timeout", type=float, metavar="S", help="seconds one run may take [default: 600]")
+@click.option("--lmp", metavar="PATH", help="the LAMMPS command [default: the one installed]")
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 def tradeoff(
     scene_file: str | None,
@@ -42,7 +76,19 @@ def tradeoff(
 
     Prints the cheapest setting for each decade of error, the error by cause, and one line of
     advice for the scene's tolerance (1e-6 by default).
+
+    With --script the same for a variable of a LAMMPS script of your own: the order of its error,
+    whether that is regular, irregular or noise, and the cheapest value for the tolerance.
     """
+    own = {name: options.pop(name) for name in _SCRIPT}
+    given_own = [f"--{name}" for name, value in own.items() if value not in (None, ())]
+    if own["script"] is not None:
+        _tradeoff_script(scene_file, output, quick or calibrate, as_json, own, options)
+        return
+    if given_own:
+        raise click.UsageError(
+            f"{', '.join(given_own)} belong to a LAMMPS script; expected --script FILE beside it"
+        )
     if calibrate:
         given = [name for name, value in options.items() if value is not None]
         given += [
@@ -78,6 +124,50 @@ def tradeoff(
         click.echo(json.dumps(to_dict(study), allow_nan=False))
     else:
         click.echo(describe_study(study))
+
+
+def _tradeoff_script(
+    scene_file: str | None,
+    output: Path | None,
+    other: bool,
+    as_json: bool,
+    own: dict[str, Any],
+    options: dict[str, Any],
+) -> None:
+    from chaincor.workflows.tradeoff.scripts.report import (
+        describe_script_study,
+        script_study_to_dict,
+        write_script_study,
+    )
+    from chaincor.workflows.tradeoff.scripts.study import DEFAULT_TIMEOUT, tradeoff_script
+    from chaincor.workflows.tradeoff.study_progress import study_progress
+
+    tolerance = options.pop("tolerance")
+    given = [name for name, value in options.items() if value is not None]
+    given += ["SCENE.toml"] if scene_file is not None else []
+    given += ["--quick or --calibrate"] if other else []
+    if given:
+        raise click.UsageError(
+            f"--script runs a script of yours, so that {', '.join(given)} would not be used; "
+            "expected one or the other"
+        )
+    for name in ("observable", "vary"):
+        if own[name] is None:
+            raise click.UsageError(
+                f"--script needs --{name}; expected such as --observable 'restitution = (\\S+)' "
+                "--vary timestep=0.01:0.0005:8"
+            )
+    timeout = DEFAULT_TIMEOUT if own["timeout"] is None else own["timeout"]
+    with study_progress() as progress:
+        study = tradeoff_script(
+            **own | {"timeout": timeout}, tolerance=tolerance, progress=progress
+        )
+    if output is not None:
+        write_script_study(study, output)
+    if as_json:
+        click.echo(json.dumps(script_study_to_dict(study), allow_nan=False))
+    else:
+        click.echo(describe_script_study(study))
 
 
 def _calibrate(as_json: bool) -> None:

@@ -1,11 +1,11 @@
-"""The progress bar of many collisions: on a terminal and in a notebook, nothing elsewhere."""
+"""How far many collisions are: a bar on a terminal and in a notebook, a line a minute elsewhere."""
 
 import contextlib
 import time
 from collections.abc import Callable, Iterator
 
 from chaincor.analysis.showing.notebook import in_notebook
-from chaincor.workflows.durations import format_duration
+from chaincor.workflows.durations import LineAMinute, format_duration
 
 # Called after every collision with what it was expected to cost.
 Advance = Callable[[float], None]
@@ -33,7 +33,7 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda _cost: None
+        yield _line_a_minute(points, seconds)
         return
     columns = (
         TextColumn("{task.fields[done]}/{task.fields[points]}"),
@@ -53,6 +53,19 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
             bar.update(task, advance=cost, done=done, rate=rate)
 
         yield advance
+
+
+def _line_a_minute(points: int, seconds: float) -> Advance:
+    """Write to a log: standard error that is no terminal."""
+    line, done, spent = LineAMinute(), 0, 0.0
+
+    def advance(cost: float) -> None:
+        nonlocal done, spent
+        done, spent = done + 1, spent + cost
+        share = 100.0 * min(spent / seconds, 1.0) if seconds > 0.0 else 100.0
+        line.tell(f"{done} of {points} collisions, {share:.0f} % of the work, done")
+
+    return advance
 
 
 def _notebook_bar(points: int, seconds: float) -> Advance:

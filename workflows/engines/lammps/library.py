@@ -5,6 +5,7 @@ import importlib
 import importlib.metadata
 import importlib.util
 import re
+import shutil
 import sys
 from functools import cache
 from pathlib import Path
@@ -38,6 +39,11 @@ def find_mpi_library() -> Path | None:
         if candidate.exists():
             return candidate.resolve()
     return None
+
+
+def find_lmp_command() -> str | None:
+    """Return the ``lmp`` command of this environment, or else of the PATH; None without one."""
+    return shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
 
 @cache

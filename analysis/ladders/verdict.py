@@ -1,0 +1,277 @@
+"""Regular, irregular or noise: what the error of a number is like along a ladder of steps."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order
+
+Kind = Literal["regular", "irregular", "noise", "cannot tell"]
+
+LEAST_RUNGS, LEAST_COLUMNS = 4, 3
+# An order is known when 1 and 2 cannot be taken for each other.
+KNOWN_ORDER = 0.5
+# Scatter beside a smooth error does not matter below this share of what the error changes by to
+# the next rung, on half of the rungs.
+ROUGH = 0.5
+# Scatter that shrinks slower than this power of the step is not taken for an error of the step,
+# nor faster for noise.
+LEAST_DECAY = 0.5
+# Values of one rung are this many standard deviations from their mean at most, in the promise.
+SCATTER_RESERVE = 3.0
+# Bias seen by chance alone in 1 of 100 ladders.
+_CHANCE = 0.01
+_ROUNDING = 4e-15
+
+
+@dataclass(frozen=True)
+class LadderVerdict:
+    """
+    What a ladder says of an error.
+
+    Attributes
+    ----------
+    kind : str
+        ``regular``: a smooth power of the step, so that the value can be extrapolated.
+        ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``:
+        it jumps about and the step has no part in it. ``cannot tell``: none of these is sure.
+    reason : str
+        Why, in one sentence.
+    order, order_error : float or None
+        Power of the step: of the smooth error, or of the scatter where that is irregular; with
+        what it holds within in 95 of 100 cases. None for noise, and where it cannot be told.
+    value, value_error : float or None
+        The best value and its error, likewise: extrapolated, of the finest rungs, or the mean of
+        all runs. None where it cannot be told.
+    bias : ndarray of shape (R,)
+        Bound on the systematic error of each rung, the error of `value` included.
+    scatter : ndarray of shape (R,)
+        Standard deviation of one run, by rung.
+    fit : OrderFit or None
+        The law of a regular error.
+    """
+
+    kind: Kind
+    reason: str
+    order: float | None
+    order_error: float | None
+    value: float | None
+    value_error: float | None
+    bias: NDArray[np.float64]
+    scatter: NDArray[np.float64]
+    fit: OrderFit | None = None
+
+
+def judge_ladder(
+    steps: NDArray[np.float64],
+    values: NDArray[np.float64],
+    *,
+    resolution: float = 0.0,
+    seeded: bool = False,
+) -> LadderVerdict:
+    """
+    Say what the error of a number is like.
+
+    Parameters
+    ----------
+    steps : ndarray of shape (R, M)
+        Steps, rung by rung from coarse to fine; M nearby ones a rung, all a little different.
+    values : ndarray of shape (R, M)
+        The number found with each.
+    resolution : float, optional
+        Unit of the last digit that the number is given with.
+    seeded : bool, optional
+        Whether a column has one seed throughout: then seeds may differ by more than the step
+        changes, and each is compared with itself.
+
+    Returns
+    -------
+    LadderVerdict
+        What it is, with its reason.
+    """
+    rungs, columns = values.shape
+    if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:
+        raise ValueError(
+            f"a ladder of {rungs} rungs with {columns} runs; expected {LEAST_RUNGS} and "
+            f"{LEAST_COLUMNS} at least"
+        )
+    h = steps / steps.max()
+    floor = resolution / np.sqrt(12.0) + _ROUNDING * float(np.max(np.abs(values)))
+    scatter = np.hypot(values.std(axis=1, ddof=1), floor)
+    if np.ptp(values) <= resolution:
+        return _untold(
+            "the number has the same digits in all runs: nothing tells what finer steps would "
+            "change",
+            values,
+            scatter,
+        )
+    rough, fit = _roughness(h, values, floor, seeded)
+    decay, decay_error = _decay(h.mean(axis=1), rough, columns, floor)
+    change = np.abs(np.diff(fit.bias(h.mean(axis=1))))
+    is_rough = bool(np.median(rough[:-1] - ROUGH * change) > 2.0 * floor)
+    known = fit.order_error < KNOWN_ORDER
+    if is_rough and decay - decay_error > LEAST_DECAY:
+        return _irregular(values, scatter, rough, decay, decay_error)
+    biased = _bias_is_seen(h, values)
+    if known and biased:
+        error = fit.limit_error
+        bias = np.abs(values.mean(axis=1) - fit.limit) + error
+        reason = f"a smooth power of the step describes the {fit.rungs} finest rungs"
+        if is_rough:
+            reason += ", beside scatter that the step does not change"
+        return LadderVerdict(
+            "regular", reason, fit.order, fit.order_error, fit.limit, error, bias, scatter, fit
+        )
+    if is_rough and decay + decay_error < LEAST_DECAY and not biased:
+        return _noise(h, values, scatter, seeded)
+    return _untold(_why_not(is_rough, biased, decay, decay_error, fit), values, scatter)
+
+
+def _roughness(
+    h: NDArray[np.float64], values: NDArray[np.float64], floor: float, seeded: bool
+) -> tuple[NDArray[np.float64], OrderFit]:
+    """Return the scatter about a smooth law, by rung, and that law; each needs the other."""
+    rough = np.hypot(values.std(axis=1, ddof=1), floor)
+    fit = fit_order(h, values, rough)
+    for _ in range(3):
+        rest = (values - fit.slope * h**fit.order).std(axis=1, ddof=1)
+        rough = _seeds_apart(h, values, fit.order, rest) if seeded else rest
+        rough = np.hypot(rough, floor)
+        # Single rungs tell their scatter badly: a straight line through the logarithms helps.
+        x, y = np.log(h.mean(axis=1)), np.log(rough)
+        smooth = np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
+        fit = fit_order(h, values, smooth)
+    return rough, fit
+
+
+def _seeds_apart(
+    h: NDArray[np.float64], values: NDArray[np.float64], p: float, rough: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """
+    Return the scatter about A + B h^p with A and B of each seed's own, where seeds have their own.
+
+    Whether they have is decided by an F test; `rough` is the scatter about a common law.
+    """
+    from scipy.stats import f
+
+    rungs, columns = values.shape
+    # As if all rungs scattered alike: what is compared is the same sum of squares.
+    squares = np.zeros(rungs)
+    for k in range(columns):
+        design = np.stack([np.ones(rungs), h[:, k] ** p], axis=1)
+        q, _ = np.linalg.qr(design)
+        rest = values[:, k] - q @ (q.T @ values[:, k])
+        squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
+    apart = np.sqrt(squares / columns)
+    common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
+    # Degrees of freedom: of a common law one mean a rung, of seeds' own laws two numbers a seed.
+    freedom = rungs * (columns - 1), (rungs - 2) * columns
+    return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
+
+
+def _decay(
+    h: NDArray[np.float64], rough: NDArray[np.float64], columns: int, floor: float
+) -> tuple[float, float]:
+    """Return the power of the step by which scatter shrinks, and its 95 % error."""
+    from scipy.special import polygamma
+
+    seen = rough > 2.0 * floor
+    if seen.sum() < LEAST_RUNGS:
+        return 0.0, np.inf
+    x, y = np.log(h[seen]), np.log(rough[seen])
+    slope, level = np.polyfit(x, y, 1)
+    rest = y - slope * x - level
+    # Variance of the logarithm of a standard deviation from M Gaussian values; where the rungs
+    # themselves scatter by more, that counts.
+    expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
+    variance = max(expected, float(rest @ rest) / (len(x) - 2))
+    return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))
+
+
+def _bias_is_seen(h: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
+    """
+    Test whether the mean changes along the ladder, by more than chance.
+
+    The contrast has the shape of h^1.5, between orders 1 and 2; columns are compared with
+    themselves, so that seeds of different levels do not hide it.
+    """
+    from scipy.stats import t
+
+    rungs, columns = values.shape
+    shape = h.mean(axis=1) ** 1.5
+    shape = shape - shape.mean()
+    rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
+    freedom = (rungs - 1) * (columns - 1)
+    variance = float(np.sum(rest**2)) / freedom
+    if variance == 0.0:
+        return True
+    contrast = float(shape @ values.mean(axis=1))
+    error = np.sqrt(variance * float(shape @ shape) / columns)
+    return bool(abs(contrast) / error > t.ppf(1.0 - 0.5 * _CHANCE, freedom))
+
+
+def _irregular(
+    values: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+    rough: NDArray[np.float64],
+    decay: float,
+    decay_error: float,
+) -> LadderVerdict:
+    reason = "between nearby steps the number jumps about, by less the finer the steps are"
+    if decay_error >= KNOWN_ORDER:
+        return _untold(f"{reason}, but how fast that falls is not clear", values, scatter)
+    # Neither the mean of a rung nor that of the finest one need be nearer than a single run.
+    mean = values.mean(axis=1)
+    value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
+    bias = np.abs(mean - value) + error
+    return LadderVerdict("irregular", reason, decay, decay_error, value, error, bias, scatter)
+
+
+def _noise(
+    h: NDArray[np.float64], values: NDArray[np.float64], scatter: NDArray[np.float64], seeded: bool
+) -> LadderVerdict:
+    """The mean of all runs, and the largest bias of order 1 or more that noise may hide."""
+    from scipy.stats import t
+
+    rungs, columns = values.shape
+    value = float(values.mean())
+    means = values.mean(axis=0) if seeded else values.ravel()
+    error = float(t.ppf(0.975, len(means) - 1) * means.std(ddof=1) / np.sqrt(len(means)))
+    x = h.mean(axis=1) - h.mean()
+    slopes = x @ (values - values.mean(axis=0)) / float(x @ x)
+    level = float(slopes.mean())
+    rest = values - values.mean(axis=0) - x[:, None] * level
+    freedom = (rungs - 1) * columns - 1
+    spread = np.sqrt(float(np.sum(rest**2)) / freedom / float(x @ x) / columns)
+    hidden = abs(level) + float(t.ppf(0.975, freedom)) * spread
+    bias = hidden * h.mean(axis=1) + error
+    reason = "runs scatter, the step changes neither how much nor the mean"
+    return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
+
+
+def _untold(
+    reason: str, values: NDArray[np.float64], scatter: NDArray[np.float64]
+) -> LadderVerdict:
+    unknown = np.full(len(values), np.inf)
+    return LadderVerdict("cannot tell", reason, None, None, None, None, unknown, scatter)
+
+
+def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit: OrderFit) -> str:
+    if not is_rough:
+        return (
+            "the number changes smoothly, but not as one power of the step"
+            if biased
+            else "the number hardly changes along the ladder"
+        ) + "; a longer ladder may tell"
+    if biased:
+        return (
+            "runs scatter, and the step changes their mean, but the order is anything from "
+            f"{max(fit.order - fit.order_error, 0.0):.2g} to {fit.order + fit.order_error:.2g}; "
+            "more runs a rung may tell"
+        )
+    return (
+        "runs scatter, and whether that shrinks with the step is not clear (power "
+        f"{decay:.2g} +- {decay_error:.2g}); a longer ladder or more runs a rung may tell"
+    )

@@ -1,0 +1,40 @@
+"""How often a verdict on a ladder of steps is right: drawn errors of known kinds, counted."""
+
+import argparse
+
+import numpy as np
+
+from chaincor.analysis.ladders.verdict import judge_ladder
+from tests.analysis.ladders.draws import ORDERS, draw
+
+KINDS = ("regular", "irregular", "noise", "cannot tell")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--draws", type=int, default=300)
+    parser.add_argument("--rungs", type=int, default=8)
+    parser.add_argument("--columns", type=int, default=8)
+    options = parser.parse_args()
+    print("| error | " + " | ".join(KINDS) + " | order in its bar | value in its bar |")
+    print("|---" * (len(KINDS) + 3) + "|")
+    for kind, order in ORDERS.items():
+        random = np.random.default_rng(22)
+        counts = dict.fromkeys(KINDS, 0)
+        orders, values = [], []
+        for _ in range(options.draws):
+            h, found, truth = draw(kind, options.rungs, options.columns, random)
+            verdict = judge_ladder(h, found)
+            counts[verdict.kind] += 1
+            if verdict.order is not None and order is not None:
+                orders.append(abs(verdict.order - order) <= verdict.order_error)
+            if verdict.value is not None:
+                values.append(abs(verdict.value - truth) <= verdict.value_error)
+        shares = [100.0 * count / options.draws for count in counts.values()]
+        bars = [f"{100.0 * np.mean(hits):.0f}" if hits else "-" for hits in (orders, values)]
+        cells = " | ".join([*(f"{share:.0f}" for share in shares), *bars])
+        print(f"| {kind} | {cells} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

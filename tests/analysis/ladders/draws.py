@@ -1,0 +1,55 @@
+"""Ladders with errors of known kinds, drawn without a word of the code that judges them."""
+
+import numpy as np
+
+# Kind, and the order that a verdict of an order must name; None where none may be named.
+ORDERS = {
+    "order 1": 1.0,
+    "order 2": 2.0,
+    "order 4": 4.0,
+    "order 1, large next term": 1.0,
+    "order 2, large next term": 2.0,
+    "irregular, bounded": 1.0,
+    "irregular, long tails": 1.0,
+    "noise": None,
+    "noise of shorter runs": None,
+    "order 2 in noise": 2.0,
+    "order 2 in strong noise": 2.0,
+    "order 2 and irregular": None,
+    "irregular and noise": None,
+}
+# What must not be said of each: the verdict would be wrong, not just weak.
+WRONG = {
+    **dict.fromkeys([k for k in ORDERS if k.startswith("order")], ("noise",)),
+    **dict.fromkeys([k for k in ORDERS if k.startswith("irregular")], ("regular",)),
+    **dict.fromkeys([k for k in ORDERS if k.startswith("noise")], ("regular", "irregular")),
+}
+SPAN = 20.0
+
+
+def draw(kind, rungs, columns, random):
+    """Return steps, values and the truth of one ladder."""
+    steps = SPAN ** (-np.arange(rungs) / (rungs - 1))
+    h = steps[:, None] * random.uniform(0.98, 1.02, (rungs, columns))
+    truth, sign = random.normal(), random.choice([-1.0, 1.0])
+    next_power, chance = random.choice([1, 2]), random.normal(size=h.shape)
+    if kind in ("order 1", "order 2", "order 4"):
+        bent = 1.0 + 1e-3 * random.uniform(-1.0, 1.0) * h**next_power
+        tiny = 10.0 ** random.uniform(-11.0, -7.0)
+        return h, truth + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance, truth
+    if kind.endswith("large next term"):
+        bent = 1.0 + 0.3 * random.uniform(-1.0, 1.0) * h**next_power
+        tiny = 10.0 ** random.uniform(-11.0, -7.0)
+        return h, truth + sign * 1e-2 * h ** int(kind[6]) * bent + tiny * chance, truth
+    jumps = random.uniform(-1.0, 1.0, h.shape)
+    errors = {
+        "irregular, bounded": 1e-3 * h * (jumps + random.uniform(-0.5, 0.5)),
+        "irregular, long tails": 1e-3 * h * random.standard_t(4, h.shape),
+        "noise": 1e-3 * chance,
+        "noise of shorter runs": 1e-3 * h**-0.5 * chance,
+        "order 2 in noise": sign * 1e-2 * h**2 + 1e-3 * chance,
+        "order 2 in strong noise": sign * 1e-2 * h**2 + 5e-3 * chance,
+        "order 2 and irregular": sign * 1e-2 * h**2 + 1e-3 * h * jumps,
+        "irregular and noise": 1e-3 * h * jumps + 2e-4 * chance,
+    }
+    return h, truth + errors[kind], truth

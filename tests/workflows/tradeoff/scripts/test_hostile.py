@@ -1,0 +1,102 @@
+"""Nothing that stands in an option becomes a command, and every refusal is one line."""
+
+import contextlib
+import random
+import string
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows import cli
+from chaincor.workflows.tradeoff.scripts.ladder import read_fixed, read_ladder
+from chaincor.workflows.tradeoff.scripts.observable import check_pattern
+from tests.extremes.test_injection import ATTACKS
+
+SCRIPT = """
+variable timestep index 0.1
+variable seed index 1
+print "x = $(0.5+v_timestep^2:%.17g)"
+"""
+HARMLESS = ["timestep=0.1:0.01:8", "rows=1000,10000", "timestep", "0.1", "=", ":", ",", "-var"]
+
+
+def hostile(count):
+    """Return texts from attacks, options cut and joined, and random characters; seeded."""
+    dice = random.Random(17)
+    alphabet = string.printable + "\u2028\x85\x00\u0660"
+    for _ in range(count):
+        parts = [
+            dice.choice(ATTACKS),
+            dice.choice(HARMLESS),
+            "".join(dice.choice(alphabet) for _ in range(dice.randrange(1, 12))),
+        ]
+        dice.shuffle(parts)
+        yield "".join(parts[: dice.randrange(1, 4)])
+
+
+@pytest.mark.parametrize("read", [read_ladder, lambda text: read_fixed((text,))])
+def test_what_is_read_holds_names_and_numbers_alone(read):
+    refused = 0
+    for text in hostile(300):
+        try:
+            found = read(text)
+        except InputError:
+            refused += 1
+            continue
+        given = [{found.name: found.text(found.coarse)}] if hasattr(found, "name") else found
+        for variables in given:
+            for name, value in variables.items():
+                assert name.isascii()
+                assert name.isidentifier()
+                assert set(value) <= set("0123456789.+-eE")
+                float(value)
+    assert refused > 200
+
+
+@pytest.mark.slow
+def test_hostile_options_on_the_command_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.x").write_text(SCRIPT)
+    before = sorted(path.name for path in tmp_path.iterdir())
+    good = {"--vary": "timestep=0.1:0.01:4", "--observable": r"x = (\S+)"}
+    for k, text in enumerate(hostile(120)):
+        if text in HARMLESS:
+            continue
+        name = ("--vary", "--fix", "--observable", "--lmp", "--script", "--seeds")[k % 6]
+        options = {**good, "--script": "in.x", "--phases": "3", name: text}
+        # A pattern or a path may well be harmless: then the run itself must fail or be refused.
+        if name == "--observable":
+            options["--vary"] = "seed=1:1:1"
+        arguments = [word for pair in options.items() for word in pair]
+        status = cli._run(["tradeoff", *arguments])
+        out, err = capsys.readouterr()
+        assert status in (1, 2), (name, text)
+        assert len(err.strip().splitlines()) == 1, (name, text, err)
+        assert "Traceback" not in err
+        assert out == ""
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("pattern", "said"),
+    [
+        ("x = (", "no regular expression"),
+        (r"x = \S+", "0 groups"),
+        (r"(x) = (\S+)", "2 groups"),
+        ("x" * 2000, "2000 letters"),
+        ("(?P<n>x)(?P=m)", "no regular expression"),
+    ],
+)
+def test_patterns_that_are_none(pattern, said):
+    with pytest.raises(InputError, match=said):
+        check_pattern(pattern)
+
+
+def test_hostile_patterns_are_only_ever_patterns(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    dice = random.Random(5)
+    for _ in range(25):
+        pattern = dice.choice(ATTACKS) + dice.choice(["(", ")", r"(\S+)", "", "(?#"])
+        with contextlib.suppress(InputError):
+            check_pattern(pattern)
+    assert list(tmp_path.iterdir()) == []

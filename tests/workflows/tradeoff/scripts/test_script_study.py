@@ -1,0 +1,224 @@
+"""Studies of scripts by the real lmp command."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from chaincor import tradeoff_script
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows import cli
+from chaincor.workflows.errors import MissingLibraryError
+from chaincor.workflows.tradeoff.scripts import study as study_module
+from chaincor.workflows.tradeoff.scripts.report import script_study_to_dict
+from chaincor.workflows.tradeoff.scripts.script_run import ScriptRunError
+
+EXAMPLES = Path(__file__).parents[4] / "docs" / "examples" / "scripts"
+# Prints what it is told to: the law of its error is known, and it takes a moment.
+LAW = r"""
+variable timestep index 0.1
+variable seed index 1
+variable rows index 10
+variable noise index 0
+variable r equal random(-1.0,1.0,${seed})
+print "x = $(0.5+v_timestep^2/v_rows+v_noise*v_r:%.17g)"
+"""
+OBSERVABLE = r"^x = (\S+)$"
+
+
+@pytest.fixture
+def law(tmp_path):
+    path = tmp_path / "in.law"
+    path.write_text(LAW)
+    return path
+
+
+def run(script, vary="timestep=0.1:0.01:5", observable=OBSERVABLE, **options):
+    return tradeoff_script(script, observable, vary, **options)
+
+
+def test_order_and_limit_of_a_known_law(law, tmp_path):
+    before = sorted(path.name for path in tmp_path.iterdir())
+    study = run(law, phases=3, tolerance=1e-4)
+    (ladder,) = study.ladders
+    assert ladder.verdict.kind == "regular"
+    assert abs(ladder.verdict.order - 2.0) <= ladder.verdict.order_error < 0.01
+    assert abs(ladder.verdict.value - 0.5) <= ladder.verdict.value_error < 1e-6
+    # 0.0001 = h^2/10 at h = 0.0316; what is advised keeps it.
+    assert 0.5 * 0.0316 < ladder.advice.value <= 0.0316
+    # A copy of the folder was run in: log.lammps is not here.
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
+    assert plain["schema"] == 1
+    assert plain["order"] == ladder.verdict.order
+    assert len(plain["ladders"][0]["runs"]) == 15
+
+
+@pytest.mark.slow
+def test_fixed_values_make_a_ladder_each(law):
+    study = run(law, vary="timestep=0.1:0.02:4", phases=3, fix=["rows=1,100"])
+    assert [each.fixed for each in study.ladders] == [{"rows": "1"}, {"rows": "100"}]
+    spans = [float(np.ptp(each.results)) for each in study.ladders]
+    assert spans[0] / spans[1] == pytest.approx(100.0, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
+    words = ["--script", str(law), "--observable", OBSERVABLE, "--phases", "3"]
+    out = tmp_path / "out"
+    status = cli._run(
+        ["tradeoff", *words, "--vary", "timestep=0.1:0.02:4", "--tolerance", "1e-3", "-o", str(out)]
+    )
+    text = capsys.readouterr().out
+    assert status == 0
+    assert "verdict      regular" in text
+    assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
+    names = {path.name for path in out.iterdir()}
+    assert names == {"tradeoff.json", "runs.csv", "work_precision.png", "work_precision.svg"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--vary", "timestep=0.1:0.01:4"], "--script"),
+        (["--script", "in.law", "--vary", "timestep=0.1:0.01:4"], "needs --observable"),
+        (["--script", "in.law", "--observable", "x", "--particles", "3"], "particles"),
+        (["--script", "no.in", "--observable", "x = (.*)", "--vary", "a=1:9:4"], "expected a file"),
+    ],
+)
+def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    assert cli._run(["tradeoff", *arguments]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert said in line
+
+
+@pytest.mark.slow
+def test_what_makes_no_sense_is_refused(law):
+    for options, said in (
+        ({"phases": 2}, "3 to 100"),
+        ({"seeds": 5, "phases": 5}, "drop one"),
+        ({"tolerance": 0.0}, "positive"),
+        ({"timeout": 0.0}, "positive"),
+        ({"fix": ["timestep=1"]}, "timestep is given twice"),
+        ({"lmp": "/nothing/lmp", "phases": 3}, "cannot start"),
+        # The script reads `seed`, and nothing that is printed depends on it.
+        ({"seeds": 3}, "obey the variable 'seed'"),
+    ):
+        with pytest.raises(InputError, match=said):
+            run(law, **options)
+
+
+def test_without_lammps_it_says_so(law, monkeypatch):
+    monkeypatch.setattr(study_module, "find_lmp_command", lambda: None)
+    with pytest.raises(MissingLibraryError, match="no lmp command"):
+        run(law)
+
+
+def test_a_script_that_fails_is_named_and_kept(law):
+    law.write_text(LAW + "no_such_command 1\n")
+    with pytest.raises(ScriptRunError, match="no_such_command 1") as failure:
+        run(law)
+    kept = Path(str(failure.value).rsplit(" ", 1)[1])
+    try:
+        assert "timestep = 0.01" in str(failure.value)
+        names = {path.name for path in kept.rglob("*") if path.is_file()}
+        assert {"in.law", "screen.txt", "command.txt", "log.lammps"} <= names
+    finally:
+        shutil.rmtree(kept)
+
+
+@pytest.mark.slow
+def test_coarse_runs_that_fail_are_left_out(law):
+    law.write_text(LAW + 'if "${timestep} > 0.05" then "no_such_command"\n')
+    study = run(law, vary="timestep=0.1:0.01:6", phases=3)
+    try:
+        (ladder,) = study.ladders
+        assert ladder.verdict.kind == "regular"
+        assert ladder.values[0] < 0.05
+        failed = [each for each in ladder.runs if each.failure]
+        assert all("no_such_command" in each.failure for each in failed)
+        assert len(failed) == 2
+    finally:
+        shutil.rmtree(study.kept)
+
+
+def test_a_script_that_prints_nothing_or_hangs(law):
+    for text, said, options in (
+        ('print "y = 1"', "prints nothing", {}),
+        ('print "x = nan"', "finite number", {}),
+        ("shell sleep 60", "not ended after 1 s", {"timeout": 1.0}),
+    ):
+        law.write_text(f"print '${{timestep}}'\n{text}\n")
+        with pytest.raises(ScriptRunError, match=said) as failure:
+            run(law, **options)
+        shutil.rmtree(str(failure.value).rsplit(" ", 1)[1])
+
+
+def test_ends_the_other_way_round_are_seen_by_their_cost(law, monkeypatch):
+    monkeypatch.setattr(study_module, "_SURELY_SECONDS", 0.0)
+    monkeypatch.setattr(study_module, "_DEARER", 0.01)
+    with pytest.raises(InputError, match=r"--vary timestep=0\.01:0\.1:5"):
+        run(law)
+
+
+@pytest.mark.slow
+def test_users_files_are_left_alone(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "more.in").write_text('print "x = $(v_timestep^2:%.17g)"\n')
+    (tmp_path / "out.txt").write_text("mine")
+    script = tmp_path / "in.files"
+    script.write_text('print "theirs" file out.txt\ninclude sub/more.in\n')
+    study = run(script, phases=3)
+    assert study.ladders[0].verdict.kind == "regular"
+    assert (tmp_path / "out.txt").read_text() == "mine"
+    assert {path.name for path in tmp_path.iterdir()} == {"sub", "out.txt", "in.files"}
+
+
+def test_ctrl_c_stops_at_once_and_leaves_no_lammps(law, tmp_path):
+    law.write_text(
+        f"print '${{timestep}}'\nprint 'begun' file {tmp_path.name}.txt\nshell sleep 45\n"
+    )
+    program = "from chaincor.workflows.cli import main; main()"
+    words = ["tradeoff", "--script", law.name, "--observable", OBSERVABLE]
+    process = subprocess.Popen(
+        [sys.executable, "-c", program, *words, "--vary", "timestep=0.1:0.01:4"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(EXAMPLES.parents[2]), "TMPDIR": str(tmp_path)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 60.0
+    while not list(tmp_path.rglob(f"{tmp_path.name}.txt")):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    # The script would sleep on for 45 s.
+    _, said = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted" in said
+    assert not list(tmp_path.glob("chaincor-script-*"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "observable", "vary", "kind", "order"),
+    [
+        ("reflecting_wall", "restitution", "timestep=0.05:0.001:8", "irregular", 1),
+        ("spring_chain", "position", "timestep=0.2:0.01:6", "regular", 2),
+        ("bond_stretch", "frequency", "timestep=0.2:0.02:6", "regular", 2),
+    ],
+)
+def test_orders_of_scripts_as_users_write_them(name, observable, vary, kind, order):
+    script = EXAMPLES / f"{name}.in"
+    study = run(script, vary=vary, observable=rf"^{observable} = (\S+)$", phases=6)
+    verdict = study.ladders[0].verdict
+    assert verdict.kind == kind
+    assert abs(verdict.order - order) <= verdict.order_error

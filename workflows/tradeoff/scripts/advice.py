@@ -1,0 +1,152 @@
+"""What to run for a tolerance: the cheapest value of the variable, and how many seeds."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
+from chaincor.workflows.tradeoff.scripts.ladder import Ladder
+
+# A mean of more runs than these is no advice.
+_MOST_RUNS = 10_000
+_AIM = 0.5
+
+
+@dataclass(frozen=True)
+class ScriptAdvice:
+    """
+    What to run for a tolerance.
+
+    Attributes
+    ----------
+    value : float
+        Of the variable.
+    runs : int
+        With so many seeds, whose mean is taken; 1 where a single run does.
+    promised_error : float or None
+        What this keeps; None beyond the ladder.
+    seconds : float
+        Processor time of all these runs.
+    tried : bool
+        Whether the value lies on the ladder; beyond it, it is a guess by the order, to be measured.
+    """
+
+    value: float
+    runs: int
+    promised_error: float | None
+    seconds: float
+    tried: bool
+
+
+def promised_errors(verdict: LadderVerdict) -> NDArray[np.float64]:
+    """
+    Return the error that one run on each rung keeps, against the limit of fine values.
+
+    The bound on its bias, with three standard deviations of single runs; never less than that of a
+    finer rung, since an error may vanish by luck at one step.
+    """
+    errors = verdict.bias + SCATTER_RESERVE * verdict.scatter
+    return np.maximum.accumulate(errors[::-1])[::-1]
+
+
+def give_advice(
+    ladder: Ladder,
+    values: NDArray[np.float64],
+    verdict: LadderVerdict,
+    seconds: NDArray[np.float64],
+    tolerance: float,
+    *,
+    seeded: bool,
+) -> ScriptAdvice | None:
+    """
+    Return the cheapest way to keep a tolerance; None where nothing that was measured tells one.
+
+    Parameters
+    ----------
+    ladder : Ladder
+        What was varied.
+    values : ndarray of shape (R,)
+        The rungs that ran, coarse to fine.
+    verdict : LadderVerdict
+        What was found on them.
+    seconds : ndarray of shape (R,)
+        Processor time of one run.
+    tolerance : float
+        Error to keep.
+    seeded : bool
+        Whether runs can be repeated with other seeds.
+    """
+    if verdict.kind == "cannot tell":
+        return None
+    # What differs from a finer rung's cost upwards is the machine's noise.
+    seconds = np.minimum.accumulate(seconds[::-1])[::-1]
+    promised = promised_errors(verdict)
+    bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
+    found: list[ScriptAdvice] = []
+    for k, value in enumerate(values):
+        if promised[k] <= tolerance:
+            runs = 1
+        elif seeded and bias[k] < tolerance:
+            scatter = SCATTER_RESERVE * float(verdict.scatter[k])
+            runs = math.ceil((scatter / (tolerance - float(bias[k]))) ** 2)
+        else:
+            continue
+        if runs <= _MOST_RUNS:
+            kept = float(bias[k] + SCATTER_RESERVE * verdict.scatter[k] / math.sqrt(runs))
+            kept = float(promised[k]) if runs == 1 else kept
+            found.append(ScriptAdvice(float(value), runs, kept, runs * float(seconds[k]), True))
+    if not found:
+        return _beyond(ladder, values, verdict, seconds, promised, tolerance)
+    best = min(found, key=lambda each: each.seconds)
+    k = int(np.argmin(np.abs(values - best.value)))
+    if best.runs == 1 and k > 0 and verdict.kind != "noise" and promised[k - 1] > tolerance:
+        return _between(ladder, values, seconds, promised, tolerance, k)
+    return best
+
+
+def _between(
+    ladder: Ladder,
+    values: NDArray[np.float64],
+    seconds: NDArray[np.float64],
+    promised: NDArray[np.float64],
+    tolerance: float,
+    k: int,
+) -> ScriptAdvice:
+    """Return a value between rung k, which keeps the tolerance, and the coarser one."""
+    span = math.log(float(promised[k - 1] / promised[k]))
+    share = math.log(tolerance / float(promised[k])) / span if span > 0.0 else 0.0
+    value = float(values[k] * (values[k - 1] / values[k]) ** share)
+    value = _round_towards(value, float(values[k]))
+    if ladder.counts:
+        value = float(math.ceil(value) if ladder.fine > ladder.coarse else math.floor(value))
+    share = math.log(value / float(values[k])) / math.log(float(values[k - 1] / values[k]))
+    cost = float(seconds[k] * (seconds[k - 1] / seconds[k]) ** share)
+    return ScriptAdvice(value, 1, float(promised[k] * math.exp(share * span)), cost, True)
+
+
+def _beyond(
+    ladder: Ladder,
+    values: NDArray[np.float64],
+    verdict: LadderVerdict,
+    seconds: NDArray[np.float64],
+    promised: NDArray[np.float64],
+    tolerance: float,
+) -> ScriptAdvice | None:
+    """Guess a finer value by the order; no promise."""
+    if verdict.order is None or not math.isfinite(float(promised[-1])):
+        return None
+    factor = (_AIM * tolerance / float(promised[-1])) ** (1.0 / verdict.order)
+    finest = float(values[-1])
+    value = finest * factor if ladder.fine < ladder.coarse else finest / factor
+    value = _round_towards(value, 0.0 if ladder.fine < ladder.coarse else math.inf)
+    return ScriptAdvice(value, 1, None, float(seconds[-1]) / factor, False)
+
+
+def _round_towards(value: float, fine: float) -> float:
+    """Round to two digits in the direction of a finer value, and not past it."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    if fine < value:
+        return float(f"{max(math.floor(value / unit) * unit, fine):.6g}")
+    return float(f"{min(math.ceil(value / unit) * unit, fine):.6g}")

