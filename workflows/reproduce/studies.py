@@ -126,7 +126,7 @@ def _slopes(plan: Plan) -> Study:
 def _pair(plan: Plan) -> Study:
     return Study(
         "pair",
-        "chain of two, for alpha",
+        "chain of two, for α",
         tuple(
             Scene(potential="lj", particles=2, speed=speed, tolerance=_PAIR_TOLERANCE)
             for speed in plan.pair_speeds

@@ -33,8 +33,8 @@ def agreement(measured: Measurements) -> Figure:
             f"Every point that both engines computed: {len(points)}, of which {len(outside)} "
             f"differ by more than the sum of their error bars, and none by more than {worst:.2g} "
             "of it. Below the full line they agree. Right of the dotted one bars are larger than "
-            f"{sharp:.0e}, and agreement proves little: {blunt} of the points, hot chains that "
-            "break ([how far to trust this](#trust))."
+            f"{sharp:.0e}, and agreement proves little: {blunt} of the points, chains that "
+            "break or nearly do ([how far to trust this](#trust))."
         ),
         table=table_of([point_record(p) for p in measured.all_points()]),
         draw=lambda: _draw(points, sharp),
