@@ -30,11 +30,11 @@ class Explanation:
     page: str
 
 
-def explain_script(script: str) -> str:
+def explain_script(script: str, others_own: bool = False) -> str:
     """
     Write an explanation above the first command of each kind.
 
-    Raises KeyError if a command has no explanation.
+    Raises KeyError if a command has no explanation, unless some are `others_own`.
     """
     lines: list[str] = [*_comment(_texts()["heading"]), ""]
     explained: set[Explanation] = set()
@@ -42,8 +42,13 @@ def explain_script(script: str) -> str:
     for line in script.splitlines():
         command = line.strip()
         if command and not command.startswith("#") and not continued:
-            found = explanation_of(command)
-            if found not in explained:
+            try:
+                found: Explanation | None = explanation_of(command)
+            except KeyError:
+                if not others_own:
+                    raise
+                found = None
+            if found is not None and found not in explained:
                 explained.add(found)
                 if lines[-1] and not lines[-1].startswith("# ----"):
                     lines.append("")

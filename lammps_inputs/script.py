@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.bond_table import KEYWORDS, BondTable
 from chaincor.lammps_inputs.contact_script import contact_values, number
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
 
@@ -181,6 +182,7 @@ def render_job(
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
     fastest: float | None = None,
+    template: OwnTemplate | None = None,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -212,6 +214,8 @@ def render_job(
         What the numerics were chosen for, to be said in the heading.
     fastest : float or None
         Largest velocity that is not refused; None for that of the scene.
+    template : OwnTemplate or None
+        What the user adds.
 
     Returns
     -------
@@ -270,4 +274,6 @@ def render_job(
                 "power": number(power),
                 "root_power": number(1.0 / power),
             }
-    return _environment().get_template("job.in.j2").render(values)
+    values["other_forces"] = template is not None and template.other_forces
+    text = _environment().get_template("job.in.j2").render(values)
+    return text if template is None else template.render(values, text)

@@ -2,12 +2,14 @@
 
 import shutil
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 from chaincor.workflows.engines.lammps.kept_script import job_script
@@ -15,61 +17,69 @@ from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
 
 
 def write_job(
-    scene: Scene,
-    folder: Path,
-    *,
-    dump: bool = False,
-    explain: bool = False,
-    table_range: tuple[float, float] | None = None,
-    replace_existing: bool = False,
+    scene: Scene, folder: Path, *, replace_existing: bool = False, **wishes: Any
 ) -> list[Path]:
     """
     Write the input script, the chain, its bond table and the scene; returns the paths.
 
+    For what else can be wished see :func:`job_files`. Raises InputError if the folder holds a job
+    already or cannot be made, and what that function raises.
+    """
+    return _write_files(job_files(scene, **wishes), folder, replace_existing)
+
+
+def job_files(
+    scene: Scene,
+    *,
+    dump: bool = False,
+    explain: bool = False,
+    table_range: tuple[float, float] | None = None,
+    template: OwnTemplate | None = None,
+) -> dict[str, str]:
+    """
+    Return the files of a job, by name.
+
     Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
     unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
     the scene has a dump; `explain` says of every command and file what it is for; for `table_range`
-    see :func:`~chaincor.workflows.scripted.plan.plan_script`. Raises InputError if the folder holds
-    a job already or cannot be made, SceneError if the scheme cannot be scripted, RunError if no
-    numerics meet the tolerance.
+    see :func:`~chaincor.workflows.scripted.plan.plan_script`. Raises SceneError if the scheme
+    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
     """
-    if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
-        scene = scene.replace(bond_file=scene.bond_file.resolve())
-    scene = scene.replace(engine="lammps")
-    plan = plan_script(scene, table_range)
-    table = plan.table
-    scouted = None if plan.scouting is None else plan.scouting.end
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
             f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
             "beside it, or neither"
         )
-    frame_time = _frame_time(scene) if dump or scene.dump is not None else None
+    if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
+        scene = scene.replace(bond_file=scene.bond_file.resolve())
+    scene = scene.replace(engine="lammps")
+    plan = plan_script(scene, table_range)
     texts = {
         SCRIPT_FILE: job_script(
             scene,
             plan.numerics,
-            table,
-            scouted,
-            frame_time,
+            plan.table,
+            None if plan.scouting is None else plan.scouting.end,
+            _frame_time(scene) if dump or scene.dump is not None else None,
             bar=plan.bar,
             tolerance=plan.tolerance,
             fastest=plan.fastest,
+            template=template,
         ),
         DATA_FILE: format_scene_data(scene),
     }
-    if table is not None:
-        texts[TABLE_FILE] = table.to_text()
+    if plan.table is not None:
+        texts[TABLE_FILE] = plan.table.to_text()
     if explain:
-        annotate = {
-            SCRIPT_FILE: explain_script,
+        annotate: dict[str, Callable[[str], str]] = {
+            SCRIPT_FILE: lambda text: explain_script(text, others_own=template is not None),
             DATA_FILE: explain_data,
             TABLE_FILE: explain_table,
         }
         texts = {name: annotate[name](text) for name, text in texts.items()}
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
-    return _write_files(texts, folder, replace_existing)
+    return texts
 
 
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:

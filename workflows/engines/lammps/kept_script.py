@@ -7,6 +7,7 @@ from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, FILE_KEYS, Scene
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
@@ -42,6 +43,7 @@ def job_script(
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
     fastest: float | None = None,
+    template: OwnTemplate | None = None,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
@@ -66,6 +68,7 @@ def job_script(
         bar=bar,
         tolerance=tolerance,
         fastest=fastest,
+        template=template,
     )
 
 

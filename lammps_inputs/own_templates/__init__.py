@@ -1,0 +1,1 @@
+"""Templates of a user's own, which extend that of a job."""

@@ -1,0 +1,145 @@
+"""A template of the user's own: its text, its values, and the sandbox it is rendered in."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.rules import check_commands
+from chaincor.lammps_inputs.small_file import read_small_file
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
+# A number or a plain word: nothing that LAMMPS would substitute, continue, split or take for a
+# comment, and nothing that ends a line.
+_WORD = re.compile(r"[A-Za-z0-9.+-][A-Za-z0-9_.+/-]{0,79}", re.ASCII)
+_OWN_NAME = "own.in.j2"
+_BASE = "job.in.j2"
+# Said by a template whose commands exert forces.
+_OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
+
+
+@dataclass(frozen=True)
+class OwnTemplate:
+    """
+    A template that extends ``job.in.j2``.
+
+    Attributes
+    ----------
+    text : str
+        Its text.
+    settings : dict
+        Numbers and words that it names besides the job's own values, as text.
+    """
+
+    text: str
+    settings: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def from_file(cls, path: Path, given: tuple[str, ...] = ()) -> "OwnTemplate":
+        """
+        Read a template, and settings ``NAME=VALUE``.
+
+        Raises SceneError if the file cannot be read, or a setting is not a name with a number or a
+        plain word.
+        """
+        try:
+            text = read_small_file(path)
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            raise SceneError(
+                f"the template {str(path)!a} cannot be read: {reason}; expected a text file"
+            ) from None
+        return cls(text, parse_settings(given))
+
+    @property
+    def other_forces(self) -> bool:
+        """Whether the template says that its commands exert forces on the chain."""
+        return _OTHER_FORCES.search(self.text) is not None
+
+    def render(self, values: dict[str, Any], plain: str) -> str:
+        """
+        Render the job with the template's blocks.
+
+        `plain` is the job without them: every other command is the template's, and is checked.
+        Raises SceneError for a template that is no jinja2,
+        extends nothing, names what nobody gives, leaves the sandbox, or has a command that the job
+        cannot live with.
+        """
+        from jinja2 import ChoiceLoader, DictLoader, PackageLoader, StrictUndefined, meta
+        from jinja2.exceptions import SecurityError, TemplateError
+        from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+        environment = ImmutableSandboxedEnvironment(
+            loader=ChoiceLoader(
+                [
+                    DictLoader({_OWN_NAME: self.text}),
+                    PackageLoader("chaincor.lammps_inputs", "templates"),
+                ]
+            ),
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+            keep_trailing_newline=True,
+            autoescape=False,  # the text is no HTML; what users give is a number or a word
+        )
+        try:
+            tree = environment.parse(self.text)
+            named = meta.find_undeclared_variables(tree)
+            if list(meta.find_referenced_templates(tree)) != [_BASE]:
+                raise SceneError(
+                    f"the template extends or includes something else than {_BASE}; expected "
+                    f'{{% extends "{_BASE}" %}} as its first line, and nothing else'
+                )
+            self._refuse_settings(named, values)
+            text = environment.get_template(_OWN_NAME).render(self.settings | values)
+        except SecurityError as error:
+            raise SceneError(
+                f"the template does what a template may not: {_one_line(error)}; expected values "
+                "and filters, such as {{ 2 * particles }}"
+            ) from None
+        except (TemplateError, ArithmeticError, TypeError, ValueError, LookupError) as error:
+            line = getattr(error, "lineno", None)
+            where = "" if line is None else f", line {line}"
+            raise SceneError(
+                f"the template cannot be rendered{where}: {_one_line(error)}; correct it, or give "
+                "missing values by --set NAME=VALUE"
+            ) from None
+        check_commands(text, plain, composed=values["composed"], other_forces=self.other_forces)
+        return text
+
+    def _refuse_settings(self, named: set[str], values: dict[str, Any]) -> None:
+        for name in self.settings:
+            if name in values:
+                raise SceneError(
+                    f"--set {name} is a value of the job itself; expected another name: options "
+                    "and the scene file set those of the job"
+                )
+            if name not in named:
+                raise SceneError(
+                    f"--set {name} is used nowhere in the template; expected one of "
+                    f"{', '.join(sorted(named - set(values))) or 'none'}: leave it out"
+                )
+
+
+def parse_settings(given: tuple[str, ...]) -> dict[str, str]:
+    """Take ``NAME=VALUE`` apart; SceneError if one is not a name with a number or a word."""
+    settings: dict[str, str] = {}
+    for text in given:
+        name, equals, value = text.partition("=")
+        if not equals or not _NAME.fullmatch(name) or name in settings:
+            raise SceneError(
+                f"--set is given {text[:60]!a}; expected NAME=VALUE, a name of small letters, "
+                "digits and _, each once"
+            )
+        if not _WORD.fullmatch(value):
+            raise SceneError(
+                f"--set {name} is given {value[:60]!a}; expected a number or a plain word of "
+                "letters, digits and _.+-/"
+            )
+        settings[name] = value
+    return settings
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())[:200]

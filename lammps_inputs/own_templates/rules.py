@@ -1,0 +1,155 @@
+"""Commands that a job cannot live with: refused by name, or warned about."""
+
+import re
+import shlex
+from collections import Counter
+
+from chaincor.lammps_inputs.errors import SceneError
+
+# By the first word of a command, why not.
+_REFUSED = {
+    "minimize": "it moves the particles without time",
+    "run": "time is the loop's; a run of no steps follows and makes known what is defined",
+    "rerun": "time is the loop's",
+    "timestep": "steps are the loop's",
+    "run_style": "the contact is located on plain Verlet steps",
+    "reset_timestep": "the clock of the contacts would jump",
+    "clear": "it would delete the chain",
+    "read_data": "the chain is there already",
+    "read_restart": "the chain is there already",
+    "create_atoms": "the chain is complete",
+    "delete_atoms": "the chain would lack them",
+    "delete_bonds": "it cuts the chain without its energy",
+    "displace_atoms": "the chain is placed by its data file",
+    "units": "the numbers of the job have units already",
+    "atom_style": "the chain is there already",
+    "bond_style": "the bonds are the scene's",
+    "bond_coeff": "the bonds are the scene's",
+    "boundary": "a periodic chain would meet itself",
+    "kspace_style": "there are no charges",
+    "shell": "a job runs LAMMPS alone",
+    "python": "a job runs LAMMPS alone",
+    "plugin": "a job runs LAMMPS alone",
+    "include": "a job is complete",
+    "quit": "the job ends with its result",
+    "log": "the result would go elsewhere",
+    "next": "the runs for the error would be lost",
+    "velocity": "the chain comes with the velocity of the job",
+}
+# By the style of a fix, as regular expressions.
+_REFUSED_FIXES = [
+    (
+        r"nve.*|nvt.*|npt.*|nph.*|rigid.*|move|brownian.*|verlet.*",
+        "particles are moved by `fix motion` already, and would move twice",
+    ),
+    (r"wall/.*|wall", "the wall is the job's, and a second one gives momentum that is not counted"),
+    (
+        r"langevin.*|temp/.*|gld|gle|bd|ttm.*|msst|nphug|qtb|qbmsst|dpd/.*",
+        "a thermostat gives the chain what the wall is then said to give",
+    ),
+    (r"halt", "the wall is seen by a `fix halt` of the job's own, and a second one stops its runs"),
+    (r"deform|balance|adapt.*|dt/reset", "the job relies on a box and steps that stay"),
+    (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
+    (r"python.*|external|plumed|client.*|mdi.*", "a job runs LAMMPS alone"),
+]
+_FORCES = (
+    r"addforce|aveforce|setforce|efield|gravity|spring.*|momentum|recenter|heat|ehex|smd.*|drag"
+    r"|viscous.*|damping.*|indent|lineforce|planeforce|oneway|propel.*"
+)
+_BY_VELOCITY = r"viscous.*|drag|damping.*"
+_WITH_NAMES = ("fix", "variable", "label", "group", "dump", "compute")
+
+
+def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool) -> None:
+    """
+    Refuse commands of a template that the event wall, or the end of a collision, cannot live with.
+
+    `text` is the job with them, `plain` the one without; `composed` tells its steps, `other_forces`
+    whether the template says that its commands exert some. Raises SceneError, with the command and
+    the reason.
+    """
+    ours = Counter(_commands(plain))
+    theirs = []
+    for command in _commands(text):
+        if ours[command]:
+            ours[command] -= 1
+        else:
+            theirs.append(command)
+    names = {kind: _names(kind, plain) for kind in _WITH_NAMES}
+    for command in theirs:
+        for part in (command, *_quoted(command)):
+            _check(part, names, composed, other_forces)
+
+
+def _check(command: str, names: dict[str, set[str]], composed: bool, other_forces: bool) -> None:
+    words = command.split()
+    if not words:
+        return
+    first = words[0].strip("\"'")
+    if "$" in first:
+        _refuse(command, "which command it is must not depend on a variable")
+    if first in _REFUSED:
+        _refuse(command, _REFUSED[first])
+    if first == "jump" and words[1:2] != ["SELF"]:
+        _refuse(command, "a job is one file")
+    kind = {"unfix": "fix"}.get(first, first)
+    if kind in _WITH_NAMES and len(words) > 1 and words[1] in names[kind]:
+        _refuse(command, f"{words[1]} is a name that the job itself uses")
+    if first == "fix" and len(words) > 3:
+        style = words[3]
+        for pattern, reason in _REFUSED_FIXES:
+            if re.fullmatch(pattern, style):
+                _refuse(command, reason)
+        if re.fullmatch(_FORCES, style) and not other_forces:
+            _refuse(
+                command,
+                "what else acts on the chain makes its momentum another than what the wall gave, "
+                "and the job would stop: say {% set other_forces = true %} in the template, or",
+            )
+        if composed and re.fullmatch(_BY_VELOCITY, style):
+            _refuse(
+                command,
+                "composed steps go back in time, where a force that depends on the velocity does "
+                "not come back: give --scheme verlet",
+            )
+
+
+def _refuse(command: str, reason: str) -> None:
+    raise SceneError(
+        f"the template has the command {command[:60]!a}; {reason}: expected a job without it"
+    )
+
+
+def _commands(text: str) -> list[str]:
+    """Return the commands of a script as LAMMPS reads them: lines joined, without comments."""
+    joined = re.sub(r"&[ \t\r]*\n", "", text)  # LAMMPS puts no space there
+    found = [" ".join(_without_comment(line).split()) for line in joined.splitlines()]
+    return [command for command in found if command]
+
+
+def _without_comment(line: str) -> str:
+    quote = ""
+    for place, letter in enumerate(line):
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "\"'":
+            quote = letter
+        elif letter == "#":
+            return line[:place]
+    return line
+
+
+def _quoted(command: str) -> list[str]:
+    """Return the commands that an `if` would carry out."""
+    if command.split()[0] != "if":
+        return []
+    try:
+        words = shlex.split(command)
+    except ValueError:
+        _refuse(command, "its quotes are not in pairs")
+    return words[2:]
+
+
+def _names(kind: str, text: str) -> set[str]:
+    found = [command.split() for command in _commands(text)]
+    return {words[1] for words in found if words[0] == kind and len(words) > 1}

@@ -1,0 +1,147 @@
+"""Hostile settings, names and templates: none gets a command into a job, or code out of jinja2."""
+
+import itertools
+import random
+
+import pytest
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
+from chaincor.lammps_inputs.own_templates.rules import _commands
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job import job_files
+from chaincor.workflows.scripted import plan
+
+SCENE = Scene(potential="harmonic", particles=2, velocity=0.1, scheme="verlet", error=False)
+HEAD = '{% extends "job.in.j2" %}\n'
+PIECES = [
+    *(
+        "\n",
+        "\r",
+        "\r\n",
+        "&\n",
+        " & ",
+        "#",
+        '"',
+        "'",
+        '"""',
+        "\t",
+        "\v",
+        "\f",
+        "\0",
+        ";",
+        "|",
+        "`",
+    ),
+    *("$(1)", "${velocity}", "$x", "$(python.exec)", "{{ 7*7 }}", "{% raw %}", "{#", "}}", "%}"),
+    *("\u2028", "\u0085", "\u00a0", "\uff04", "\\n", "\\", "\x1b[2J", "\ud800", "..", "/", "~"),
+]
+COMMANDS = ["shell touch marker", "python f here", "quit", "include x", "print p file x", "run 9"]
+# Ways out of python's objects to a command, each in some dress.
+ESCAPES = [
+    "''.__class__.__mro__[1].__subclasses__()",
+    "().__class__.__base__.__subclasses__()",
+    "particles.__class__.__init__.__globals__",
+    "self.__init__.__globals__.__builtins__",
+    "self._TemplateReference__context",
+    "cycler.__init__.__globals__.os.system('touch marker')",
+    "lipsum.__globals__['os'].popen('touch marker').read()",
+    "joiner.__init__.__globals__.os.system('touch marker')",
+    "namespace.__init__.__globals__",
+    "range.__self__",
+    "scouted.__class__.__module__.__class__",
+    "weights.__class__.__subclasses__()",
+    "multiples.append(1)",
+    "multiples.clear()",
+    "multiples.__setitem__(0, 'x')",
+    "(multiples|attr('__class__')).__mro__",
+    "''|attr('__class__')",
+    "'{0.__class__}'.format(particles)",
+    "'%s'.__mod__.__self__.__class__",
+    "config.items()",
+    "request.application.__globals__",
+    "import_module('os')",
+    "caller()",
+    "''.format_map({'x': 1}).__class__",
+]
+DRESSES = [
+    "{{{{ {0} }}}}",
+    "{{% set y = {0} %}}{{{{ y }}}}",
+    "{{% if {0} %}}x{{% endif %}}",
+    "{{% for y in {0} %}}{{{{ y }}}}{{% endfor %}}",
+    "{{{{ [{0}]|map('string')|join }}}}",
+    "{{% macro m() %}}{{{{ {0} }}}}{{% endmacro %}}{{{{ m() }}}}",
+    "{{{{ ({0})|tojson }}}}",
+    "{{% with y = {0} %}}{{{{ y }}}}{{% endwith %}}",
+]
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return _commands(job_files(SCENE)["in.chain"])
+
+
+@pytest.fixture(autouse=True)
+def empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    yield
+    assert list(tmp_path.iterdir()) == []
+
+
+def hostile_values():
+    rng = random.Random(17)
+    values = [piece + command for piece, command in itertools.product(PIECES, COMMANDS)]
+    values += [f"1.0{piece}{command}" for piece, command in itertools.product(PIECES, COMMANDS)]
+    for _ in range(60):
+        parts = rng.choices(PIECES + COMMANDS + ["1.0", "word"], k=rng.randint(2, 6))
+        values.append("".join(parts))
+    return values
+
+
+VALUES = hostile_values()
+
+
+def test_there_are_more_than_500_attempts():
+    assert len(VALUES) + len(VALUES) // 3 + len(ESCAPES) * len(DRESSES) >= 500
+
+
+def test_a_setting_never_becomes_a_command(plain):
+    accepted = 0
+    text = HEAD + "{% block setup %}\nvariable mine equal {{ value }}\n{% endblock %}\n"
+    for value in VALUES:
+        try:
+            settings = parse_settings((f"value={value}",))
+        except SceneError:
+            continue
+        accepted += 1
+        files = job_files(SCENE, template=OwnTemplate(text, settings))
+        added = list(_commands(files["in.chain"]))
+        for command in plain:
+            added.remove(command)
+        assert added == [f"variable mine equal {value}"]
+    assert accepted < 0.1 * len(VALUES)
+
+
+def test_the_name_of_a_setting_is_a_name():
+    for value in VALUES[::3]:
+        with pytest.raises(SceneError):
+            parse_settings((f"{value}=1",))
+
+
+@pytest.mark.parametrize("dress", DRESSES)
+def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
+    # Rendering alone is under test: the numerics are the same each time.
+    made = plan.plan_script(SCENE)
+    monkeypatch.setattr("chaincor.workflows.job.plan_script", lambda *_: made)
+    for escape in ESCAPES:
+        text = f"{HEAD}{{% block setup %}}\n# {dress.format(escape)}\n{{% endblock %}}\n"
+        try:
+            files = job_files(SCENE, template=OwnTemplate(text))
+        except SceneError:
+            continue
+        # What is rendered at all is a comment: no object that jinja2 guards shows in it.
+        script = files["in.chain"]
+        assert _commands(script) == plain
+        assert "__" not in script.replace("TemplateReference", "")
+        assert "<class" not in script
+    assert _commands(job_files(SCENE)["in.chain"]) == plain

@@ -1,0 +1,164 @@
+"""Templates of the user's own: what they add runs in LAMMPS, what a job cannot bear is refused."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job import job_files, write_job
+from tests.workflows.commands.test_run import chaincor
+from tests.workflows.test_job import number, run_lmp
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples" / "templates"
+VERLET = Scene(particles=5, speed=0.4, scheme="verlet")
+
+
+def own(block, commands, head="", **settings):
+    return OwnTemplate(
+        f'{{% extends "job.in.j2" %}}\n{head}\n'
+        f"{{% block {block} %}}\n{commands}\n{{% endblock %}}\n",
+        {name: str(value) for name, value in settings.items()},
+    )
+
+
+@pytest.mark.parametrize("scheme", ["verlet", "order6"])
+def test_a_compute_of_ones_own(scheme, tmp_path):
+    scene = VERLET.replace(scheme=scheme)
+    write_job(scene, tmp_path / "plain")
+    template = OwnTemplate.from_file(EXAMPLES / "energy.in.j2")
+    write_job(scene, tmp_path / "own", template=template, explain=True)
+    plain, mine = run_lmp(tmp_path / "plain").stdout, run_lmp(tmp_path / "own").stdout
+    total = number(mine, "kinetic_energy") + number(mine, "potential_energy")
+    # The energy that came: the steps keep it to 1e-3 of that, h^2 times a part of it.
+    assert total == pytest.approx(2.5 * scene.impact_velocity**2, rel=1e-3)
+    for name in ("restitution", "restitution_error"):
+        assert number(mine, name) == number(plain, name)
+
+
+def test_thermo_output(tmp_path):
+    template = OwnTemplate.from_file(EXAMPLES / "thermo.in.j2", ("every=100",))
+    write_job(VERLET, tmp_path, template=template)
+    done = run_lmp(tmp_path)
+    assert done.returncode == 0
+    rows = re.findall(r"^ +([0-9]+00) +(\S+) +(\S+) +(\S+) +(\S+) *$", done.stdout, re.MULTILINE)
+    energies = [float(row[-1]) for row in rows]
+    assert len(energies) > 10
+    assert energies == pytest.approx([2.5 * VERLET.impact_velocity**2] * len(energies), rel=1e-3)
+
+
+def test_a_background_that_drags(tmp_path):
+    etas = {}
+    for friction in ("0.0", "1e-4", "2e-4"):
+        template = OwnTemplate.from_file(EXAMPLES / "drag.in.j2", (f"friction={friction}",))
+        write_job(VERLET, tmp_path / friction, template=template)
+        done = run_lmp(tmp_path / friction)
+        assert done.returncode == 0, done.stdout[-2000:]
+        etas[friction] = number(done.stdout, "restitution")
+    write_job(VERLET, tmp_path / "plain")
+    assert etas["0.0"] == number(run_lmp(tmp_path / "plain").stdout, "restitution")
+    # As long as it is weak, what it takes is in proportion to it.
+    lost, twice = (etas["0.0"] - etas[friction] for friction in ("1e-4", "2e-4"))
+    assert lost > 1e-4
+    assert twice == pytest.approx(2.0 * lost, rel=0.02)
+
+
+REFUSED = {
+    "nve": ("fixes", "fix mine all nve", "would move twice"),
+    "npt": ("fixes", "fix mine all nvt temp 1 1 1", "would move twice"),
+    "wall": ("fixes", "fix mine all wall/reflect xlo 0.0", "the wall is the job's"),
+    "far wall": ("fixes", "fix mine all wall/lj93 xhi 50 1 1 2", "the wall is the job's"),
+    "langevin": ("fixes", "fix mine all langevin 1 1 1 4711", "a thermostat"),
+    "rescale": ("fixes", "fix mine all temp/rescale 1 1 1 0.1 1", "a thermostat"),
+    "halt": ("fixes", "fix mine all halt 1 v_time > 5", "the wall is seen by"),
+    "replaced": ("fixes", "fix motion all ave/time 1 1 1 v_now", "motion is a name"),
+    "unfix": ("fixes", "unfix motion", "motion is a name"),
+    "minimize": ("setup", "minimize 0 0 1 1", "without time"),
+    "run": ("setup", "run 1000", "time is the loop's"),
+    "later": ("setup", 'if "1 == 1" then "minimize 0 0 1 1"', "without time"),
+    "hidden": ("setup", "variable c string minimize\n${c} 0 0 1 1", "must not depend on"),
+    "in if": ("setup", 'variable c string "shell ls"\nif "1" then "${c}"', "must not depend on"),
+    "continued": ("setup", "mini&\nmize 0 0 1 1", "without time"),
+    "shell": ("setup", "shell touch here", "runs LAMMPS alone"),
+    "python": ("setup", "python f source here 'print(1)'", "runs LAMMPS alone"),
+    "variable": ("setup", "variable quiet equal 0.0", "quiet is a name"),
+    "label": ("setup", "label impact", "impact is a name"),
+    "file": ("setup", "jump other.in", "a job is one file"),
+    "force": ("fixes", "fix mine all addforce 1e-3 0 0", "set other_forces = true"),
+    "step": ("setup", "timestep 0.1", "steps are the loop's"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_a_job_cannot_live_with_is_refused_by_name(case):
+    block, commands, line = REFUSED[case]
+    with pytest.raises(SceneError, match=re.escape(line)):
+        job_files(VERLET, template=own(block, commands))
+
+
+def test_a_drag_needs_steps_that_only_go_forward():
+    template = OwnTemplate.from_file(EXAMPLES / "drag.in.j2", ("friction=1e-3",))
+    with pytest.raises(SceneError, match="give --scheme verlet"):
+        job_files(VERLET.replace(scheme="order4"), template=template)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("plain text", "extends or includes something else"),
+        ('{% extends "other.j2" %}', "extends or includes something else"),
+        (
+            '{% extends "job.in.j2" %}{% block setup %}{% include "/etc/passwd" %}{% endblock %}',
+            "inc",
+        ),
+        ('{% extends "job.in.j2" %}{% block setup %}{{ absent }}{% endblock %}', "'absent' is und"),
+        ('{% extends "job.in.j2" %}{% block setup %}', "cannot be rendered, line 1"),
+        ('{% extends "job.in.j2" %}{% block setup %}{{ "".__class__ }}{% endblock %}', "may not"),
+        ('{% extends "job.in.j2" %}{% block setup %}{{ 1 / 0 }}{% endblock %}', "division by zero"),
+    ],
+)
+def test_a_template_that_is_none_is_refused_in_one_line(text, line):
+    with pytest.raises(SceneError, match=re.escape(line)) as refused:
+        job_files(VERLET, template=OwnTemplate(text))
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        (("x=1", "x=2"), "each once"),
+        (("x",), "expected NAME=VALUE"),
+        (("X=1",), "small letters"),
+        (("x=a b",), "a plain word"),
+        (("x=$(1)",), "a plain word"),
+        (("x=1\nshell",), "a plain word"),
+        (("x=",), "a plain word"),
+    ],
+)
+def test_settings_are_numbers_and_words(given, line):
+    with pytest.raises(SceneError, match=line):
+        parse_settings(given)
+
+
+def test_settings_are_used_or_refused():
+    with pytest.raises(SceneError, match="--set every is used nowhere in the template"):
+        job_files(VERLET, template=own("setup", "", every=3))
+    with pytest.raises(SceneError, match="--set velocity is a value of the job itself"):
+        job_files(VERLET, template=own("setup", "{{ velocity }}", velocity=3))
+
+
+def test_a_dry_run_prints_the_script_and_writes_nothing(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    template = str(EXAMPLES / "thermo.in.j2")
+    arguments = ["inputs", "--particles", "4", "--scheme", "verlet", "--dry-run"]
+    arguments += ["--template", template, "--set", "every=50"]
+    status, out, _ = chaincor(capsys, *arguments)
+    assert status == 0
+    assert "thermo          50\n" in out
+    assert list(tmp_path.iterdir()) == []
+    status, _, err = chaincor(capsys, *arguments, "-o", "job")
+    assert (status, err.count("\n")) == (2, 1)
+    status, _, err = chaincor(capsys, "inputs", "--set", "every=50", "--dry-run")
+    assert (status, err.count("\n")) == (2, 1)
