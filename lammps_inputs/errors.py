@@ -1,5 +1,24 @@
 """Named errors whose messages say what was given, what was expected and what to do."""
 
+from collections.abc import Iterable, Sequence
+
+# What people call things elsewhere.
+_ELSEWHERE = {
+    **dict.fromkeys(("lennard-jones", "lennardjones", "lj/cut", "12-6"), "lj"),
+    **dict.fromkeys(("spring", "hooke", "linear", "harm"), "harmonic"),
+    **dict.fromkeys(("fput", "fpu", "quartic", "cubic"), "power"),
+    **dict.fromkeys(("n", "natoms", "atoms", "size", "length"), "particles"),
+    **dict.fromkeys(("v", "v0", "vel"), "velocity"),
+    **dict.fromkeys(("dt", "h", "step", "time-step"), "timestep"),
+    **dict.fromkeys(("tol", "eps", "accuracy", "precision"), "tolerance"),
+    **dict.fromkeys(("t", "temp", "kt"), "temperature"),
+    **dict.fromkeys(("b",), "toda-b"),
+    **dict.fromkeys(("mass", "m"), "masses"),
+    **dict.fromkeys(("bond", "pot", "pair-style", "bond-style"), "potential"),
+    **dict.fromkeys(("method", "integrator", "order"), "scheme"),
+    **dict.fromkeys(("simulate", "collide", "start"), "run"),
+}
+
 
 class ChaincorError(Exception):
     """
@@ -21,7 +40,25 @@ class InputError(ChaincorError):
 
 
 class SceneError(InputError):
-    """A scene holds a value that makes no sense, or values that contradict each other."""
+    """
+    A scene holds a value that makes no sense, or values that contradict each other.
+
+    Attributes
+    ----------
+    mistakes : tuple of str
+        Where there are several, all of them; the message has a line for each.
+    """
+
+    mistakes: tuple[str, ...] = ()
+
+    @classmethod
+    def of_several(cls, mistakes: Sequence[str], source: str | None = None) -> "SceneError":
+        """Return an error that says all mistakes of a scene, and the file they are in."""
+        where = "" if source is None else f"{source}: "
+        lines = tuple(" ".join(mistake.split()) for mistake in mistakes)
+        found = cls("\n  ".join((f"{where}{len(lines)} mistakes:", *lines)))
+        found.mistakes = lines
+        return found
 
 
 class PotentialError(InputError):
@@ -30,3 +67,18 @@ class PotentialError(InputError):
 
 class TableError(InputError):
     """A bond table is malformed, too short, or cannot hold the scene."""
+
+
+def meant(word: str, known: Iterable[str]) -> str | None:
+    """Return what was probably meant by a word that is not known; None if nothing is near."""
+    names = {name.lower().replace("_", "-"): name for name in known}
+    plain = word.lower().strip("-").replace("_", "-")
+    if plain in names:
+        return names[plain]
+    elsewhere = _ELSEWHERE.get(plain)
+    if elsewhere in names:
+        return names[elsewhere]
+    from difflib import get_close_matches
+
+    near = get_close_matches(plain, names, n=1, cutoff=0.7)
+    return names[near[0]] if near else None

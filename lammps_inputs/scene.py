@@ -27,7 +27,7 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Power,
     Toda,
 )
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import SceneError, meant
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene_bodies import chain_masses, line_of, read_masses
@@ -41,7 +41,7 @@ from chaincor.lammps_inputs.scene_identity import (
     plain_fields,
     shown_fields,
 )
-from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together
+from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, Mistakes, check_together
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
 PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
@@ -73,7 +73,7 @@ class Scene(BaseModel):
     Raises
     ------
     SceneError
-        One line naming the field, what was given and what is expected.
+        A line for each mistake, naming the field, what was given and what is expected.
     """
 
     model_config = ConfigDict(
@@ -159,14 +159,22 @@ class Scene(BaseModel):
         default=None, description="absolute error asked of the restitution [default: 1e-6]"
     )
     wall: Wall | None = Field(
-        default=None, description="impact-located wall, or the stock fix wall/reflect"
+        default=None,
+        description="impact-located wall, or the stock fix wall/reflect [default: event]",
     )
     scheme: Scheme | None = Field(
-        default=None, description="composition of Verlet steps that makes one step"
+        default=None,
+        description="composition of Verlet steps that makes one step [default: as the tolerance "
+        "needs; with numerics of your own order6, with wall reflect verlet]",
     )
-    timestep: PositiveFloat | None = Field(default=None, description="composed step H")
+    timestep: PositiveFloat | None = Field(
+        default=None,
+        description="composed step H [default: as the tolerance needs; else by scheme 0.0125, "
+        "0.05, 0.1, 0.2, with wall reflect 0.005]",
+    )
     table: TableStyle | None = Field(
-        default=None, description="interpolation of the tabulated bond"
+        default=None,
+        description="interpolation of the tabulated bond [default: spline; linear for kinks]",
     )
     table_points: Annotated[int, Field(ge=3, le=10_000_000)] | None = Field(
         default=None, description="rows of the tabulated bond [default: as the scene needs]"
@@ -187,15 +195,18 @@ class Scene(BaseModel):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise SceneError(_one_line(error)) from None
+            raise _told(error) from None
 
     @field_validator("potential", mode="before")
     @classmethod
     def _refuse_unknown_potential(cls, value: Any) -> Any:
-        if isinstance(value, Potential) or value in POTENTIAL_NAMES:
+        if isinstance(value, str) and value.lower() in POTENTIAL_NAMES:
+            return value.lower()
+        if isinstance(value, Potential):
             return value
-        names = ", ".join(POTENTIAL_NAMES)
-        raise ValueError(f"expected one of {names}")
+        near = meant(value, POTENTIAL_NAMES) if isinstance(value, str) else None
+        hint = "" if near is None else f"; did you mean {near!r}?"
+        raise ValueError(f"expected one of {', '.join(POTENTIAL_NAMES)}{hint}")
 
     @field_validator("masses", "target_masses", mode="before")
     @classmethod
@@ -402,7 +413,7 @@ class Scene(BaseModel):
         SceneError
             If the text is not TOML or not a scene.
         """
-        return cls(**parse_toml(text, source))
+        return scene_of(parse_toml(text, source), source)
 
     @classmethod
     def from_file(cls, path: Path | str) -> "Scene":
@@ -424,7 +435,7 @@ class Scene(BaseModel):
         SceneError
             If the file cannot be read or is not a scene.
         """
-        return cls(**read_scene_fields(path))
+        return scene_of(read_scene_fields(path), path)
 
     def to_toml(self) -> str:
         """
@@ -463,6 +474,16 @@ class Scene(BaseModel):
         return hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
 
 
+def scene_of(fields: dict[str, Any], source: Path | str) -> Scene:
+    """Return a scene; SceneError, which names the source where it tells of several mistakes."""
+    try:
+        return Scene(**fields)
+    except SceneError as error:
+        if not error.mistakes:
+            raise
+        raise SceneError.of_several(error.mistakes, str(source)) from None
+
+
 @cache
 def _named_bond(
     name: str,
@@ -484,13 +505,30 @@ def _named_bond(
     return plain[name]
 
 
-def _one_line(error: ValidationError) -> str:
-    """Turn the first problem of a validation into one line."""
-    problem = error.errors()[0]
+def _told(error: ValidationError) -> SceneError:
+    """Say all that is wrong with a scene, one line each."""
+    lines: dict[Any, str] = {}
+    for problem in error.errors():
+        found = problem.get("ctx", {}).get("error")
+        if isinstance(found, Mistakes):
+            lines |= {line: line for line in found.lines}
+        else:
+            # Of a field that may be of two kinds, one of them is enough.
+            key = problem["loc"][0] if problem["loc"] else problem["msg"]
+            lines.setdefault(key, _one_line(problem))
+    if len(lines) > 1:
+        return SceneError.of_several(list(lines.values()))
+    return SceneError(*lines.values())
+
+
+def _one_line(problem: Any) -> str:
     message = problem["msg"].removeprefix("Value error, ")
     if problem["type"] == "extra_forbidden":
-        known = ", ".join(Scene.model_fields)
-        return f"unknown key '{problem['loc'][0]}'; expected one of {known}"
+        key = str(problem["loc"][0])
+        near = meant(key, Scene.model_fields)
+        if near is not None:
+            return f"unknown key '{key}'; did you mean '{near}'?"
+        return f"unknown key '{key}'; expected one of {', '.join(Scene.model_fields)}"
     if not problem["loc"]:
         return message
     given = problem.get("input")

@@ -1,11 +1,13 @@
 """What the fields of a scene must fulfil together."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
+from chaincor.lammps_inputs.errors import ChaincorError
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
@@ -35,70 +37,98 @@ SLOWEST_APPROACH = 1e-4
 SHORTEST_TIMESTEP = 1e-9
 
 
+class Mistakes(ValueError):
+    """
+    Several mistakes.
+
+    Attributes
+    ----------
+    lines : list of str
+        One line each.
+    """
+
+    def __init__(self, lines: list[str]) -> None:
+        super().__init__("; ".join(lines))
+        self.lines = lines
+
+
 def check_together(scene: "Scene") -> None:
-    """Refuse fields, each valid by itself, that do not go together: ValueError, one line."""
-    _check_parameters(scene)
-    _check_bodies(scene)
-    _check_speed(scene)
-    _check_warmth(scene)
-    _check_numerics(scene)
+    """
+    Refuse fields, each valid by itself, that do not go together.
+
+    Raises ValueError, one line, and where there are several mistakes :class:`Mistakes`.
+    """
+    mistakes: list[str] = []
+    checks = (_check_parameters, _check_bodies, _check_speed, _check_warmth, _check_numerics)
+    for check in checks:
+        try:
+            for mistake in check(scene):
+                mistakes.append(mistake)
+        except (ChaincorError, ValueError, TypeError, AssertionError):
+            if not mistakes:
+                raise
+            # What cannot even be asked after a mistake is no mistake of its own.
+    if len(mistakes) > 1:
+        raise Mistakes(mistakes)
+    if mistakes:
+        raise ValueError(mistakes[0])
 
 
-def _check_parameters(scene: "Scene") -> None:
+def _check_parameters(scene: "Scene") -> Iterator[str]:
     for key, owner in BOND_KEYS.items():
         if getattr(scene, key) is not None and scene.potential != owner:
-            raise ValueError(f"{key} goes with potential '{owner}', not '{scene.label}'")
+            yield (f"{key} goes with potential '{owner}', not '{scene.label}'")
     if scene.potential == "power" and (scene.power_order is None or scene.power_c is None):
-        raise ValueError("potential 'power' needs power_order and power_c")
+        yield ("potential 'power' needs power_order and power_c")
     if scene.potential == "table" and scene.bond_file is None:
-        raise ValueError("potential 'table' needs bond_file")
+        yield ("potential 'table' needs bond_file")
     if scene.potential == "formula" and scene.energy is None:
-        raise ValueError("potential 'formula' needs energy, such as \"D*(1-exp(-a*s))^2\"")
+        yield ("potential 'formula' needs energy, such as \"D*(1-exp(-a*s))^2\"")
     _ = scene.bond  # raises for impossible parameters
 
 
-def _check_bodies(scene: "Scene") -> None:
+def _check_bodies(scene: "Scene") -> Iterator[str]:
     if scene.masses is not None and len(scene.masses) > scene.particles:
-        raise ValueError(
+        yield (
             f"masses has {len(scene.masses)} numbers; expected {scene.particles} at most, one for "
             "each particle"
         )
     if scene.target_masses is not None:
         if scene.target_particles is None:
-            raise ValueError("target_masses goes with target_particles: give both")
-        if len(scene.target_masses) > scene.target_particles:
-            raise ValueError(
+            yield ("target_masses goes with target_particles: give both")
+        elif len(scene.target_masses) > scene.target_particles:
+            yield (
                 f"target_masses has {len(scene.target_masses)} numbers; expected "
                 f"{scene.target_particles} at most, one for each particle of the target"
             )
     for key in ("contact_stiffness", "contact_exponent"):
         if getattr(scene, key) is not None and scene.contact != "power":
-            raise ValueError(f"{key} goes with contact 'power'")
+            yield (f"{key} goes with contact 'power'")
     state = scene.initial_state
     if state is not None:
         if len(state.strains) + 1 != scene.particles:
-            raise ValueError(
+            yield (
                 f"initial has {len(state.strains) + 1} particles, and the chain {scene.particles}; "
                 "expected a row for each"
             )
         if scene.compression is not None:
-            raise ValueError("initial and compression are both given; give one")
+            yield ("initial and compression are both given; give one")
         if state.masses is not None and scene.masses is not None:
-            raise ValueError("initial has masses, and masses are given: drop one")
+            yield ("initial has masses, and masses are given: drop one")
         strained = _is_impossible(scene, state.strains)
         if np.any(strained):
             bond = int(np.argmax(strained))
-            raise ValueError(
+            yield (
                 f"initial has a bond of length {1.0 + state.strains[bond]:g} between particles "
                 f"{bond + 1} and {bond + 2}, where a {scene.label} bond is not defined or does not "
                 "hold"
             )
     if scene.compression is not None and _is_impossible(scene, np.array([-scene.compression]))[0]:
-        raise ValueError(
+        yield (
             f"compression is {scene.compression:g}: a {scene.label} bond of length "
             f"{1.0 - scene.compression:g} is not defined or does not hold"
         )
-    _check_masses(scene)
+    yield from _check_masses(scene)
 
 
 def _is_impossible(scene: "Scene", strains: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -107,7 +137,7 @@ def _is_impossible(scene: "Scene", strains: NDArray[np.float64]) -> NDArray[np.b
     return (strains <= bond.strain_min) | (strains >= longest)
 
 
-def _check_masses(scene: "Scene") -> None:
+def _check_masses(scene: "Scene") -> Iterator[str]:
     state = scene.initial_state
     given = [scene.masses, scene.target_masses, None if state is None else state.masses]
     if all(masses is None for masses in given):
@@ -120,100 +150,99 @@ def _check_masses(scene: "Scene") -> None:
     bounds = [(np.min(masses), np.max(masses)) for masses in given if masses is not None]
     least, largest = min(low for low, _ in bounds), max(high for _, high in bounds)
     if largest / LARGEST_MASS_RATIO > least:
-        raise ValueError(
+        yield (
             f"masses are {least:g} to {largest:g}; expected a ratio of at most "
             f"{LARGEST_MASS_RATIO:g}, of which numbers keep a few digits"
         )
     if not (largest <= LARGEST_MASS and least >= 1.0 / LARGEST_MASS):
-        raise ValueError(
+        yield (
             f"masses are {least:g} to {largest:g}; expected {1.0 / LARGEST_MASS:g} to "
             f"{LARGEST_MASS:g}: divide all by one of them, which changes units alone"
         )
 
 
-def _check_speed(scene: "Scene") -> None:
+def _check_speed(scene: "Scene") -> Iterator[str]:
     if scene.speed is not None and scene.velocity is not None:
-        raise ValueError("speed and velocity are both given; give one")
+        yield ("speed and velocity are both given; give one")
     state = scene.initial_state
     if state is not None and state.velocities is not None:
         for key in ("speed", "velocity"):
             if getattr(scene, key) is not None:
-                raise ValueError(f"{key} is given, and initial has velocities: drop one")
+                yield (f"{key} is given, and initial has velocities: drop one")
         if not scene.impact_velocity > 0.0:
-            raise ValueError(
+            yield (
                 f"the centre of mass of initial moves with velocity {-scene.impact_velocity:g}; "
                 "expected one towards the target, which is less than 0"
             )
+            return
     if scene.speed is not None and scene.bond.natural_speed is None:
-        raise ValueError(
+        yield (
             f"speed is in units of v*, which the {scene.label} bond does not have; give velocity"
         )
     largest = 1e150 if scene.line is None else 1e120
     if not 1.0 / largest < scene.impact_velocity < largest:
-        raise ValueError(
+        yield (
             f"the impact velocity would be {scene.impact_velocity:g}; expected a number that "
             "floating point can square"
         )
 
 
-def _check_warmth(scene: "Scene") -> None:
+def _check_warmth(scene: "Scene") -> Iterator[str]:
     if scene.temperature is None:
         if scene.seed is not None:
-            raise ValueError("seed goes with temperature: give both, or neither")
+            yield ("seed goes with temperature: give both, or neither")
         return
     for key in ("initial", "compression"):
         if getattr(scene, key) is not None:
-            raise ValueError(f"temperature and {key} are both given; a state is one or the other")
+            yield (f"temperature and {key} are both given; a state is one or the other")
     bond_distribution(scene.bond, scene.temperature)  # raises where there is no equilibrium
     slowest = SLOWEST_APPROACH * scene.temperature**0.5
     if not slowest < scene.impact_velocity:
-        raise ValueError(
+        yield (
             f"temperature is {scene.temperature:g} and the impact velocity "
             f"{scene.impact_velocity:g}, less than {SLOWEST_APPROACH:g} of the thermal one: bodies "
             f"this slow would take too long to meet; expected more than {slowest:g}"
         )
 
 
-def _check_numerics(scene: "Scene") -> None:
+def _check_numerics(scene: "Scene") -> Iterator[str]:
     given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
     if not scene.error and not given:
-        raise ValueError(
+        yield (
             "error is False, and the numerics are chosen by an error bar; expected explicit ones "
             "beside it, such as scheme and timestep: drop one or give the other"
         )
     if scene.bond.is_harmonic:
         for key in ("table", "table_points"):
             if getattr(scene, key) is not None:
-                raise ValueError(
+                yield (
                     f"{key} is for tabulated bonds; LAMMPS has the harmonic one exactly: drop it"
                 )
     if scene.tolerance is not None and given:
-        raise ValueError(
+        yield (
             f"tolerance and {', '.join(given)} are both given; a tolerance chooses the "
             "numerics by itself: drop one or the other"
         )
     if scene.engine == "reference":
         for key in ("table", "table_points", "save", "dump"):
             if getattr(scene, key) is not None:
-                raise ValueError(
-                    f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps"
-                )
+                yield (f"{key} is for engine 'lammps'; the reference has no tables, jobs or dumps")
         if scene.wall == "reflect":
-            raise ValueError("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
+            yield ("wall 'reflect' is for engine 'lammps'; the reference has 'event'")
     if scene.wall == "reflect" and (scene.target_particles is not None or scene.contact == "power"):
-        raise ValueError("wall 'reflect' is a rigid, hard wall; expected no target, contact 'hard'")
+        yield ("wall 'reflect' is a rigid, hard wall; expected no target, contact 'hard'")
     if scene.wall == "reflect" and scene.scheme not in (None, "verlet"):
-        raise ValueError(f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
+        yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
         stiffness = scene.fast_stiffness
         if scene.timestep < SHORTEST_TIMESTEP / stiffness**0.5:
-            raise ValueError(
+            yield (
                 f"timestep is {scene.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
                 "shorter one would not come to an end"
             )
         limit = VERLET_STABILITY_LIMIT / (2.0 * stiffness**0.5)
         if scene.timestep >= limit:
-            raise ValueError(
+            yield (
                 f"timestep is {scene.timestep:g}; expected less than {limit:g}, where the "
                 "integration of the chain's fastest mode becomes unstable"
             )

@@ -35,6 +35,7 @@ cd "$folder"
 [[ $(top_level) =~ ^chaincor\ chaincor-[0-9.]+\.dist-info$ ]] || fail "at top level: $(top_level)"
 installed_files > plain
 venv/bin/chaincor doctor
+venv/bin/chaincor explain SceneError > /dev/null
 venv/bin/chaincor run --particles 10 --json > /dev/null
 venv/bin/python -m chaincor --help > /dev/null
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import click
 
-from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 
 class CommandFacts(NamedTuple):
@@ -86,6 +86,9 @@ COMMANDS = {
         "Recompute the paper's curves.",
         ("lammps", "jinja2", *_IN_HOUSE, "matplotlib", "rich"),
     ),
+    "explain": CommandFacts(
+        "Explain a word that results print, or an error, and what to do about it.", ()
+    ),
     "doctor": CommandFacts(
         "Say whether this machine can run chaincor, what is missing, and which commands need it.",
         (),
@@ -117,7 +120,11 @@ class _LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
             known = ", ".join(COMMANDS)
-            raise click.UsageError(f"there is no command '{args[0]}'; expected one of {known}")
+            near = meant(args[0], COMMANDS)
+            hint = "" if near is None else f"did you mean '{near}'? "
+            raise click.UsageError(
+                f"there is no command '{args[0]}'; {hint}expected one of {known}"
+            )
         return super().resolve_command(ctx, args)
 
 
@@ -186,7 +193,7 @@ def _refuse_copies() -> bool:
                     f"started {copies} times by MPI; expected one process, since a chain is not "
                     "divided: leave mpiexec out, and give many collisions to `chaincor sweep "
                     "--workers N`",
-                    " (docs/errors.md: InputError)",
+                    _pointer("InputError"),
                 )
             return True
     return False
@@ -200,7 +207,11 @@ def _run(arguments: list[str] | None) -> int:
         with _terminable():
             status = program.main(args=arguments, prog_name="chaincor", standalone_mode=False)
     except click.ClickException as error:
-        _complain(error.format_message())
+        if isinstance(error, _HELP_WANTED) and isinstance(error, click.UsageError) and error.ctx:
+            # A command alone asks what it can do, as --help does.
+            click.echo(error.ctx.get_help())
+            return 0
+        _complain(_with_hint(error))
         return error.exit_code
     except click.exceptions.Exit as leave:
         return leave.exit_code
@@ -209,7 +220,14 @@ def _run(arguments: list[str] | None) -> int:
         click.echo(f"chaincor: {'terminated' if terminated else 'interrupted'}", err=True)
         return 143 if terminated else 130
     except ChaincorError as error:
-        _complain(str(error), f" (docs/errors.md: {type(error).__name__})")
+        pointer = _pointer(type(error).__name__)
+        if isinstance(error, SceneError) and error.mistakes:
+            head, *_ = str(error).splitlines()
+            _complain(head.removesuffix(":"), f"{pointer}:")
+            for mistake in error.mistakes:
+                click.echo(f"  {_printable(mistake)}", err=True)
+        else:
+            _complain(str(error), pointer)
         return error.exit_status
     except BrokenPipeError:
         return 1
@@ -233,10 +251,32 @@ def _run(arguments: list[str] | None) -> int:
     return status if isinstance(status, int) else 0
 
 
+def _pointer(name: str) -> str:
+    """Say where an error is explained: by the program, since pages are not installed."""
+    return f" (see: chaincor explain {name})"
+
+
+# Raised by click 8.2 and later; those before print the help by themselves.
+_HELP_WANTED: type | tuple = getattr(click.exceptions, "NoArgsIsHelpError", ())
+
+
+def _with_hint(error: click.ClickException) -> str:
+    """Return the message of bad usage, with the option that was probably meant."""
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None:
+        options = [name for p in error.ctx.command.params for name in (*p.opts, *p.secondary_opts)]
+        near = meant(error.option_name, [o.removeprefix("--") for o in options if o[:2] == "--"])
+        hint = "see --help" if near is None else f"did you mean '--{near}'?"
+        return f"No such option: '{error.option_name}'; {hint}"
+    return error.format_message()
+
+
 def _complain(text: str, end: str = "") -> None:
     """Print one line: what was given may hold line ends, and may be endless."""
+    click.echo(f"chaincor: {_printable(text)}{end}", err=True)
+
+
+def _printable(text: str) -> str:
     line = " ".join(text.split())
     if len(line) > _LONGEST_LINE:
         line = f"{line[: _LONGEST_LINE // 2]} ... {line[-_LONGEST_LINE // 2 :]}"
-    printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line)
-    click.echo(f"chaincor: {printable}{end}", err=True)
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line)

@@ -39,4 +39,4 @@ def test_a_message_names_its_section(capsys):
     with pytest.raises(SystemExit) as leave:
         main(["run", "--particles", "0"])
     assert leave.value.code == 2
-    assert capsys.readouterr().err.rstrip().endswith("(docs/errors.md: SceneError)")
+    assert capsys.readouterr().err.rstrip().endswith("(see: chaincor explain SceneError)")

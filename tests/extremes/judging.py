@@ -102,6 +102,9 @@ def call_as_process(case: Case, hang_seconds: float = _PATIENCE * HANG_SECONDS) 
         return Answer(status, out, err, seconds, stray, spoiled)
 
 
+_MISTAKES = re.compile(r"\b(\d+) mistakes \(see: chaincor explain SceneError\):$")
+
+
 def faults(case: Case, answer: Answer) -> list[str]:
     """Return what is wrong with an answer; nothing for a good one."""
     found = []
@@ -114,6 +117,11 @@ def faults(case: Case, answer: Answer) -> list[str]:
         lines = [line for line in lines if not line.startswith("chaincor: note: ")]
     if answer.status == 0 and lines:
         found.append(f"noise on success: {lines[0][:300]}")
+    if answer.status == 2 and lines and (told := _MISTAKES.search(lines[0])):
+        # Several mistakes of one scene: a line for each.
+        mistakes = [line for line in lines[1:] if line.startswith("  ") and len(line) < 1000]
+        if len(mistakes) == int(told[1]) == len(lines) - 1:
+            lines = lines[:1]
     if answer.status == 2 and (len(lines) != 1 or answer.stdout.strip()):
         found.append(f"not one line: {answer.stderr[:500]!r} {answer.stdout[:100]!r}")
     if answer.status == 1 and (len(lines) > 1 or not (lines or answer.stdout.strip())):

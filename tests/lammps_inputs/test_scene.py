@@ -116,13 +116,14 @@ def test_no_input_escapes_validation(fields):
     try:
         scene = Scene(**fields)
     except InputError as error:
-        line = str(error)
+        lines = str(error).splitlines()
+        mistakes = error.mistakes if isinstance(error, SceneError) else ()
+        assert len(lines) == 1 + len(mistakes)
     else:
-        line = f"{scene.label} at {scene.impact_velocity}"
+        lines = [f"{scene.label} at {scene.impact_velocity}"]
         assert 0.0 < scene.impact_velocity < math.inf
         assert scene.bond.energy(0.0) == 0.0
-    assert "\n" not in line
-    assert len(line) < 500
+    assert all(len(line) < 500 for line in lines)
 
 
 def test_defaults_of_a_bare_scene():
@@ -398,3 +399,48 @@ def test_what_a_scene_shows_makes_it_again(fields):
 def test_many_masses_are_shown_in_a_line():
     scene = Scene(masses=(1.0, 2.5) * 50)
     assert "masses='1, 2.5, 1, ... (100 in all)'" in repr(scene)
+
+
+def test_all_mistakes_of_a_scene_are_said_at_once(tmp_path):
+    file = tmp_path / "scene.toml"
+    file.write_text("particles = 0\npartcles = 5\nspeed = -1.0\n")
+    with pytest.raises(SceneError) as refused:
+        Scene.from_file(file)
+    head, *lines = str(refused.value).splitlines()
+    assert head == f"{file}: 3 mistakes:"
+    assert [line.strip().split(":")[0] for line in lines] == [
+        "particles is 0",
+        "speed is -1.0",
+        "unknown key 'partcles'; did you mean 'particles'?",
+    ]
+
+
+def test_fields_that_do_not_go_together_are_all_named():
+    with pytest.raises(SceneError) as refused:
+        Scene(toda_b=5.0, speed=0.4, velocity=0.1, contact_exponent=2.0, seed=3, timestep=9.0)
+    assert [mistake.split()[0] for mistake in refused.value.mistakes] == [
+        "toda_b",
+        "contact_exponent",
+        "speed",
+        "seed",
+        "timestep",
+    ]
+
+
+def test_what_follows_from_a_mistake_is_no_mistake_of_its_own():
+    # Without its parameters there is no bond to ask whether it holds the compression.
+    with pytest.raises(SceneError, match=r"^potential 'power' needs power_order and power_c$"):
+        Scene(potential="power", compression=0.5)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("Lennard-Jones", "did you mean 'lj'"), ("todda", "did you mean 'toda'")],
+)
+def test_potentials_of_other_names_are_suggested(name, message):
+    with pytest.raises(SceneError, match=message):
+        Scene(potential=name)
+
+
+def test_potentials_are_known_in_capitals():
+    assert Scene(potential="LJ").sha256 == Scene(potential="lj").sha256

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from chaincor.analysis.showing.numbers import known_digits, with_error
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
@@ -174,8 +175,7 @@ def describe_bodies(found: "TwoBodyAnalysis") -> str:
         f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
         f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
         "",
-        f"restitution (energy)   eta = {found.restitution:.12g}   error of the run not known, "
-        f"format and reading +- {found.data_error:.1e}",
+        f"restitution (energy)   eta = {_eta(found.restitution, None, found.data_error)}",
         f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
         "contacts               not told",
     ]
@@ -194,6 +194,18 @@ def describe_bodies(found: "TwoBodyAnalysis") -> str:
     return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
 
 
+def _eta(value: float, error: float | None, data_error: float) -> str:
+    """Return eta with the digits that are known, as ``chaincor run`` has it."""
+    data = f"format and reading +- {data_error:.1e}"
+    if error is not None:
+        return f"{with_error(value, error)} ({data})"
+    return f"{known_digits(value, max(data_error, _FINEST))}   error of the run not known, {data}"
+
+
+# Of a run whose error is not known, more digits would promise too much.
+_FINEST = 1e-12
+
+
 def describe(analysis: "CollisionAnalysis") -> str:
     """Describe the results for people, in some lines with the caveats at the end."""
     statistics = analysis.contact_statistics
@@ -203,13 +215,11 @@ def describe(analysis: "CollisionAnalysis") -> str:
         speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
     name = "unknown" if bond is None else bond.name
     contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
-    error = analysis.restitution_error
-    data = f"format and reading +- {analysis.data_error:.1e}"
-    bar = f"error of the run not known, {data}" if error is None else f"+- {error:.1e} ({data})"
+    eta = _eta(analysis.restitution, analysis.restitution_error, analysis.data_error)
     lines = [
         f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
         "",
-        f"restitution (energy)   eta = {analysis.restitution:.12g}   {bar}",
+        f"restitution (energy)   eta = {eta}",
         f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
         f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
         f"f/n                    {statistics.per_particle:.4g}",

@@ -6,10 +6,10 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 
-@click.command()
+@click.command(cls=SceneCommand)
 @scene_options("engine", "save", "arrays", "dump")
 @click.option("-o", "--output", metavar="DIR", help="folder for the job")
 @click.option("--template", metavar="FILE", help="template that extends job.in.j2")

@@ -5,14 +5,27 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.showing.text import describe
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 
-@click.command()
+_EXAMPLES = """
+\b
+Examples:
+  chaincor run
+  chaincor run --potential harmonic --particles 20 --velocity 0.05
+  chaincor run --speed 1.2 --tolerance 1e-8 --json
+  chaincor run scene.toml --particles 50
+  chaincor run --wall reflect --timestep 0.01
+  chaincor run --potential toda --velocity 0.1 --temperature 1e-3 --samples 100
+What it prints is explained by: chaincor explain
+"""
+
+
+@click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
 @click.option(
     "--animate", metavar="FILE", help="draw the motion, followed in-house, as .gif or .mp4"

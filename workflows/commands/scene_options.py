@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.errors import meant
+from chaincor.lammps_inputs.scene import Scene, scene_of
 from chaincor.lammps_inputs.scene_file import read_scene_fields
 from chaincor.lammps_inputs.scene_rules import BOND_KEYS
 
@@ -37,6 +38,22 @@ class _NumberOrWord(click.ParamType):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | str:
         return value if value in self.words else click.FLOAT.convert(value, param, ctx)
+
+
+class _Choice(click.Choice):
+    """One of some words in any case; a word from elsewhere gets what was meant suggested."""
+
+    def __init__(self, words: tuple[str, ...]) -> None:
+        super().__init__(words, case_sensitive=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            near = meant(str(value), [str(choice) for choice in self.choices])
+            if near is None:
+                raise
+            self.fail(f"{error.message.rstrip('.')}; did you mean '{near}'?", param, ctx)
 
 
 class NamedNumbers(click.ParamType):
@@ -81,7 +98,7 @@ def _option(name: str) -> Callable[[Callable], Callable]:
     if kind is bool:
         return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
     if get_origin(kind) is Literal:
-        return click.option(f"--{dashed}", name, type=click.Choice(get_args(kind)), help=text)
+        return click.option(f"--{dashed}", name, type=_Choice(get_args(kind)), help=text)
     types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),
@@ -98,6 +115,39 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         metavar = "DIR"
     # Paths stay text here: the scene turns them into paths and says what is wrong with them.
     return click.option(f"--{dashed}", name, type=option_type, metavar=metavar, help=text)
+
+
+# Groups of options, each up to and with the field named.
+_GROUPS = (
+    ("What collides", "particles"),
+    ("Bodies that are more than a cold chain of equal masses and a hard wall", "seed"),
+    ("How fast", "velocity"),
+    ("Who integrates, and how exactly", "tolerance"),
+    ("Numerics of your own, in place of a tolerance", "error"),
+    ("Files to write", "arrays"),
+)
+
+
+class SceneCommand(click.Command):
+    """A command whose help shows the options of a scene in groups, its own at the end."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the groups."""
+        options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
+        left = {p.name: record for p in options if (record := p.get_help_record(ctx))}
+        fields = iter(Scene.model_fields)
+        for title, last in _GROUPS:
+            records = []
+            for name in fields:
+                if name in left:
+                    records.append(left.pop(name))
+                if name == last:
+                    break
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
+        with formatter.section("Options of the command"):
+            formatter.write_dl(list(left.values()))
 
 
 def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
@@ -124,4 +174,6 @@ def scene_from(scene_file: str | None, options: dict[str, Any]) -> Scene:
         fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
     if "potential" in given and given["potential"] != fields.get("potential"):
         fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
-    return Scene(**(fields | given))
+    if scene_file is not None:
+        return scene_of(fields | given, scene_file)
+    return Scene(**given)

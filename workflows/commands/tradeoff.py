@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
-from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
@@ -16,7 +16,7 @@ _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error"
 _SCRIPT = ("script", "observable", "vary", "fix", "seeds", "phases", "timeout", "lmp")
 
 
-@click.command()
+@click.command(cls=SceneCommand)
 @scene_options(*_OWN, *FILE_KEYS)
 @click.option(
     "-o",

@@ -8,11 +8,11 @@ import click
 
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_bodies import given_bodies
-from chaincor.workflows.commands.scene_options import scene_from, scene_options
+from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.validation.comparison import USER_TIMEOUT, Validation
 
 
-@click.command()
+@click.command(cls=SceneCommand)
 @scene_options("engine", *OUTPUT_KEYS)
 @click.option(
     "--against",

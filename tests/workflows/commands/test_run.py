@@ -205,7 +205,7 @@ def test_what_would_take_days_is_refused_with_the_estimate(capsys):
     assert (status, out) == (2, "")
     assert "1000000 particles would take about" in err
     assert "days on one core; expected at most 24.0 h" in err
-    assert err.rstrip().endswith("(docs/errors.md: CostError)")
+    assert err.rstrip().endswith("(see: chaincor explain CostError)")
 
 
 def test_how_long_a_run_may_take_can_be_said(capsys):

@@ -1,0 +1,40 @@
+"""Words that results print, and errors, explained by the program itself."""
+
+import pytest
+
+from chaincor.workflows.showing.terms import TERMS, other_names
+from tests.docs.test_errors_page import named_errors
+from tests.workflows.commands.test_run import chaincor
+
+
+def test_all_is_listed(capsys):
+    status, out, _ = chaincor(capsys, "explain")
+    assert status == 0
+    plain = " ".join(out.split())
+    assert all(f"{name}: {text}." in plain for name, text in TERMS.items())
+    assert all(name in plain for name in named_errors())
+
+
+@pytest.mark.parametrize("word", [*TERMS, *other_names(), "ETA", "momentum-residual"])
+def test_each_word_leads_to_its_term(capsys, word):
+    status, out, _ = chaincor(capsys, "explain", *word.split())
+    assert status == 0
+    term = out.partition(":")[0]
+    assert term == other_names().get(word, word if word in TERMS else term)
+    assert term in TERMS
+
+
+@pytest.mark.parametrize("name", sorted(named_errors()))
+def test_each_error_has_cause_and_remedy(capsys, name):
+    status, out, _ = chaincor(capsys, "explain", name)
+    assert status == 0
+    assert out.startswith(f"{name}\n\nCause. ")
+    assert "\nRemedy. " in out
+    assert "](" not in out
+    assert "`" not in out
+
+
+def test_an_unknown_word(capsys):
+    status, out, err = chaincor(capsys, "explain", "phlogiston")
+    assert (status, out) == (2, "")
+    assert "'phlogiston' is not explained; expected one of v*, restitution (energy)" in err

@@ -1,0 +1,61 @@
+"""``chaincor explain``: what results print, and what errors mean."""
+
+import re
+from pathlib import Path
+
+import click
+
+from chaincor.lammps_inputs.errors import meant
+from chaincor.workflows.showing.terms import TERMS, other_names
+
+_SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
+
+
+@click.command()
+@click.argument("words", metavar="[WORD]...", nargs=-1)
+def explain(words: tuple[str, ...]) -> None:
+    """
+    Explain a word that results print, or an error, and what to do about it.
+
+    Without a word: all that results print, and the names of the errors.
+    """
+    errors = dict(_SECTION.findall(_page()))
+    if not words:
+        for name, text in TERMS.items():
+            _paragraph(f"{name}: {text}.")
+        _paragraph(f"errors, each explained by its name: {', '.join(errors)}")
+        return
+    word = " ".join(words)
+    names = {**{name: name for name in (*TERMS, *errors)}, **other_names()}
+    near = meant(word, names)
+    if near is None:
+        raise click.UsageError(
+            f"'{word}' is not explained; expected one of {', '.join((*TERMS, *errors))}"
+        )
+    name = names[near]
+    if name in TERMS:
+        _paragraph(f"{name}: {TERMS[name]}.")
+        return
+    click.echo(name)
+    for paragraph in _plain(errors[name]).strip().splitlines():
+        if paragraph:
+            click.echo("")
+            _paragraph(paragraph)
+
+
+def _paragraph(text: str) -> None:
+    click.echo(click.wrap_text(text, width=88, subsequent_indent="  "))
+
+
+def _plain(text: str) -> str:
+    """Take the marks of Markdown off."""
+    text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    return text.replace("**", "").replace("`", "")
+
+
+def _page() -> str:
+    """Return the page of errors: installed beside this file, in a checkout among the others."""
+    here = Path(__file__).resolve()
+    installed = here.with_name("errors.md")
+    page = installed if installed.exists() else here.parents[2] / "docs" / "errors.md"
+    return page.read_text(encoding="utf-8")
