@@ -19,7 +19,7 @@ from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
-from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, error_bar, proof_error
+from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
@@ -200,7 +200,10 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
     if others:
         eta = eta_of(scene, outcome)
         step = proof_error(numerics.wall, [eta_of(scene, run) - eta for run in others])
-        found["spread"] = spread_of(scene, outcome, others[0])
+        # Arrays err by as much more than they differ as eta does.
+        share = PROOF_SHARE[numerics.wall]
+        spreads = [spread_of(scene, outcome, run) for run in others]
+        found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     return outcome, error_bar(outcome, scene, step), found
 
 

@@ -108,7 +108,7 @@ class Validation:
         }
 
 
-# Beyond a chain and a wall: masses, free targets, soft contacts, a chain that comes compressed.
+# Beyond a chain and a wall: masses, free targets, soft contacts, chains compressed or warm.
 _GRID_BODIES: tuple[dict[str, Any], ...] = (
     {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
     {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
@@ -119,6 +119,8 @@ _GRID_BODIES: tuple[dict[str, Any], ...] = (
     {"potential": "lj", "speed": 0.3, "contact": "power"},
     {"potential": "toda", "speed": 0.3, "contact": "power", "target_particles": 5},
     {"potential": "lj", "speed": 0.3, "compression": 0.02},
+    {"potential": "toda", "speed": 0.3, "temperature": 1e-3},
+    {"potential": "lj", "speed": 0.3, "temperature": 1e-3, "target_particles": 6},
 )
 
 
@@ -126,8 +128,9 @@ def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
     """
     Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
 
-    With `bodies` also scenes of masses, free targets, soft contacts and compressed chains, but for
-    those that numerics rule out. Engine, tolerance and explicit numerics are those of the scene.
+    With `bodies` also scenes of masses, free targets, soft contacts, compressed and warm chains,
+    but for those that numerics rule out. Engine, tolerance and explicit numerics are those of the
+    scene.
     """
     fields = {
         name: getattr(scene, name)
