@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 SHARPEST_GOAL = 1e-8
 # Energy for the most compressed bond of a warm chain, in units of T: decides the first step only.
 _HOTTEST_BOND = 5.0
+# Steps are those of a ladder of this ratio, so that many are the same.
+_STEP_LADDER = 0.8
 # First steps are guessed for energies on a ladder of this ratio.
 _ENERGY_LADDER = math.log(1.1)
 # A run is compared with those at so many times its step, as of one collision by itself.
@@ -36,7 +38,7 @@ _COARSER = (2.0, 1.86)
 # At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
 _LARGEST_STEP = 0.33
 # Of those that need more, most never converge.
-_MOST_REFINEMENTS = 6
+_MOST_REFINEMENTS = 7
 # Rounding may take this part of a goal.
 _ROUNDING_SHARE = 0.1
 
@@ -90,7 +92,7 @@ class ManyMeetings:
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
         self._collisions = ManyCollisions(line, scene.bond, self.scheme)
-        self._steps: dict[int, float] = {}
+        self._rungs: dict[int, int] = {}
 
     @staticmethod
     def serve(scene: Scene) -> bool:
@@ -103,8 +105,12 @@ class ManyMeetings:
         return decade_within(asked) >= SHARPEST_GOAL and serves(line, scene.bond)
 
     def share(self, velocity: float) -> int:
-        """Return how many to meet at once, so that Ctrl-C is heeded soon."""
-        return self._collisions.share(min(self._first_step(velocity), 1.0))
+        """Return how many to meet at once, so that progress is seen."""
+        return self._collisions.share(self._step(max(self._first_rung(velocity), 0)))
+
+    def stop(self) -> None:
+        """Let whoever is in :meth:`meet`, in another thread, leave it at once."""
+        self._collisions.stopped[0] = True
 
     def meet(self, starts: StartStates, velocities: Array) -> MetMany:
         """
@@ -125,49 +131,63 @@ class ManyMeetings:
         -------
         MetMany
             What comes of one does not depend on which others there are.
+
+        Raises
+        ------
+        RunError
+            If it was stopped.
         """
-        steps = np.array([self._first_step(v) for v in velocities.tolist()])
+        rungs = np.array([self._first_rung(v) for v in velocities.tolist()])
         floor = self._rounding(starts, velocities)
         found = _nothing(len(starts), floor)
-        left = np.isfinite(steps) & (floor <= _ROUNDING_SHARE * self._goal)
+        left = (rungs >= 0) & (floor <= _ROUNDING_SHARE * self._goal)
+        tries = np.zeros(len(starts), np.int64)
         order = STEP_SCHEMES[self.scheme].order
-        for _ in range(_MOST_REFINEMENTS):
-            now = np.flatnonzero(left)
-            if len(now) == 0:
-                break
-            runs, errors = self._compare(starts.chosen(now), steps[now], velocities[now])
+        while np.any(left):
+            # Lanes have one step.
+            rung = int(np.min(rungs[left]))
+            now = np.flatnonzero(left & (rungs == rung))
+            step = self._step(rung)
+            runs, errors = self._compare(starts.chosen(now), step, velocities[now])
             met = errors + floor[now] <= self._goal
             done = now[met]
             found.met[done] = True
             found.restitution[done] = (runs.speeds[met] / velocities[done]) ** 2
             found.step_error[done] = np.maximum(errors[met], LEAST_SHARE * self._goal)
-            found.timesteps[done] = steps[done]
+            found.timesteps[done] = step
             for name in ("contacts", "last_contact_times", "proved"):
                 getattr(found, name)[done] = getattr(runs, name)[met]
-            left[done] = False
+            tries[now] += 1
+            left[now] = ~met & (tries[now] < _MOST_REFINEMENTS)
             # Late contacts of chains that broke have more to them than a step.
             left[now[runs.settled & runs.silent & ~runs.proved]] = False
             with np.errstate(divide="ignore"):
                 wanted = (STEP_SHARE * self._goal / errors) ** (1.0 / order)
-            steps[now] *= np.clip(np.where(np.isfinite(errors), wanted, 0.5), 0.3, 0.8)
+            shrink = np.log(np.where(np.isfinite(errors), wanted, 0.5)) / math.log(_STEP_LADDER)
+            # What converges late, as it amplifies what steps miss, needs larger strides.
+            rungs[now] += np.clip(np.ceil(shrink).astype(np.int64), tries[now], 5 + tries[now])
         return found
 
-    def _first_step(self, velocity: float) -> float:
-        """Guess H for an impact velocity; inf where bonds are too sharp for fixed steps."""
-        energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
-        rung = math.ceil(math.log(energy) / _ENERGY_LADDER)
-        if rung not in self._steps:
-            self._steps[rung] = self._step_at(math.exp(rung * _ENERGY_LADDER))
-        return self._steps[rung]
+    def _step(self, rung: int) -> float:
+        return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
 
-    def _step_at(self, energy: float) -> float:
+    def _first_rung(self, velocity: float) -> int:
+        """Guess which step an impact velocity needs; -1 where bonds are too sharp for any."""
+        energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
+        place = math.ceil(math.log(energy) / _ENERGY_LADDER)
+        if place not in self._rungs:
+            self._rungs[place] = self._rung_at(math.exp(place * _ENERGY_LADDER))
+        return self._rungs[place]
+
+    def _rung_at(self, energy: float) -> int:
         scene, bond = self._scene, self._scene.bond
         strain = compressed_strain(bond, energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
-            return math.inf
+            return -1
         step = 0.5 * usual_step(self.scheme, STEP_SHARE * self._goal, scene.fast_stiffness)
-        return min(step / sharpness, _LARGEST_STEP / scene.fast_stiffness**0.5)
+        smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
+        return max(math.ceil(smaller), 0)
 
     def _rounding(self, starts: StartStates, velocities: Array) -> Array:
         """Return the error of eta due to rounding, as ``engines.rounding`` does."""
@@ -176,17 +196,17 @@ class ManyMeetings:
         return ARITHMETIC_FLOOR * self._scene.particles * heat
 
     def _compare(
-        self, starts: StartStates, steps: Array, velocities: Array
+        self, starts: StartStates, step: float, velocities: Array
     ) -> tuple[ManyOutcomes, Array]:
         """Run at three steps; return what the finest gave and by how much the others differ."""
-        fine = self._collisions.run(starts, steps, None)
+        fine = self._collisions.run(starts, step, None)
         errors = np.where(fine.settled & ~(fine.silent & ~fine.proved), 0.0, np.inf)
         sound = np.flatnonzero(np.isfinite(errors))
         chosen, of = starts.chosen(sound), fine.chosen(sound)
         for times in _COARSER:
             if len(sound) == 0:
                 break
-            coarse = self._collisions.run(chosen, times * steps[sound], of)
+            coarse = self._collisions.run(chosen, times * step, of)
             apart = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
             errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
         return fine, errors

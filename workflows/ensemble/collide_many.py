@@ -285,13 +285,17 @@ def _meet_together(
         return begin, _samples(group, part, meetings)
 
     with ThreadPoolExecutor(workers) as threads:
-        for begin, samples in _completed(threads, meet, range(0, count, share), workers):
-            for k, sample in enumerate(samples, begin):
-                if sample is None:
-                    left.append(k)
-                else:
-                    found[group.places[k]] = sample
-                    advance(group.expected)
+        try:
+            for begin, samples in _completed(threads, meet, range(0, count, share), workers):
+                for k, sample in enumerate(samples, begin):
+                    if sample is None:
+                        left.append(k)
+                    else:
+                        found[group.places[k]] = sample
+                        advance(group.expected)
+        except BaseException:
+            meetings.stop()
+            raise
     return sorted(left)
 
 

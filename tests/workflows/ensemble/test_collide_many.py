@@ -147,7 +147,8 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
     good = meetings.meet(starts, v)
-    monkeypatch.setattr(ManyMeetings, "_step_at", lambda *_: 1.1)
+    monkeypatch.setattr("chaincor.workflows.accuracy.many._LARGEST_STEP", 1.1)
+    monkeypatch.setattr(ManyMeetings, "_rung_at", lambda *_: 0)
     coarse = ManyMeetings(WARM).meet(starts, v)
     assert not coarse.met[0] or coarse.timesteps[0] < 0.8
     if coarse.met[0]:

@@ -167,7 +167,7 @@ class LineInMotion:
         while True:
             until = min(goal, int(ledger.steps) + most)
             status = self.kernels.advance(
-                ledger, _unnamed(self.arrays), until, self.step, fractions, parameters
+                ledger, unnamed(self.arrays), until, self.step, fractions, parameters
             )
             if status == loop.FULL:
                 contacts = self.arrays.contacts
@@ -209,6 +209,6 @@ def _copied(state: State) -> State:
     return State(state.strain.copy(), state.velocity.copy())
 
 
-def _unnamed(arrays: loop.LineArrays) -> tuple:
+def unnamed(arrays: tuple) -> tuple:
     """Return plain tuples: named ones cost a compiled function more at each call."""
     return tuple(tuple(part) if isinstance(part, State) else part for part in arrays)

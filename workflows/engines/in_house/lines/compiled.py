@@ -10,9 +10,10 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.kernels import KEPT
 from chaincor.workflows.engines.in_house.lines.ensemble_loop import build_carry, is_over
+from chaincor.workflows.engines.in_house.lines.lanes import build_lane_leap
 from chaincor.workflows.engines.in_house.lines.loop import build_line_motion
 from chaincor.workflows.engines.in_house.lines.verlet import array_line_stages, looped_line_stages
-from chaincor.workflows.engines.schemes import StepScheme
+from chaincor.workflows.engines.schemes import Composed, StepScheme
 
 
 @dataclass(frozen=True)
@@ -64,23 +65,31 @@ def _compile_line(function: Callable, keep: bool, build_leap: Callable) -> Calla
 
 def ensemble_kernels_for(bond: Potential, scheme: StepScheme) -> LineKernels | None:
     """Return the loop over many collisions; None for forces that cannot be compiled."""
-    return _ensemble_kernels_for(bond, scheme.build_leap)
+    return _ensemble_kernels_for(bond, scheme.build_leap, isinstance(scheme, Composed))
 
 
 @lru_cache(maxsize=KEPT)
-def _ensemble_kernels_for(bond: Potential, build_leap: Callable) -> LineKernels | None:
+def _ensemble_kernels_for(
+    bond: Potential, build_leap: Callable, composed: bool
+) -> LineKernels | None:
     force = scalar_force(bond)
     if force is None:
         return None
-    return LineKernels(_compile_carry(force.function, force.keep, build_leap), force.parameters)
+    carry = _compile_carry(force.function, force.keep, build_leap, composed)
+    return LineKernels(carry, force.parameters)
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_carry(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+def _compile_carry(
+    function: Callable, keep: bool, build_leap: Callable, composed: bool
+) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
     stages = looped_line_stages(kernel, register)
     leap = register(build_leap(stages))
     advance = compiler.register_long(build_line_motion(kernel, leap, stages, register))
-    return compiler.compile(build_carry(advance, register(is_over)), threaded=True)
+    lanes = compiler.register_long(build_lane_leap(kernel, composed, register))
+    over = compiler.register_long(is_over)
+    carry = build_carry(kernel, advance, lanes, over, register)
+    return compiler.compile(carry, threaded=True)

@@ -13,6 +13,7 @@ from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN, allowed_strains
 from chaincor.workflows.engines.in_house.lines import loop
+from chaincor.workflows.engines.in_house.lines.bodies import unnamed
 from chaincor.workflows.engines.in_house.lines.compiled import LineKernels, ensemble_kernels_for
 from chaincor.workflows.engines.in_house.lines.ensemble_loop import (
     DUE,
@@ -20,6 +21,7 @@ from chaincor.workflows.engines.in_house.lines.ensemble_loop import (
     PROVED,
     EndBounds,
 )
+from chaincor.workflows.engines.in_house.lines.lanes import LANES, Lanes
 from chaincor.workflows.engines.in_house.lines.verlet import LineParameters
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
@@ -31,6 +33,7 @@ from chaincor.workflows.engines.piece_bounds import (
     reach,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import RunError
 
 Array = NDArray[np.float64]
 
@@ -38,7 +41,7 @@ Array = NDArray[np.float64]
 _LISTED = 2 * loop.SPARE_CONTACTS
 # Bounds are worked out down to this part of the largest energy.
 _LEAST_ENERGY = 1e-4
-# Collisions of n particles take about this long, for shares of work that are short enough.
+# Collisions of n particles take about this long.
 _USUAL_CROSSINGS = 5.0
 
 
@@ -140,6 +143,7 @@ class ManyCollisions:
         self._stiffness = bond.stiffness / line.mean_mass
         self._parameters = tuple(LineParameters.of(line, kernels.parameters))
         self._bounds: dict[int, EndBounds] = {}
+        self.stopped = np.zeros(1, bool)
 
     @property
     def particles(self) -> int:
@@ -147,11 +151,12 @@ class ManyCollisions:
         return len(self._line.chain_masses)
 
     def share(self, step: float) -> int:
-        """Return how many collisions to carry at once, so that Ctrl-C is heeded soon."""
+        """Return how many collisions to carry at once, so that progress is seen."""
         n = self.particles
         duration = _USUAL_CROSSINGS * 2.0 * (n + 10.0) / self._stiffness**0.5
         work = duration / step * self._scheme.evaluations * n
-        return int(min(max(WORK_AT_ONCE / work, 1), 1024))
+        # Towards the end lanes are empty: not too few.
+        return int(min(max(WORK_AT_ONCE / work, 4 * LANES), 1024))
 
     def energies(self, starts: StartStates) -> Array:
         """Return the energy of each chain."""
@@ -164,7 +169,7 @@ class ManyCollisions:
             self._bounds[top] = _end_bounds(self._line, self._bond, self._stiffness, top)
         return self._bounds[top]
 
-    def run(self, starts: StartStates, steps: Array, known: ManyOutcomes | None) -> ManyOutcomes:
+    def run(self, starts: StartStates, step: float, known: ManyOutcomes | None) -> ManyOutcomes:
         """
         Carry collisions to their ends.
 
@@ -172,8 +177,8 @@ class ManyCollisions:
         ----------
         starts : StartStates
             Where they begin.
-        steps : ndarray of shape (samples,)
-            H of each.
+        step : float
+            H.
         known : ManyOutcomes or None
             The same collisions with other steps, to be compared with these: their ends are not
             looked for again.
@@ -183,7 +188,7 @@ class ManyCollisions:
         ManyOutcomes
             As far as they were settled.
         """
-        group = _Group(self, starts, steps)
+        group = _Group(self, starts, step)
         if known is None:
             group.follow()
         else:
@@ -194,10 +199,10 @@ class ManyCollisions:
 class _Group:
     """Collisions in progress."""
 
-    def __init__(self, of: ManyCollisions, starts: StartStates, steps: Array) -> None:
+    def __init__(self, of: ManyCollisions, starts: StartStates, step: float) -> None:
         self._of, self._line, self._bond = of, of._line, of._bond
         count, n = starts.strains.shape
-        self.steps = steps.astype(float)
+        self.step = step
         self.strains = starts.strains.copy()
         self.velocities = np.concatenate((np.zeros((count, 1)), starts.velocities), axis=1)
         self.lasts, self.last_velocities = self.strains.copy(), self.velocities.copy()
@@ -221,6 +226,7 @@ class _Group:
             np.concatenate(([0.0], self._line.chain_masses)),
             np.array([0, end]),
         )
+        self._lanes = unnamed(Lanes.of(self._line.inverse_masses))
         self.untils = np.zeros(count)
 
     def _ledgers(self, count: int) -> NDArray:
@@ -243,20 +249,25 @@ class _Group:
         states = (
             *(self.strains, self.velocities, self.lasts, self.last_velocities),
             *(self.contacts, self.counts, self.firsts, self.energies),
-            *(self.steps, self.untils, self.statuses),
+            *(self.untils, self.statuses),
         )
         of._kernels.advance(
             self.ledgers,
             states,
             self._scratch,
+            self._lanes,
+            self.step,
             tuple(of._scheme.fractions),
             of._parameters,
             self._bounds,
+            of.stopped,
         )
+        if of.stopped[0]:
+            raise RunError("the collisions were stopped")
 
     @property
     def _now(self) -> Array:
-        return self.ledgers["steps"] * self.steps
+        return self.ledgers["steps"] * self.step
 
     @property
     def _number(self) -> NDArray[np.int64]:
