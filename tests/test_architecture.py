@@ -22,7 +22,7 @@ FLOORS = {
         {"commands"},
         {"reproduce"},
         {"ensemble"},
-        {"sweep", "tradeoff"},
+        {"grids", "sweep", "tradeoff"},
         {"job", "machine", "store", "validation"},
         {"collision", "pictures", "scripted"},
         {"accuracy"},

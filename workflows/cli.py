@@ -44,7 +44,10 @@ COMMANDS = {
         (*_IN_HOUSE, "rich"),
         {**_BY_LAMMPS, "matplotlib": "--animate"},
     ),
-    "inputs": CommandFacts("Write a self-contained LAMMPS job.", (*_IN_HOUSE, "jinja2")),
+    "inputs": CommandFacts(
+        "Write a self-contained LAMMPS job, or a grid of them.", (*_IN_HOUSE, "jinja2")
+    ),
+    "collect": CommandFacts("Read the logs of a grid of LAMMPS jobs into a store.", ()),
     "analyze": CommandFacts(
         "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
         ("scipy", "rich"),

@@ -16,6 +16,12 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @click.option(
     "--set", "settings", metavar="NAME=VALUE", multiple=True, help="value that the template names"
 )
+@click.option(
+    "--submit",
+    type=click.Choice(["slurm", "pbs", "bash"]),
+    help="of a sweep file: what runs the jobs [default: bash]",
+)
+@click.option("--site", metavar="FILE", help="of a sweep file: lines for the head of that script")
 @click.option("--dry-run", is_flag=True, help="print the script and write nothing")
 @click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
 @click.option(
@@ -32,6 +38,8 @@ def inputs(
     output: str | None,
     template: str | None,
     settings: tuple[str, ...],
+    submit: str | None,
+    site: str | None,
     dry_run: bool,
     frames: bool,
     table_range: tuple[float, float] | None,
@@ -48,20 +56,60 @@ def inputs(
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
     from chaincor.lammps_inputs.script import SCRIPT_FILE
     from chaincor.workflows.job import job_files, write_job
+    from chaincor.workflows.sweep.file import is_sweep
 
     if dry_run == (output is not None):
         raise InputError("expected either -o DIR, the folder for the job, or --dry-run")
     if settings and template is None:
         raise InputError(f"--set {settings[0][:60]!a} is for a template; expected --template FILE")
-    scene = scene_from(scene_file, options)
     wishes: dict[str, Any] = {
         "dump": frames,
         "explain": explain,
         "table_range": table_range,
         "template": None if template is None else OwnTemplate.from_file(Path(template), settings),
     }
+    if scene_file is not None and is_sweep(Path(scene_file)):
+        given = [name for name, value in options.items() if value is not None]
+        if given or output is None:
+            wrong = f"--{given[0].replace('_', '-')}" if given else "--dry-run"
+            raise InputError(f"{wrong} is for a scene, and {scene_file} is a sweep; leave it out")
+        _write_grid(Path(scene_file), Path(output), submit or "bash", site, force, wishes)
+        return
+    if submit is not None or site is not None:
+        raise InputError("--submit and --site are for a sweep file; expected one with [axes]")
+    scene = scene_from(scene_file, options)
     if output is None:
         click.echo(job_files(scene, **wishes)[SCRIPT_FILE], nl=False)
         return
     for file in write_job(scene, Path(output), replace_existing=force, **wishes):
         click.echo(file)
+
+
+def _write_grid(
+    sweep_file: Path,
+    folder: Path,
+    submit: Any,
+    site: str | None,
+    force: bool,
+    wishes: dict[str, Any],
+) -> None:
+    from chaincor.lammps_inputs.small_file import read_small_file
+    from chaincor.workflows.grids.grid import MANIFEST, write_grid
+    from chaincor.workflows.sweep.file import read_sweep
+
+    try:
+        lines = "" if site is None else read_small_file(Path(site))
+    except (OSError, ValueError) as error:
+        raise InputError(f"the site file {site!a} cannot be read: {error}") from None
+    sweep = read_sweep(sweep_file)
+    axes = list(dict.fromkeys(key for group in sweep.scenes.groups for key in group[0]))
+    points = write_grid(
+        sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, **wishes
+    )
+    refused = [point for point in points if point.refusal]
+    click.echo(f"{len(points) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")
+    click.echo(f"run them: {folder / f'submit.{submit}'}")
+    for point in refused:
+        click.echo(f"chaincor: no job for {point.folder}: {point.refusal}", err=True)
+    if refused:
+        raise SystemExit(1)

@@ -42,6 +42,11 @@ class Sweep:
     arrays: bool
 
 
+def is_sweep(path: Path) -> bool:
+    """Return whether a file that holds a scene or a sweep holds a sweep."""
+    return not {"scene", "axes"}.isdisjoint(read_scene_fields(path))
+
+
 def read_sweep(path: Path | str) -> Sweep:
     """
     Read a sweep file.

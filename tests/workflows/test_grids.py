@@ -1,0 +1,211 @@
+"""Grids of jobs: written, run by the array script, killed, broken, collected, run again."""
+
+import csv
+import os
+import subprocess
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps.library import find_mpi_library
+from chaincor.workflows.grids.collect import collect_grid, count_states
+from chaincor.workflows.grids.grid import folder_name, write_grid
+from chaincor.workflows.grids.submit import submit_script
+from chaincor.workflows.store.export import to_pandas
+from chaincor.workflows.store.results_store import Store
+from tests.workflows.commands.test_run import chaincor
+from tests.workflows.test_job import LMP
+
+# Kills LAMMPS, once, in the jobs whose names are in KILL, when it has written a restart file: there
+# it sleeps, so that it is not quicker than the blow.
+KILLER = """#!/bin/bash
+for name in $KILL; do
+    if [ "$(basename "$PWD")" = "$name" ] && [ ! -e killed ]; then
+        touch killed
+        sed "s/^print .*saved_at.*/&\\nshell sleep 3/" in.chain > in.slow
+        {lmp} -in in.slow -var restart 1 &
+        until grep -qs saved_at chain.state; do sleep 0.01; done
+        kill -9 $!
+        wait $!
+        exit 137
+    fi
+done
+exec {lmp} "$@"
+"""
+
+
+def submit(grid, *kill):
+    wrapper = grid / "lmp.sh"
+    wrapper.write_text(KILLER.replace("{lmp}", str(LMP)))
+    wrapper.chmod(0o755)
+    environment = os.environ | {"LMP": str(wrapper), "RESTART": "1", "KILL": " ".join(kill)}
+    if (library := find_mpi_library()) is not None:
+        environment["LD_LIBRARY_PATH"] = str(library.parent)
+    done = subprocess.run([grid / "submit.bash"], env=environment, timeout=600, check=False)
+    return done.returncode
+
+
+def write_sweep(path, text):
+    path.write_text(text)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("particles", "speeds", "killed", "broken"),
+    [
+        ("[4]", "[0.2, 0.3, 0.4]", [2], 3),
+        pytest.param("[4, 8]", "[0.1, 0.2, 0.3, 0.4, 0.5]", [3, 11, 20], 7, marks=pytest.mark.slow),
+    ],
+)
+def test_a_grid_is_collected_named_resubmitted_and_complete(
+    particles, speeds, killed, broken, capsys, tmp_path
+):
+    potentials = '["lj"]' if len(killed) == 1 else '["lj", "toda", "log"]'
+    sweep = write_sweep(
+        tmp_path / "sweep.toml",
+        f"[scene]\ntolerance = 1e-8\n[axes]\npotential = {potentials}\n"
+        f"particles = {particles}\nspeed = {speeds}\n",
+    )
+    grid, store = tmp_path / "jobs", tmp_path / "results.sqlite"
+    assert chaincor(capsys, "inputs", sweep, "-o", str(grid), "--submit", "bash")[0] == 0
+    with (grid / "manifest.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    count = len(rows)
+    names = [row["folder"] for row in rows]
+    assert {job.state for job in collect_grid(grid)} == {"missing"}
+
+    script = grid / names[broken - 1] / "in.chain"
+    text = script.read_text()
+    script.write_text(text.replace("special_bonds ", "special_bands "))
+    assert submit(grid, *(names[k - 1] for k in killed)) == 1
+    status, out, _ = chaincor(capsys, "collect", str(grid), "-o", str(store))
+    assert status == 1
+    assert f"{count - len(killed) - 1} done, 1 failed, {len(killed)} unfinished" in out
+    for k in killed:
+        assert f"unfinished {names[k - 1]}: it was stopped: submit it again" in out
+    assert f"failed     {names[broken - 1]}: ERROR: Unknown command: special_bands" in out
+
+    script.write_text(text)
+    finished = {name: (grid / name / "log.lammps").stat().st_mtime_ns for name in names}
+    assert submit(grid) == 0
+    again = [
+        k
+        for k, name in enumerate(names, 1)
+        if (grid / name / "log.lammps").stat().st_mtime_ns != finished[name]
+    ]
+    assert again == sorted([*killed, broken])
+    status, out, _ = chaincor(capsys, "collect", str(grid), "-o", str(store), "--json")
+    assert status == 0
+    assert f'"done": {count}' in out
+
+    table = to_pandas(store)
+    assert len(table) == count
+    assert (table.restitution_error <= 1e-8).all()
+    assert table.tolerance_met.all()
+    # A job that was killed goes on to the number of one that was not.
+    whole = tmp_path / "whole"
+    write_grid([Scene(**fields(rows[k - 1])) for k in killed], ["speed"], whole, "bash")
+    submit(whole)
+    for job in collect_grid(whole):
+        with Store(store) as kept:
+            found = kept.find(job.attempt.scene)
+        assert found.restitution == pytest.approx(job.attempt.collision.restitution, abs=1e-12)
+    assert chaincor(capsys, "show", str(store))[0] == 0
+    assert chaincor(capsys, "plot", str(store), "-o", str(tmp_path / "curve.png"))[0] == 0
+
+
+def fields(row):
+    return {
+        "potential": row["potential"],
+        "particles": int(row["particles"]),
+        "speed": float(row["speed"]),
+        "tolerance": 1e-8,
+    }
+
+
+def test_a_point_without_a_job_is_named(capsys, tmp_path):
+    sweep = write_sweep(
+        tmp_path / "sweep.toml",
+        '[scene]\npotential = "harmonic"\nparticles = 4\n[axes]\nvelocity = [0.1, 0.9]\n',
+    )
+    status, out, err = chaincor(capsys, "inputs", sweep, "-o", str(tmp_path / "jobs"))
+    assert status == 1
+    assert "1 jobs in" in out
+    assert "no job for 0002_velocity=0.9: particles of a harmonic chain pass through" in err
+    jobs = collect_grid(tmp_path / "jobs")
+    assert count_states(jobs) == {"missing": 1, "refused": 1}
+
+
+def test_a_grid_is_not_overwritten_unasked(tmp_path):
+    scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
+    write_grid(scenes, [], tmp_path, "bash")
+    (tmp_path / "0001" / "log.lammps").write_text("restitution = 1\nrestitution_error = 1\n")
+    with pytest.raises(InputError, match="has a grid of jobs already"):
+        write_grid(scenes, [], tmp_path, "bash")
+    write_grid(scenes, [], tmp_path, "bash", replace_existing=True)
+    # The result of the older job is not taken for that of the new one.
+    assert [job.state for job in collect_grid(tmp_path)] == ["missing"]
+
+
+def test_a_folder_without_a_manifest_is_no_grid(capsys, tmp_path):
+    status, out, err = chaincor(capsys, "collect", str(tmp_path), "-o", str(tmp_path / "s.sqlite"))
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "has no manifest.csv" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--particles", "5", "-o", "jobs"], "--particles is for a scene"),
+        (["--dry-run"], "--dry-run is for a scene"),
+        (["--site", "absent", "-o", "jobs"], "the site file 'absent' cannot be read"),
+    ],
+)
+def test_what_a_sweep_has_no_use_for_is_refused(options, line, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_sweep(tmp_path / "sweep.toml", "[axes]\nspeed = [0.1, 0.2]\n")
+    status, out, err = chaincor(capsys, "inputs", "sweep.toml", *options)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert line in err
+    assert not (tmp_path / "jobs").exists()
+
+
+def test_submit_is_for_sweeps(capsys, tmp_path):
+    status, _, err = chaincor(capsys, "inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
+    assert status == 2
+    assert "--submit and --site are for a sweep file" in err
+
+
+@pytest.mark.parametrize("scheduler", ["slurm", "pbs", "bash"])
+def test_submit_scripts_are_bash_with_the_lines_of_the_site(scheduler, tmp_path):
+    script = tmp_path / "submit"
+    script.write_text(submit_script(scheduler, ["a", "b"], "module load lammps"))
+    subprocess.run(["bash", "-n", script], check=True)
+    lines = script.read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line and not line.startswith("#"))
+    assert lines[0] == "#!/bin/bash"
+    assert lines[first] == "module load lammps"
+    array = {"slurm": "#SBATCH --array=1-2", "pbs": "#PBS -J 1-2", "bash": None}[scheduler]
+    assert array is None or array in lines[:first]
+
+
+@pytest.mark.parametrize(
+    ("scheduler", "variable"), [("slurm", "SLURM_ARRAY_TASK_ID"), ("pbs", "PBS_ARRAY_INDEX")]
+)
+def test_an_array_task_runs_its_own_folder(scheduler, variable, tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    script = tmp_path / "submit"
+    script.write_text(submit_script(scheduler, ["a", "b"]))
+    environment = os.environ | {"LMP": "echo ran", variable: "2"}
+    subprocess.run(["bash", script], check=True, env=environment, cwd=tmp_path)
+    assert (tmp_path / "b" / "screen.txt").read_text() == "ran -in in.chain -var restart 20\n"
+    assert list((tmp_path / "a").iterdir()) == []
+
+
+def test_names_of_folders_hold_nothing_of_a_users_text():
+    scene = Scene(
+        potential="formula", energy="0.5*$(s)^2".replace("$", ""), particles=2, velocity=0.1
+    )
+    assert folder_name(scene, ["energy", "velocity"], 12) == "0012_energy=0.5--s--2_velocity=0.1"

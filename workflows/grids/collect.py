@@ -1,0 +1,184 @@
+"""What came of a grid of jobs, from their logs alone."""
+
+import csv
+import math
+import re
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.grids.grid import ASKED, MANIFEST
+from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
+from chaincor.workflows.store.attempt import Attempt, Failure, host_name
+from chaincor.workflows.versions import versions
+
+# What a job, or LAMMPS, says when it stops without a result.
+_WORDS = re.compile(
+    r"^(ERROR.*|UNFINISHED: .*|UNBALANCED: .*|TOO FAST: .*|NO STEP: .*|OTHER VELOCITY: .*"
+    r"|BEHIND THE WALL: .*|MISMATCHED: .*)$",
+    re.MULTILINE,
+)
+_NAMES = ("restitution", "contacts", "last_contact_time", "momentum_change", "wall_impulse")
+_WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class CollectedJob:
+    """
+    A job of a grid as its logs show it.
+
+    Attributes
+    ----------
+    folder : str
+        Its name.
+    state : str
+        ``done``; ``failed``, with LAMMPS's words; ``unfinished``, it began and was stopped;
+        ``missing``, it never began; ``refused``, no job could be written.
+    words : str
+        What there is to say, in one line.
+    attempt : Attempt or None
+        For a store; None where nothing was tried.
+    """
+
+    folder: str
+    state: str
+    words: str
+    attempt: Attempt | None
+
+
+def collect_grid(folder: Path) -> list[CollectedJob]:
+    """
+    Read the logs of a grid of jobs.
+
+    Raises InputError if the folder has no manifest.
+    """
+    try:
+        with (folder / MANIFEST).open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error):
+        rows = []
+    if not rows or not {"folder", "refusal"} <= set(rows[0]):
+        raise InputError(
+            f"the folder {str(folder)!r} has no {MANIFEST} that can be read; expected one that "
+            "`chaincor inputs SWEEP.toml -o DIR` wrote"
+        )
+    known = {"lammps": "unknown", "chaincor": versions()["chaincor"]}
+    return [_collect(folder, row["folder"], row["refusal"], known) for row in rows]
+
+
+def count_states(jobs: list[CollectedJob]) -> dict[str, int]:
+    """Return how many jobs are in each state."""
+    return dict(Counter(job.state for job in jobs))
+
+
+def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> CollectedJob:
+    if refusal:
+        return CollectedJob(name, "refused", refusal, None)
+    folder = grid / name
+    try:
+        asked = Scene.from_file(folder / ASKED)
+        as_run = Scene.from_file(folder / "scene.toml")
+    except ChaincorError as error:
+        return CollectedJob(name, "missing", " ".join(str(error).split()), None)
+    log = _text(folder / "log.lammps")
+    everything = "\n".join([log, _text(folder / "log.motion"), _text(folder / "screen.txt")])
+    if not everything.strip():
+        return CollectedJob(name, "missing", "it has no log: submit it", None)
+    said = _WORDS.search(everything)
+    found = _results(log)
+    if found is not None and said is None:
+        made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
+        known = known | ({} if made is None else {"lammps": made[1]})
+        result = _collision(asked, as_run, found, log, known)
+        return CollectedJob(name, "done", "", Attempt(asked, result, None, host_name()))
+    if said is not None:
+        words = " ".join(said[1].split())
+        failure = Failure("JobError", words, stands=False)
+        return CollectedJob(name, "failed", words, Attempt(asked, None, failure, host_name()))
+    return CollectedJob(name, "unfinished", "it was stopped: submit it again", None)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _results(log: str) -> dict[str, float] | None:
+    """Return the numbers that a finished job prints; None where one is not there."""
+    found: dict[str, float] = {}
+    for name in _NAMES:
+        values = re.findall(rf"^{name} = (\S+)$", log, re.MULTILINE)
+        if values:
+            found[name] = float(values[-1])
+    errors = re.findall(r"^restitution_error = (\S+)$", log, re.MULTILINE)
+    if "restitution" not in found or not errors:
+        return None
+    found["restitution_error"] = math.nan if errors[-1] == "null" else float(errors[-1])
+    return found
+
+
+def _collision(
+    asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
+) -> Collision:
+    """Make a result of what a log holds; what it does not hold is not a number."""
+    numerics = Numerics.from_scene(as_run)
+    error: float | None = found["restitution_error"]
+    if error is not None and math.isnan(error):
+        error = None
+    eta, v0, v_star = found["restitution"], asked.impact_velocity, asked.bond.natural_speed
+    tolerance = None if asked.explicit else asked.tolerance
+    missed = error is not None and tolerance is not None and error > tolerance
+    took = _WALL_TIME.search(log)
+    seconds = (
+        math.nan if took is None else float(np.dot([3600, 60, 1], list(map(int, took.groups()))))
+    )
+    ended = re.search(r"^ending = .*, end (\w+)$", log, re.MULTILINE)
+    residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
+    nothing = np.empty(0)
+    fields: dict[str, Any] = {
+        "restitution": eta,
+        "restitution_error": error,
+        "kinematic_restitution": math.sqrt(eta),
+        "contacts": int(found.get("contacts", 0)),
+        "last_contact_time": found.get("last_contact_time", math.nan),
+        "engine": "lammps",
+        "wall": numerics.wall,
+        "scheme": numerics.scheme,
+        "timestep": numerics.timestep,
+        "table": None if asked.bond.is_harmonic else numerics.table,
+        "table_points": numerics.table_points,
+        "potential": asked.label,
+        "particles": asked.particles,
+        "velocity": v0,
+        "speed": None if v_star is None else v0 / v_star,
+        "v_star": v_star,
+        "bond_min": math.nan,
+        "bond_max": math.nan,
+        "bond_range_source": "a log holds none",
+        "energy_drift": math.nan,
+        "momentum_residual": residual / (asked.particles * v0),
+        "ending": "open" if ended is None else ended[1],
+        "duration": math.nan,
+        "fragments": 0,
+        "crossed": False,
+        "tolerance": tolerance,
+        "tolerance_met": None if tolerance is None or error is None else not missed,
+        "reason": f"the job reached {error:.2g}, not {tolerance:g}" if missed else None,
+        "error_parts": ErrorBar(error, 0.0, 0.0),
+        "seconds": seconds,
+        "seconds_total": seconds,
+        "scene_sha256": asked.sha256,
+        "versions": known,
+        "details": {"collected": "from the log of a job"},
+    }
+    for name in ARRAY_FIELDS:
+        fields[name] = nothing
+    return Collision(**fields)
