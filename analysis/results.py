@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.restitution import EnergySplit
+from chaincor.analysis.showing.numbers import eta_of_dump
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 
@@ -45,7 +46,7 @@ class History:
     bond_max: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class CollisionAnalysis:
     """
     What the frames of a collision say. Units: bond length and stiffness 1, masses as given.
@@ -148,3 +149,19 @@ class CollisionAnalysis:
     history: History
     contradictions: tuple[str, ...]
     caveats: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        bond = "unknown" if self.bond is None else self.bond.name
+        eta = eta_of_dump(self.restitution, self.restitution_error, self.data_error)
+        contacts = f"at least {self.contact_statistics.count}"
+        if self.contacts is not None:
+            contacts = str(self.contacts)
+        notes = f"notes, in .caveats: {len(self.caveats)}"
+        if self.contradictions:
+            notes += f"; CONTRADICTED: {self.contradictions[0]}"
+        return (
+            f"{self.particles} particles, {bond} bonds, v0 = {self.velocity:.6g}, "
+            f"{self.frames} frames\n"
+            f"eta = {eta}\n"
+            f"e = {self.kinematic_restitution:.6g}, contacts {contacts}; {notes}"
+        )

@@ -23,7 +23,7 @@ FLOORS = {
         {"reproduce"},
         {"ensemble"},
         {"grids", "sweep", "tradeoff"},
-        {"job", "machine", "store", "validation"},
+        {"job", "job_analysis", "machine", "store", "validation"},
         {"collision", "pictures", "scripted"},
         {"accuracy"},
         {"result"},

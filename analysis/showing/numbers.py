@@ -14,3 +14,15 @@ def known_digits(value: float, error: float) -> str:
     while digits < 16 and error < 2.0 * 10.0**-digits:
         digits += 1
     return f"{value:.{digits}f}"
+
+
+# Of a run whose error is not known, more digits would promise too much.
+_FINEST = 1e-12
+
+
+def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
+    """Return a restitution read from a dump, with the error of the run and that of its digits."""
+    data = f"format and reading +- {data_error:.1e}"
+    if error is not None:
+        return f"{with_error(value, error)} ({data})"
+    return f"{known_digits(value, max(data_error, _FINEST))}   error of the run not known, {data}"

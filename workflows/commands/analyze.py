@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.analysis.showing.numbers import known_digits, with_error
+from chaincor.analysis.showing.numbers import eta_of_dump
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
-from chaincor.workflows.commands.scene_options import NamedNumbers
+from chaincor.workflows.commands.scene_options import NamedNumbers, WordChoice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--potential",
-    type=click.Choice(POTENTIAL_NAMES),
+    type=WordChoice(POTENTIAL_NAMES),
     help="bond potential [default: that of scene.toml]",
 )
 @click.option("--toda-b", type=float, metavar="B", help="steepness b of the toda bond")
@@ -114,51 +114,32 @@ def analyze(
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
-    from chaincor.analysis.job_folder import Job, analyze_job
-    from chaincor.analysis.step_error import analyze_folder
-    from chaincor.analysis.two_bodies.job import analyze_two_bodies, find_two_bodies
-    from chaincor.workflows.engines.ending import argue_end
+    from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
+    from chaincor.workflows.job_analysis import analyze_found
 
-    job_and_targets = find_two_bodies(folder, data, dump, target_particles)
-    if job_and_targets is not None:
-        unused = {"masses": masses, "velocity": velocity, "output": output}
-        unused |= {"animation": animation, "xyz": xyz}
-        given = [f"--{name}" for name, value in unused.items() if value is not None]
-        if given:
-            raise InputError(
-                f"{', '.join(given)}: of a free target or a soft wall masses and velocities are "
-                "read from dump and data file, and figures are not drawn; expected none of them"
-            )
-        job, targets = job_and_targets
-        with _progress(job.dump) as progress:
-            bodies = analyze_two_bodies(
-                job, targets, bond=_bond(bond_options), timestep=timestep, progress=progress
-            )
-        click.echo(
-            json.dumps(bodies.to_dict(), allow_nan=False) if as_json else describe_bodies(bodies)
-        )
+    drawn = {"output": output, "animation": animation, "xyz": xyz}
+    job, analysis = analyze_found(
+        folder,
+        data=data,
+        dump=dump,
+        bond=_bond(bond_options),
+        velocity=velocity,
+        timestep=timestep,
+        masses=None if masses is None else _read_masses(masses),
+        target_particles=target_particles,
+        for_walls=[name for name, value in drawn.items() if value is not None],
+        watch=_progress,
+    )
+    if isinstance(analysis, TwoBodyAnalysis):
+        bodies = analysis.to_dict()
+        click.echo(json.dumps(bodies, allow_nan=False) if as_json else describe_bodies(analysis))
         return
-
-    options: dict[str, Any] = {
-        "bond": _bond(bond_options),
-        "impact_velocity": velocity,
-        "timestep": timestep,
-        "masses": None if masses is None else _read_masses(masses),
-        "end_argument": argue_end,
-    }
-
-    def analyze_one(job: Job) -> "CollisionAnalysis":
-        with _progress(job.dump) as progress:
-            return analyze_job(job, progress=progress, **options)
-
-    run = analyze_folder(folder, data=data, dump=dump, analyze=analyze_one)
-    analysis = run.analysis
     if output is not None:
         write_report(analysis, output)
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
-        write_extended_xyz(run.job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
+        write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
     if as_json:
         click.echo(json.dumps(to_json_object(analysis), allow_nan=False))
     else:
@@ -175,7 +156,7 @@ def describe_bodies(found: "TwoBodyAnalysis") -> str:
         f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
         f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
         "",
-        f"restitution (energy)   eta = {_eta(found.restitution, None, found.data_error)}",
+        f"restitution (energy)   eta = {eta_of_dump(found.restitution, None, found.data_error)}",
         f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
         "contacts               not told",
     ]
@@ -194,18 +175,6 @@ def describe_bodies(found: "TwoBodyAnalysis") -> str:
     return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
 
 
-def _eta(value: float, error: float | None, data_error: float) -> str:
-    """Return eta with the digits that are known, as ``chaincor run`` has it."""
-    data = f"format and reading +- {data_error:.1e}"
-    if error is not None:
-        return f"{with_error(value, error)} ({data})"
-    return f"{known_digits(value, max(data_error, _FINEST))}   error of the run not known, {data}"
-
-
-# Of a run whose error is not known, more digits would promise too much.
-_FINEST = 1e-12
-
-
 def describe(analysis: "CollisionAnalysis") -> str:
     """Describe the results for people, in some lines with the caveats at the end."""
     statistics = analysis.contact_statistics
@@ -215,7 +184,7 @@ def describe(analysis: "CollisionAnalysis") -> str:
         speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
     name = "unknown" if bond is None else bond.name
     contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
-    eta = _eta(analysis.restitution, analysis.restitution_error, analysis.data_error)
+    eta = eta_of_dump(analysis.restitution, analysis.restitution_error, analysis.data_error)
     lines = [
         f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
         "",

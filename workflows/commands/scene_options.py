@@ -40,13 +40,14 @@ class _NumberOrWord(click.ParamType):
         return value if value in self.words else click.FLOAT.convert(value, param, ctx)
 
 
-class _Choice(click.Choice):
+class WordChoice(click.Choice):
     """One of some words in any case; a word from elsewhere gets what was meant suggested."""
 
     def __init__(self, words: tuple[str, ...]) -> None:
         super().__init__(words, case_sensitive=False)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the word, as it is known."""
         try:
             return super().convert(value, param, ctx)
         except click.BadParameter as error:
@@ -98,7 +99,7 @@ def _option(name: str) -> Callable[[Callable], Callable]:
     if kind is bool:
         return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
     if get_origin(kind) is Literal:
-        return click.option(f"--{dashed}", name, type=_Choice(get_args(kind)), help=text)
+        return click.option(f"--{dashed}", name, type=WordChoice(get_args(kind)), help=text)
     types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),

@@ -7,9 +7,8 @@ from typing import Any
 import click
 
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
-from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
-from chaincor.workflows.validation.comparison import USER_TIMEOUT, Validation
+from chaincor.workflows.validation.comparison import USER_TIMEOUT
 
 
 @click.command(cls=SceneCommand)
@@ -50,6 +49,7 @@ def validate(
     Exit status 1 where they differ by more than their error bars together.
     """
     from chaincor.workflows.validation import comparison as validation
+    from chaincor.workflows.validation.grid import grid_around
 
     if timeout is not None and (against is None or ":" not in against):
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
@@ -67,7 +67,7 @@ def validate(
             "expected a tolerance or numerics only: drop one or the other"
         )
     # What an integrator of one's own cannot do is not asked for unless a scene does.
-    scenes = validation.grid_around(scene, bodies=against is None) if grid else [scene]
+    scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
     for each in _with_progress(scenes):
         if against is None:
@@ -83,16 +83,12 @@ def validate(
         report = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
         click.echo(json.dumps(report, allow_nan=False))
     else:
-        click.echo("\n\n".join(describe(result) for result in results))
+        click.echo("\n\n".join(repr(result) for result in results))
         if len(results) > 1:
             good = sum(result.agrees for result in results)
             click.echo(f"\n{good} of {len(results)} scenes agree")
     if not agrees:
         ctx.exit(1)
-
-
-# Letters of a value in a headline.
-_LONGEST = 30
 
 
 def _with_progress(scenes: list) -> Any:
@@ -109,28 +105,3 @@ def _with_progress(scenes: list) -> Any:
         disable=not console.is_terminal,
         transient=True,
     )
-
-
-def describe(result: Validation) -> str:
-    """Describe a comparison for people: a table with a verdict."""
-    scene = result.scene
-    lines = [
-        f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}"
-        + "".join(f", {key} {_short(value)}" for key, value in given_bodies(scene).items()),
-        f"judged:  {result.subject}, eta = {result.restitution:.12g}",
-        f"by:      {result.judge}, eta = {result.judge_restitution:.12g}",
-        f"{'quantity':16} {'difference':>12} {'error bars':>12}",
-    ]
-    for comparison in result.comparisons:
-        allowed = "not judged" if comparison.allowed is None else f"{comparison.allowed:.1e}"
-        verdict = "" if comparison.allowed is None else "agrees" if comparison.agrees else "DIFFERS"
-        lines.append(
-            f"{comparison.quantity:16} {comparison.difference:12.1e} {allowed:>12}  {verdict}"
-        )
-    lines.append(f"verdict: {'they agree' if result.agrees else 'they DIFFER'}")
-    return "\n".join(lines)
-
-
-def _short(value: Any) -> str:
-    text = ", ".join(f"{item:g}" for item in value) if isinstance(value, tuple) else str(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."

@@ -180,3 +180,32 @@ class Ensemble:
             f"<Ensemble of {len(self.samples)} collisions: mean eta {eta.mean:.4g}{error}, "
             f"P(e > 1) {above.value:.3g} ({above.low:.3g} to {above.high:.3g})>"
         )
+
+    def _repr_html_(self) -> str:
+        if not self._sound:
+            return f"<p>{len(self.samples)} collisions, none with a number</p>"
+        eta, e, above = self.eta, self.e, self.above_one
+        rows = [
+            ("mean", *(f"{d.mean:.6g}" for d in (eta, e))),
+            ("its standard error", *(_known(d.standard_error) for d in (eta, e))),
+            ("standard deviation", *(_known(d.deviation) for d in (eta, e))),
+            *(
+                (f"quantile {100.0 * q.probability:g} %", f"{q.value:.4g}", f"{p.value:.4g}")
+                for q, p in zip(eta.quantiles, e.quantiles, strict=True)
+            ),
+        ]
+        cells = "".join(
+            f"<tr><th>{name}</th><td>{one}</td><td>{other}</td></tr>" for name, one, other in rows
+        )
+        missed = len(self.failures), len(self.inexact)
+        return (
+            f"<table><caption>{len(self.samples)} collisions, {missed[0]} without a number, "
+            f"{missed[1]} beyond the tolerance</caption>"
+            "<tr><th></th><th>eta = K_r/K_i</th><th>e = sqrt(eta)</th></tr>"
+            f"{cells}<tr><th>P(e &gt; 1)</th><td colspan='2'>{above.value:.3g}, "
+            f"{above.low:.3g} to {above.high:.3g} with 95 % confidence</td></tr></table>"
+        )
+
+
+def _known(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.2g}"

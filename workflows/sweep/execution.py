@@ -15,6 +15,7 @@ from pathlib import Path
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
+from chaincor.workflows.given import scenes_given
 from chaincor.workflows.processes.pool import ProcessPool
 from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.store.attempt import (
@@ -111,7 +112,7 @@ def run_scenes(
     WorkerStartError
         If no worker process can be started.
     """
-    scenes = list(scenes)
+    scenes = scenes_given(scenes)
     with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
         plan = plan_sweep(
             opened, scenes, arrays=arrays, recompute=recompute, retry_failed=retry_failed

@@ -10,8 +10,9 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
-from chaincor.lammps_inputs.scene_bodies import plain_bodies
+from chaincor.lammps_inputs.scene_bodies import given_bodies, plain_bodies
 from chaincor.workflows.collision import collide
+from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
 
@@ -25,9 +26,6 @@ SHARPEST = 1e-11
 
 # Seconds that a user's function may take where nothing else is said.
 USER_TIMEOUT = 600.0
-
-_GRID_SIZES = (2, 10, 50)
-_GRID_SPEEDS = (0.01, 0.1, 0.4, 1.0)
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,11 @@ class Comparison:
         return plain
 
 
-@dataclass(frozen=True)
+# Letters of a value in a headline.
+_LONGEST = 30
+
+
+@dataclass(frozen=True, repr=False)
 class Validation:
     """
     Comparison of one scene's collision by two integrators.
@@ -92,6 +94,26 @@ class Validation:
         """Whether every quantity agrees."""
         return all(comparison.agrees for comparison in self.comparisons)
 
+    def __repr__(self) -> str:
+        scene = self.scene
+        lines = [
+            f"{scene.particles} particles, {scene.label} bonds, v0 = {scene.impact_velocity:.6g}"
+            + "".join(f", {key} {_short(value)}" for key, value in given_bodies(scene).items()),
+            f"judged:  {self.subject}, eta = {self.restitution:.12g}",
+            f"by:      {self.judge}, eta = {self.judge_restitution:.12g}",
+            f"{'quantity':16} {'difference':>12} {'error bars':>12}",
+        ]
+        for comparison in self.comparisons:
+            allowed = "not judged" if comparison.allowed is None else f"{comparison.allowed:.1e}"
+            verdict = (
+                "" if comparison.allowed is None else "agrees" if comparison.agrees else "DIFFERS"
+            )
+            lines.append(
+                f"{comparison.quantity:16} {comparison.difference:12.1e} {allowed:>12}  {verdict}"
+            )
+        lines.append(f"verdict: {'they agree' if self.agrees else 'they DIFFER'}")
+        return "\n".join(lines)
+
     def to_dict(self) -> dict[str, Any]:
         """Return the validation, ready for JSON."""
         return {
@@ -108,49 +130,9 @@ class Validation:
         }
 
 
-# Beyond a chain and a wall: masses, free targets, soft contacts, chains compressed or warm.
-_GRID_BODIES: tuple[dict[str, Any], ...] = (
-    {"potential": "harmonic", "velocity": 0.1, "masses": (2.0, 1.0)},
-    {"potential": "lj", "speed": 0.3, "masses": (1.0, 3.0, 1.0)},
-    {"potential": "harmonic", "velocity": 0.1, "target_particles": 20},
-    {"potential": "lj", "speed": 0.5, "target_particles": 10},
-    {"potential": "toda", "speed": 0.4, "target_particles": 1, "target_masses": (5.0,)},
-    {"potential": "log", "speed": 0.3, "masses": (2.0, 1.0), "target_particles": 6},
-    {"potential": "lj", "speed": 0.3, "contact": "power"},
-    {"potential": "toda", "speed": 0.3, "contact": "power", "target_particles": 5},
-    {"potential": "lj", "speed": 0.3, "compression": 0.02},
-    {"potential": "toda", "speed": 0.3, "temperature": 1e-3},
-    {"potential": "lj", "speed": 0.3, "temperature": 1e-3, "target_particles": 6},
-)
-
-
-def grid_around(scene: Scene, bodies: bool = True) -> list[Scene]:
-    """
-    Return harmonic chains at one velocity and the named anharmonic ones at several speeds.
-
-    With `bodies` also scenes of masses, free targets, soft contacts, compressed and warm chains,
-    but for those that numerics rule out. Engine, tolerance and explicit numerics are those of the
-    scene.
-    """
-    fields = {
-        name: getattr(scene, name)
-        for name in ("tolerance", *NUMERICS_KEYS)
-        if getattr(scene, name) is not None
-    }
-    chains: list[dict[str, Any]] = [{"potential": "harmonic", "velocity": 0.1}]
-    tables = {"table": None, "table_points": None}  # LAMMPS has harmonic bonds without one
-    chains += [
-        {"potential": potential, "speed": speed}
-        for potential in ("lj", "toda", "log")
-        for speed in _GRID_SPEEDS
-    ]
-    sized = [{"particles": n} | chain for n in _GRID_SIZES for chain in chains]
-    if bodies:
-        # The stock wall is rigid and hard.
-        stock = scene.wall == "reflect"
-        needs = {"target_particles", "contact"} if stock else set()
-        sized += [{"particles": 10} | chain for chain in _GRID_BODIES if not needs & set(chain)]
-    return [Scene(**(fields | chain | (tables if "velocity" in chain else {}))) for chain in sized]
+def _short(value: Any) -> str:
+    text = ", ".join(f"{item:g}" for item in value) if isinstance(value, tuple) else str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
@@ -177,6 +159,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     Validation
         The comparison.
     """
+    scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     if not scene.error:
         raise InputError(
@@ -235,6 +218,7 @@ def validate_user(
     `tolerance`, by default the scene's or 1e-6, is the difference of eta that is still agreement:
     the user's integrator has no error bar of its own.
     """
+    scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)

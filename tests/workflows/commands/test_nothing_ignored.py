@@ -7,7 +7,8 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job import write_job
-from chaincor.workflows.validation.comparison import grid_around, validate
+from chaincor.workflows.validation.comparison import validate
+from chaincor.workflows.validation.grid import grid_around
 from tests.workflows.commands.test_run import chaincor
 
 SMALL = ("--particles", "4")

@@ -238,3 +238,12 @@ def test_an_interrupt_stops_at_once(tmp_path):
     session.send_signal(signal.SIGINT)
     out, err = session.communicate(timeout=60)
     assert out == "STOPPED\n", err
+
+
+def test_an_ensemble_shows_itself_in_a_notebook():
+    found = collide_many(WARM, 5, workers=1)
+    shown = found._repr_html_()
+    assert "<caption>5 collisions, 0 without a number, 0 beyond the tolerance</caption>" in shown
+    assert f"<td>{found.eta.mean:.6g}</td><td>{found.e.mean:.6g}</td>" in shown
+    one = collide_many(WARM, 1, workers=1)._repr_html_()
+    assert "<td>unknown</td>" in one

@@ -5,10 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_bodies import given_bodies
 from chaincor.workflows.cli import main
-from chaincor.workflows.validation.comparison import grid_around, validate, validate_user
+from chaincor.workflows.validation.comparison import validate, validate_user
+from chaincor.workflows.validation.grid import grid_around
 
 # An integrator of a user's own, in a module that the child process imports: the in-house steps,
 # which can be spoilt.
@@ -160,3 +162,14 @@ def test_arrays_of_explicit_numerics_are_within_what_their_steps_say(fields):
     # Half a step shows 3/4 of the error of an order 2.
     result = validate(Scene(particles=6, speed=0.3, scheme="verlet", timestep=0.01, **fields))
     assert result.agrees, [c for c in result.comparisons if not c.agrees]
+
+
+def test_a_validation_shows_its_verdict():
+    shown = repr(validate(SCENE.replace(particles=3)))
+    assert shown.startswith("3 particles, ")
+    assert shown.splitlines()[-1] == "verdict: they agree"
+
+
+def test_what_is_no_scene_is_refused_in_one_line():
+    with pytest.raises(InputError, match="type dict was given; expected a scene"):
+        validate({"particles": 3})

@@ -1,0 +1,54 @@
+"""A job's dump analysed from Python, as the command does it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.analysis_files import to_json_object
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.job_analysis import analyze
+from tests.workflows.commands.test_run import chaincor
+
+HARMONIC = Scene(potential="harmonic", particles=6, scheme="verlet", timestep=0.02, error=False)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("job")
+    collide(HARMONIC.replace(dump=folder / "chain.dump"))
+    (folder / "scene.toml").write_text(HARMONIC.to_toml())
+    return folder
+
+
+def test_it_is_what_the_command_prints(capsys, folder):
+    found = analyze(folder)
+    status, out, _ = chaincor(capsys, "analyze", str(folder), "--json")
+    assert status == 0
+    assert json.loads(out) == json.loads(json.dumps(to_json_object(found)))
+
+
+def test_an_analysis_shows_itself_in_three_lines(folder):
+    found = analyze(str(folder), dump=str(folder / "chain.dump"), velocity=0.1)
+    first, second, third = repr(found).splitlines()
+    assert first.startswith("6 particles, harmonic bonds, v0 = 0.1, ")
+    # The digits that the dump's own error, or 1e-12, leaves.
+    shown = second.split()[2]
+    assert float(shown) == pytest.approx(found.restitution, abs=max(found.data_error, 1e-12))
+    assert len(shown) <= len("0.1234567890123")
+    assert third.startswith("e = ")
+
+
+def test_of_two_bodies_nothing_is_taken_that_is_not_used(tmp_path):
+    scene = HARMONIC.replace(target_particles=3)
+    collide(scene.replace(dump=tmp_path / "chain.dump"))
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    with pytest.raises(InputError, match=r"^masses, velocity: of a free target"):
+        analyze(tmp_path, masses=np.ones(6), velocity=0.1)
+
+
+def test_a_folder_that_is_none_is_refused(tmp_path):
+    with pytest.raises(InputError, match="is not a folder"):
+        analyze(tmp_path / "nowhere")
