@@ -20,7 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.equilibrium import BondDistribution, bond_distribution
+from chaincor.lammps_inputs.bonds.equilibrium import (
+    BondDistribution,
+    bond_distribution,
+    is_hashable,
+)
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 Array = NDArray[np.float64]
@@ -162,7 +166,8 @@ def start_margin(bond: Potential, temperature: float, shares: Array) -> float:
     """
     # Shares rounded upward: the bound holds the more, as K rises with them.
     rounded, counts = np.unique(np.ceil(np.asarray(shares) * _SHARES), return_counts=True)
-    return _margin(bond, temperature, tuple(rounded / _SHARES), tuple(counts.tolist()))
+    find = _margin if is_hashable(bond) else _margin.__wrapped__
+    return find(bond, temperature, tuple(rounded / _SHARES), tuple(counts.tolist()))
 
 
 @lru_cache(maxsize=64)

@@ -186,7 +186,6 @@ class BondDistribution:
         return np.clip(0.5 * (begin + end) + 0.5 * (end - begin) * x, begin, end)
 
 
-@lru_cache(maxsize=64)
 def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     r"""
     Return how the strain of a bond is distributed in equilibrium.
@@ -208,6 +207,20 @@ def bond_distribution(bond: Potential, temperature: float) -> BondDistribution:
     SceneError
         If the bond holds nothing in tension, or less than `LEAST_DEPTH` times T.
     """
+    return _kept(bond, temperature) if is_hashable(bond) else _kept.__wrapped__(bond, temperature)
+
+
+def is_hashable(bond: Potential) -> bool:
+    """Return whether what is found for a bond can be kept: a user's own object need not be."""
+    try:
+        hash(bond)
+    except TypeError:
+        return False
+    return True
+
+
+@lru_cache(maxsize=64)
+def _kept(bond: Potential, temperature: float) -> BondDistribution:
     low, high = _ends(bond, temperature)
     edges = np.linspace(low, high, _FIRST_PANELS + 1)
     inner = [kink for kink in (0.0, *bond.kinks) if low < kink < high]

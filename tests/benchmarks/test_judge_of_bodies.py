@@ -128,3 +128,21 @@ def test_steps_follow_the_bar():
     loose, sharp = judge_scene(scene, 1e-4), judge_scene(scene, 1e-11)
     assert sharp.error < loose.error
     assert sharp.seen.steps > loose.seen.steps
+
+
+def test_warm_scenes_are_of_every_kind(tmp_path):
+    scenes = [draw(7, index, None, tmp_path, "warm") for index in range(60)]
+    assert {scene.potential for scene in scenes} == set(KINDS)
+    assert all(scene.temperature is not None for scene in scenes)
+    ratios = [scene.impact_velocity / scene.temperature**0.5 for scene in scenes]
+    assert min(ratios) < 0.5
+    assert max(ratios) > 10.0
+    assert {scene.engine for scene in scenes} == {"lammps", "reference"}
+    assert any(scene.masses and scene.target_particles for scene in scenes)
+
+
+def test_a_warm_chain_of_springs_is_judged_as_its_exact_modes_say():
+    scene = Scene(potential="harmonic", particles=5, velocity=0.05, temperature=1e-3, seed=4)
+    found = judge_scene(scene, 1e-10)
+    exact = eta_of(scene, modal.run(scene))
+    assert abs(found.seen.restitution - exact) <= found.error + 1e-12

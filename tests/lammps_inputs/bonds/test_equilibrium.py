@@ -20,6 +20,7 @@ from chaincor.lammps_inputs.bonds.potentials import (
 )
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.thermal_state import start_margin
 
 # What the shares of a distribution may be off by: sums of some hundred numbers near 1 of 16 digits.
 ROUNDING = 1e-13
@@ -158,3 +159,12 @@ def test_bonds_without_tension_are_refused():
 
 def test_a_bond_holds_up_to_the_temperature_that_the_message_names():
     assert bond_distribution(LennardJones(), 1 / 72 / LEAST_DEPTH).mean > 0.0
+
+
+def test_an_object_without_a_hash_will_do():
+    class Mine(Harmonic):
+        __hash__ = None
+
+    found = bond_distribution(Mine(), 1e-2)
+    assert found.variance == pytest.approx(1e-2, rel=1e-12)
+    assert start_margin(Mine(), 1e-2, np.array([0.5])) > 0.0
