@@ -30,7 +30,7 @@ FLOORS = {
         {"showing"},
         {"bodies", "motion"},
         {"engines"},
-        {"cli", "outputs", "processes", "run_progress"},
+        {"cli", "json_output", "outputs", "processes", "run_progress"},
         {"durations", "errors", "given", "measured", "versions"},
     ],
     "workflows/engines": [

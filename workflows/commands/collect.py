@@ -1,9 +1,10 @@
 """``chaincor collect``: the logs of a grid of jobs into a store."""
 
-import json
 from pathlib import Path
 
 import click
+
+from chaincor.workflows.json_output import json_text
 
 
 @click.command()
@@ -27,9 +28,7 @@ def collect(folder: str, output: str, as_json: bool) -> None:
     left = [job for job in jobs if job.state != "done"]
     if as_json:
         lines = [{"folder": j.folder, "state": j.state, "words": j.words} for j in left]
-        click.echo(
-            json.dumps({"schema": 1, "store": output, "jobs": len(jobs), **counts, "left": lines})
-        )
+        click.echo(json_text({"store": output, "jobs": len(jobs), **counts, "left": lines}))
     else:
         said = ", ".join(f"{count} {state}" for state, count in sorted(counts.items()))
         click.echo(f"{len(jobs)} jobs: {said}; results in {output}")

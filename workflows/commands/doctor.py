@@ -1,6 +1,5 @@
 """``chaincor doctor``: is this machine able to run, what is missing, how to get it."""
 
-import json
 import platform
 import sys
 import tempfile
@@ -8,6 +7,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import click
+
+from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
     from chaincor.workflows.machine import CommandNeeds
@@ -35,7 +36,7 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
             "findings": [finding.to_dict() for finding in findings],
             "commands": [asdict(needs) | {"works": needs.works} for needs in commands],
         }
-        click.echo(json.dumps(report))
+        click.echo(json_text(report))
     else:
         for finding in findings:
             click.echo(f"{'yes' if finding.good else 'NO '}  {finding.subject}: {finding.text}")

@@ -1,11 +1,11 @@
 """``chaincor run``: one collision."""
 
-import json
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
+from chaincor.workflows.json_output import json_text
 from chaincor.workflows.showing.text import describe
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def run(
     with show_elapsed(expected_seconds(scene)):
         result = collide(scene, most_seconds=most_seconds)
     if as_json:
-        click.echo(json.dumps(result.to_dict(), allow_nan=False))
+        click.echo(json_text(result.to_dict(), scene))
     else:
         click.echo(describe(result))
     # The number is out before pictures are made, which may fail or be stopped.
@@ -140,7 +140,7 @@ def _run_samples(
         found = result.to_dict()
         found["precision"] = wanted
         found["samples_needed"] = result.eta.samples_needed(wanted)
-        click.echo(json.dumps(found, allow_nan=False))
+        click.echo(json_text(found, scene))
     else:
         click.echo(describe_ensemble(result, scene, wanted))
     missed = [*result.failures, *result.inexact]

@@ -1,10 +1,11 @@
 """``chaincor show``: a store as a table."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import click
+
+from chaincor.workflows.json_output import json_text
 
 _COLUMNS = (
     "potential",
@@ -53,8 +54,10 @@ def show(
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
     if as_json:
+        from chaincor.workflows.result import finite
+
         objects = [dict(zip(names, row, strict=True)) for row in rows]
-        click.echo(json.dumps({"count": found, "rows": objects}))
+        click.echo(json_text({"count": found, "rows": finite(objects)}))
         return
     click.echo(_table(names, rows))
     if found == 0:

@@ -2,7 +2,6 @@
 
 import contextlib
 import dataclasses
-import json
 import os
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.workflows.durations import format_duration
+from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
     from chaincor.workflows.sweep.cost import SweepCost
@@ -195,7 +195,7 @@ def _forecast(
             "workers": workers,
             "wall_seconds": cost.wall_seconds(workers),
         }
-        return json.dumps({"points": points, "store": str(path), "to_compute": forecast})
+        return json_text({"points": points, "store": str(path), "to_compute": forecast})
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
     if len(shown) > _MOST_POINTS_SHOWN:
         left = len(shown) - _MOST_POINTS_SHOWN
@@ -219,7 +219,7 @@ def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_js
     if as_json:
         counts = {"found": plan.found, "known_failures": plan.known_failures, "computed": 0}
         counts["failed"] = 0
-        return json.dumps(
+        return json_text(
             {"store": str(path)} | (counts if summary is None else dataclasses.asdict(summary))
         )
     if summary is None:

@@ -1,6 +1,5 @@
 """``chaincor tradeoff``: error against time, measured."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import click
 
 from chaincor.lammps_inputs.scene import FILE_KEYS
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
+from chaincor.workflows.json_output import json_text
 
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
@@ -121,7 +121,7 @@ def tradeoff(
     if output is not None:
         write_study(study, output)
     if as_json:
-        click.echo(json.dumps(to_dict(study), allow_nan=False))
+        click.echo(json_text(to_dict(study), study.scene))
     else:
         click.echo(describe_study(study))
 
@@ -165,7 +165,7 @@ def _tradeoff_script(
     if output is not None:
         write_script_study(study, output)
     if as_json:
-        click.echo(json.dumps(script_study_to_dict(study), allow_nan=False))
+        click.echo(json_text(script_study_to_dict(study)))
     else:
         click.echo(describe_script_study(study))
 
@@ -180,7 +180,7 @@ def _calibrate(as_json: bool) -> None:
     path = user_cost_model_path()
     model.save(path)
     if as_json:
-        click.echo(json.dumps(asdict(model)))
+        click.echo(json_text(asdict(model)))
         return
     for name, value in asdict(model).items():
         click.echo(f"{name:<14} {value if isinstance(value, str) else f'{value:.3g} s'}")

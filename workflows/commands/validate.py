@@ -1,6 +1,5 @@
 """``chaincor validate``: who is right, LAMMPS, the in-house integrator, or yours."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import click
 
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
+from chaincor.workflows.json_output import json_text
 from chaincor.workflows.validation.comparison import USER_TIMEOUT
 
 
@@ -81,7 +81,7 @@ def validate(
     agrees = all(result.agrees for result in results)
     if as_json:
         report = {"agrees": agrees, "validations": [result.to_dict() for result in results]}
-        click.echo(json.dumps(report, allow_nan=False))
+        click.echo(json_text(report))
     else:
         click.echo("\n\n".join(repr(result) for result in results))
         if len(results) > 1:

@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.workflows.json_output import stamped
 from chaincor.workflows.reproduce.beyond import remarks
 from chaincor.workflows.reproduce.bonds_used import bonds_used
 from chaincor.workflows.reproduce.figures.figure import Figure
@@ -186,7 +187,9 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
         _write(folder / name, text)
-    _write(folder / "report.json", json.dumps(finite(contents), indent=1, ensure_ascii=False))
+    _write(
+        folder / "report.json", json.dumps(stamped(finite(contents)), indent=1, ensure_ascii=False)
+    )
 
 
 def _write(path: Path, text: str) -> None:

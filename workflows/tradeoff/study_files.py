@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.json_output import stamped
 from chaincor.workflows.result import finite
 from chaincor.workflows.tradeoff.budget import ErrorBudget
 from chaincor.workflows.tradeoff.front import (
@@ -119,7 +120,9 @@ def write_study(study: Tradeoff, folder: Path) -> None:
     """Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG."""
     plain = to_dict(study)
     with folder_aside(folder) as aside:
-        (aside / "tradeoff.json").write_text(json.dumps(plain, indent=2, allow_nan=False) + "\n")
+        (aside / "tradeoff.json").write_text(
+            json.dumps(stamped(plain, study.scene), indent=2, allow_nan=False) + "\n"
+        )
         _write_csv(aside / "work_precision.csv", plain["settings"])
         _write_csv(aside / "error_budget.csv", plain["budgets"])
         _write_csv(aside / "tables.csv", plain["tables"])

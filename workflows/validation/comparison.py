@@ -121,6 +121,7 @@ class Validation:
             "particles": self.scene.particles,
             "velocity": self.scene.impact_velocity,
             **plain_bodies(self.scene),
+            "scene": self.scene.canonical_fields,
             "subject": self.subject,
             "judge": self.judge,
             "restitution": self.restitution,

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.json_output import stamped
 from chaincor.workflows.result import finite
 from chaincor.workflows.tradeoff.scripts.script_run import format_command
 from chaincor.workflows.tradeoff.scripts.study import SEED, ScriptLadder, ScriptTradeoff
-from chaincor.workflows.versions import versions
 
 
 def describe_script_study(study: ScriptTradeoff) -> str:
@@ -101,7 +101,6 @@ def script_study_to_dict(study: ScriptTradeoff) -> dict[str, Any]:
     ladders = [_ladder_dict(study, each) for each in study.ladders]
     shared = ("verdict", "reason", "order", "order_error", "value", "value_error")
     plain: dict[str, Any] = {
-        "schema": 1,
         "script": str(study.script),
         "observable": study.observable,
         "vary": {
@@ -121,7 +120,6 @@ def script_study_to_dict(study: ScriptTradeoff) -> dict[str, Any]:
         "lmp": study.lmp,
         "kept": None if study.kept is None else str(study.kept),
         "seconds_total": study.seconds,
-        "versions": versions(),
     }
     return {key: finite(value) for key, value in plain.items()}
 
@@ -174,7 +172,7 @@ def _ladder_dict(study: ScriptTradeoff, each: ScriptLadder) -> dict[str, Any]:
 
 def write_script_study(study: ScriptTradeoff, folder: Path) -> None:
     """Write a study: ``tradeoff.json``, ``runs.csv``, and the figure as PNG and SVG."""
-    plain = script_study_to_dict(study)
+    plain = stamped(script_study_to_dict(study))
     with folder_aside(folder) as aside:
         text = json.dumps(plain, indent=2, allow_nan=False)
         (aside / "tradeoff.json").write_text(text + "\n", encoding="utf-8")

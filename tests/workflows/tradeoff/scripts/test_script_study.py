@@ -56,7 +56,6 @@ def test_order_and_limit_of_a_known_law(law, tmp_path):
     # A copy of the folder was run in: log.lammps is not here.
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
-    assert plain["schema"] == 1
     assert plain["order"] == ladder.verdict.order
     assert len(plain["ladders"][0]["runs"]) == 15
 

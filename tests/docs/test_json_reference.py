@@ -1,0 +1,126 @@
+"""The page of JSON keys names what the commands print, all of it and nothing else."""
+
+import json
+import re
+
+import pytest
+
+from chaincor.workflows import cli
+from tests.docs.documents import ROOT
+
+PAGE = ROOT / "docs" / "reference" / "json.md"
+SWEEP = """
+[scene]
+potential = "lj"
+engine = "reference"
+tolerance = 1e-4
+[axes]
+particles = [3]
+speed = [0.1, 0.2]
+"""
+SMALL = ("--particles", "3", "--tolerance", "1e-4")
+WARM = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1", "--temperature", "1e-3")
+SCRIPT = ("--script", "in.x", "--observable", "x=(.*)", "--vary", "h=1:0.1:4", "--phases", "3")
+# Section of the page, the command, and the path to the object that the section is of.
+OBJECTS = [
+    ("run", ("run", *SMALL), ()),
+    ("error_parts", ("run", *SMALL), ("error_parts",)),
+    ("run --samples", ("run", *WARM, "--engine", "reference", "--samples", "3"), ()),
+    ("analyze", ("analyze", "job"), ()),
+    ("analyze, two bodies", ("analyze", "two", "--target-particles", "2"), ()),
+    ("validate", ("validate", *SMALL), ()),
+    ("validations", ("validate", *SMALL), ("validations", 0)),
+    ("comparisons", ("validate", *SMALL), ("validations", 0, "comparisons", 0)),
+    ("tradeoff --script", ("tradeoff", *SCRIPT), ()),
+    ("ladders", ("tradeoff", *SCRIPT), ("ladders", 0)),
+    ("rungs", ("tradeoff", *SCRIPT), ("ladders", 0, "rungs", 0)),
+    ("runs", ("tradeoff", *SCRIPT), ("ladders", 0, "runs", 0)),
+    ("advice", ("tradeoff", *SCRIPT), ("advice",)),
+    ("sweep", ("sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"), ()),
+    ("sweep --dry-run", ("sweep", "s.toml", "--store", "s.sqlite", "--dry-run"), ()),
+    ("to_compute", ("sweep", "s.toml", "--store", "s.sqlite", "--dry-run"), ("to_compute",)),
+    ("show", ("show", "s.sqlite"), ()),
+    ("doctor", ("doctor",), ()),
+    ("findings", ("doctor",), ("findings", 0)),
+    ("commands", ("doctor",), ("commands", 0)),
+]
+SLOW = [
+    ("tradeoff", ("tradeoff", "--particles", "3", "--quick"), ()),
+    ("tradeoff --calibrate", ("tradeoff", "--calibrate"), ()),
+]
+EVERYWHERE = {"schema", "versions", "processor"}
+
+
+def sections():
+    """Return the keys of each section: the first column, and those that are not always there."""
+    text = PAGE.read_text()
+    found = {}
+    for title, body in re.findall(r"^##+ `?([^`\n]+)`?\n(.*?)(?=^##|\Z)", text, re.M | re.S):
+        keys = re.findall(r"^\| (.+?) \|", body, re.M)[1:]
+        named = [key for cell in keys for key in re.findall(r"`(\w+)`", cell)]
+        rare = {k for cell in keys if cell.endswith("*") for k in re.findall(r"`(\w+)`", cell)}
+        assert len(set(named)) == len(named), title
+        found[title] = set(named), rare
+    return found
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory):
+    """What commands print, each run once, in a folder with what they need."""
+    folder = tmp_path_factory.mktemp("json")
+    (folder / "s.toml").write_text(SWEEP)
+    (folder / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
+    known = {}
+
+    def run(arguments, capsys, monkeypatch):
+        monkeypatch.chdir(folder)
+        if arguments[0] == "analyze" and not (folder / arguments[1]).exists():
+            targets = ("--target-particles", "2") if "two" in arguments else ()
+            cli._run(["run", *SMALL, *targets, "--dump", f"{arguments[1]}/dump.lammpstrj"])
+        if arguments[0] == "show" and not (folder / "s.sqlite").exists():
+            cli._run(["sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"])
+        if arguments not in known:
+            capsys.readouterr()
+            assert cli._run([*arguments, "--json"]) == 0
+            known[arguments] = json.loads(capsys.readouterr().out)
+        return known[arguments]
+
+    return run
+
+
+def check(title, arguments, path, printed, capsys, monkeypatch):
+    found = printed(arguments, capsys, monkeypatch)
+    if not path:
+        assert found["schema"] == 1
+        assert found["versions"]["chaincor"]
+        assert found["processor"]
+    for step in path:
+        found = found[step]
+    named, rare = sections()[title]
+    keys = set(found) - (set() if path else EVERYWHERE)
+    assert keys - named == set(), "not on the page"
+    assert named - keys - rare == set(), "not printed"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("title", "arguments", "path"), OBJECTS, ids=[o[0] for o in OBJECTS])
+def test_keys_are_those_of_the_page(title, arguments, path, printed, capsys, monkeypatch):
+    check(title, arguments, path, printed, capsys, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("title", "arguments", "path"), SLOW, ids=[o[0] for o in SLOW])
+def test_keys_of_studies(title, arguments, path, printed, capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    check(title, arguments, path, printed, capsys, monkeypatch)
+
+
+def test_every_section_is_tried():
+    tried = {title for title, _, _ in (*OBJECTS, *SLOW)}
+    assert set(sections()) - {
+        "collect",
+        "reproduce",
+        "Every object",
+    }  # tried with grids and reports == tried

@@ -1,0 +1,31 @@
+"""The JSON objects that commands print: what all of them have besides their own keys."""
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from chaincor.workflows.versions import processor, versions
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
+
+# Goes up when a key changes its meaning or goes away; new keys do not count.
+SCHEMA = 1
+
+
+def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str, Any]:
+    """
+    Return a command's own keys with those that every JSON object has.
+
+    These are ``schema``, ``versions`` and ``processor`` and, of a command that has one scene,
+    ``scene``: all that decides the result, with the defaults written out.
+    """
+    shared: dict[str, Any] = {"versions": versions(), "processor": processor()}
+    if scene is not None:
+        shared["scene"] = scene.canonical_fields
+    return {"schema": SCHEMA, **plain, **{k: v for k, v in shared.items() if k not in plain}}
+
+
+def json_text(plain: Mapping[str, Any], scene: "Scene | None" = None) -> str:
+    """Return the one line that a command prints; raises ValueError for nan and inf."""
+    return json.dumps(stamped(plain, scene), allow_nan=False)
