@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.distribution import Distribution, Share, share_above
+from chaincor.analysis.showing.numbers import known_digits
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.result import finite
 
@@ -186,8 +187,7 @@ class Ensemble:
             return f"<p>{len(self.samples)} collisions, none with a number</p>"
         eta, e, above = self.eta, self.e, self.above_one
         rows = [
-            ("mean", *(f"{d.mean:.6g}" for d in (eta, e))),
-            ("its standard error", *(_known(d.standard_error) for d in (eta, e))),
+            ("mean", *(_mean(d) for d in (eta, e))),
             ("standard deviation", *(_known(d.deviation) for d in (eta, e))),
             *(
                 (f"quantile {100.0 * q.probability:g} %", f"{q.value:.4g}", f"{p.value:.4g}")
@@ -205,6 +205,12 @@ class Ensemble:
             f"{cells}<tr><th>P(e &gt; 1)</th><td colspan='2'>{above.value:.3g}, "
             f"{above.low:.3g} to {above.high:.3g} with 95 % confidence</td></tr></table>"
         )
+
+
+def _mean(found: Distribution) -> str:
+    if math.isnan(found.standard_error):
+        return f"{found.mean:.6g}"
+    return f"{known_digits(found.mean, found.standard_error)} +- {found.standard_error:.1g}"
 
 
 def _known(value: float) -> str:

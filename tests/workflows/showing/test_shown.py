@@ -118,7 +118,16 @@ def test_history_is_the_motion(result):
     assert history is result.history, "carried out once"
     states = result.trajectory(400)
     assert np.array_equal(history.displacements, [state.displacements for state in states])
+    assert np.array_equal(history.velocities, [state.velocities for state in states])
     assert np.array_equal(history.series_times, [state.time for state in states])
+    target = result.target_history
+    assert (target is None) == (result.target_particles is None)
+    if target is not None:
+        assert np.array_equal(target.displacements, [s.target_displacements for s in states])
+        assert np.array_equal(target.velocities, [s.target_velocities for s in states])
+        # The wall is away: what one body loses the other has.
+        both = history.momentum + target.momentum
+        np.testing.assert_allclose(both, both[0], rtol=1e-9)
     # The motion conserves energy: to what was asked of eta, with room for that of single frames.
     bodies = [body for body in (history, result.target_history) if body is not None]
     energy = np.sum([body.translation + body.vibration for body in bodies], axis=0)
