@@ -8,7 +8,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene, Scheme, TableStyle
+from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.error_bars import (
@@ -41,8 +41,6 @@ SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
 _MOST_REFINEMENTS = 5
-# A step shorter than this part of a scheme's usual one tells that the scene is not a usual one.
-_UNUSUAL_SHARE = 0.3
 # Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
 # and 1 us a step.
 _MOST_BOND_STEPS = 1e9
@@ -181,33 +179,41 @@ def choose_numerics(
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
-    found: list[tuple[float, Numerics]] = []
-    for scheme in schemes or _usual_schemes(tolerance):
-        goal = STEP_SHARE * tolerance / COARSER_SHARE[scheme]
-        start = estimate_step(scene, scheme, goal, truth)
+    usual = schemes or _usual_schemes(tolerance)
+    goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in usual}
+    if scene.temperature is not None and schemes is None:
+        usual = _cheapest_first(scene, goals, truth)
+    for scheme in usual:
+        start = estimate_step(scene, scheme, goals[scheme], truth)
         coarse = None
         if start is not None:
-            coarse = find_step(scene, scheme, goal, truth, start)
-        if coarse is None:
-            continue
-        numerics = Numerics(
-            scheme=scheme,
-            timestep=0.5 * coarse,
-            bond_range=scouting.table_range(scene),
-            force_error=force_error,
-        )
-        shortest = _UNUSUAL_SHARE * DEFAULT_TIMESTEPS[scheme]
-        if scene.temperature is None or coarse * scene.fast_stiffness**0.5 > shortest:
-            return numerics
-        # Long flights of a warm chain between its contacts amplify errors: what costs least where
-        # they do not may cost most.
-        found.append((STEP_SCHEMES[scheme].evaluations / coarse, numerics))
-    if found:
-        return min(found, key=lambda each: each[0])[1]
+            coarse = find_step(scene, scheme, goals[scheme], truth, start)
+        if coarse is not None:
+            return Numerics(
+                scheme=scheme,
+                timestep=0.5 * coarse,
+                bond_range=scouting.table_range(scene),
+                force_error=force_error,
+            )
     raise RunError(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"
     )
+
+
+def _cheapest_first(scene: Scene, goals: dict[Scheme, float], truth: Converged) -> list[Scheme]:
+    """
+    Return schemes by the steps that one run of each lets expect.
+
+    Long flights of a warm chain between its contacts amplify errors: what usually costs least, low
+    orders, may cost most.
+    """
+    costs: dict[Scheme, float] = {}
+    for scheme, goal in goals.items():
+        step = estimate_step(scene, scheme, goal, truth)
+        if step is not None:
+            costs[scheme] = STEP_SCHEMES[scheme].evaluations / step
+    return sorted(costs, key=lambda scheme: costs[scheme])
 
 
 def _verlet_numerics(
