@@ -40,7 +40,8 @@ def plot_energy_partition(
     end = float(np.max(times))
     if last_contact:
         end = min(end, 1.25 * last_contact)
-    ax.set_xlim(float(np.min(times)), end)
+    if end > float(np.min(times)):  # a single particle is gone after its contact
+        ax.set_xlim(float(np.min(times)), end)
     ax.set_ylim(0.0, 1.05)
     ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")
     ax.set_ylabel("share of the energy at impact")

@@ -89,7 +89,8 @@ def plot_trajectories(
             zorder=3,
             clip_on=False,
         )
-    ax.set_xlim(min(0.0, time[0]), end_time)
+    if end_time > min(0.0, time[0]):  # a single particle is gone after its contact
+        ax.set_xlim(min(0.0, time[0]), end_time)
     if targets == 0:
         ax.set_ylim(bottom=-0.02 * n)
     ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")

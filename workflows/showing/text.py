@@ -46,7 +46,7 @@ def heading(result: Described) -> list[str]:
     if result.speed is not None:
         speed += f" = {result.speed:.6g} v*"
     return [
-        f"{result.particles} particles, {result.potential} bonds, {speed}",
+        f"{_count(result.particles)}, {result.potential} bonds, {speed}",
         *_bodies_before(result),
     ]
 

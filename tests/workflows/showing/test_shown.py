@@ -15,6 +15,7 @@ from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from chaincor.workflows.errors import RunError
 from chaincor.workflows.showing.terms import TERMS
 from chaincor.workflows.showing.text import closing, describe, heading, rows
 
@@ -180,6 +181,12 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(plain):
     alone = collide(Scene(particles=1, engine="reference"))
     with pytest.raises(InputError, match="a single particle has no modes"):
         alone.plot.spectrum()
+    for picture in ("world_lines", "energy", "contacts"):
+        assert getattr(alone.plot, picture)().get_xlabel()
+    fast = collide(Scene(particles=5, speed=1e7, engine="reference"))
+    assert fast.plot.contacts("speeds").has_data()
+    with pytest.raises(RunError, match="bonds have no motion to show"):
+        fast.plot.world_lines()
     by_hand = dataclasses.replace(plain, replay=None)
     with pytest.raises(InputError, match="expected one returned by collide"):
         _ = by_hand.scene
