@@ -4,9 +4,10 @@ import gzip
 import re
 import zlib
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
@@ -14,11 +15,13 @@ from chaincor.analysis.dumps.data_file import declared_masses
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
+from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.analysis.frame_analysis import EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
@@ -144,6 +147,7 @@ def analyze_job(
     masses: ArrayLike | None = None,
     end_argument: EndArgument | None = None,
     progress: Callable[[int], None] | None = None,
+    view: DumpView | None = None,
 ) -> CollisionAnalysis:
     """
     Analyse the dump of a job, with what its other files know.
@@ -166,6 +170,10 @@ def analyze_job(
         See :func:`~chaincor.analysis.frame_analysis.analyze_frames`.
     progress : callable, optional
         Called with the number of bytes of the dump read so far.
+    view : DumpView, optional
+        Units of the dump, where its wall is and which way the chain moves; velocity, timestep and
+        masses that are given are in these units too. By default those of ``units.toml`` beside the
+        dump, else the chain's own, with the wall at 0 below the chain.
 
     Returns
     -------
@@ -177,10 +185,19 @@ def analyze_job(
     InputError
         If the files do not fit together or do not show a collision.
     """
-    dump = open_trajectory(job.dump)
+    view = view or view_of(job)
+    units = view.units
+    _refuse_other_units((*job.scripts, *job.logs), units.style)
+    source = open_trajectory(job.dump)
+    dump = source if view == DumpView() else ViewedDump(source, view)
     first = dump.first()
     layout = ChainLayout.from_frame(first)
-    _refuse_other_units((*job.scripts, *job.logs))
+    if impact_velocity is not None:
+        impact_velocity /= units.speed
+    if timestep is not None:
+        timestep /= units.time
+    if masses is not None:
+        masses = np.asarray(masses, dtype=float) / units.mass
     notes: list[str] = []
     if job.scene is not None:
         scene = Scene.from_file(job.scene)
@@ -191,6 +208,8 @@ def analyze_job(
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
         _expect_one_chain(job.data, layout.particles)
     declared = declared_masses(job.data, job.scripts, job.logs)
+    by_type = {kind: mass / units.mass for kind, mass in declared.by_type.items()}
+    declared = replace(declared, by_type=by_type)
     if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
@@ -204,7 +223,9 @@ def analyze_job(
         )
     if timestep is None and not layout.time_known:
         timestep = read_timestep(job.logs, job.scripts)
-        if timestep is None:
+        if timestep is not None:
+            timestep /= units.time
+        else:
             timestep = infer_timestep(dump, layout)
             if timestep is not None:
                 notes.append(
@@ -229,13 +250,19 @@ def uses_reflecting_wall(job: Job) -> bool:
     return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
 
 
-def _refuse_other_units(paths: Iterable[Path]) -> None:
+def view_of(job: Job) -> DumpView:
+    """Return how to see the dump of a job: in the units that lie beside it, if any do."""
+    path = job.dump.parent / UNITS_FILE
+    return DumpView(UnitSystem.from_file(path)) if path.exists() else DumpView()
+
+
+def _refuse_other_units(paths: Iterable[Path], style: str) -> None:
     for path in paths:
-        other = next((found for found in _UNITS.findall(_text(path)) if found != "lj"), None)
+        other = next((found for found in _UNITS.findall(_text(path)) if found != style), None)
         if other is not None and "$" not in other:
             raise InputError(
-                f"{path} sets units {other}; expected units lj, with the natural bond length and "
-                "a stiffness of 1, in which energies and times are understood here"
+                f"{path} sets units {other}; expected units {style}: --units, --length, --mass and "
+                "--stiffness say what the chain's own are in those of the dump"
             )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import TableStyle
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # Sections of the table file, one for each bond type.
 KEYWORDS = ("CHAIN", "FAR")
@@ -77,22 +78,25 @@ class BondTable:
         """Distance between rows."""
         return float((self.lengths[-1] - self.lengths[0]) / (self.rows - 1))
 
-    def to_text(self) -> str:
+    def to_text(self, units: UnitSystem = CHAIN_UNITS) -> str:
         """Format the table as LAMMPS reads it: 17 significant digits, a section a bond type."""
-        text = self._section(KEYWORDS[0])
-        return text if self.far is None else text + "\n" + self.far._section(KEYWORDS[1])
+        text = self._section(KEYWORDS[0], units)
+        return text if self.far is None else text + "\n" + self.far._section(KEYWORDS[1], units)
 
-    def _section(self, keyword: str) -> str:
-        low, high = self.edge_slopes
+    def _section(self, keyword: str, units: UnitSystem) -> str:
+        low, high = (units.stiffness * slope for slope in self.edge_slopes)
         lines = [
             "# bond potential of the chain: row, length, energy, force = -dU/dr",
             "",
             keyword,
-            f"N {self.rows} FP {low:.17g} {high:.17g} EQ 1.0",
+            f"N {self.rows} FP {low:.17g} {high:.17g} EQ {units.length!r}",
             "",
         ]
         columns = zip(
-            self.lengths.tolist(), self.energies.tolist(), self.forces.tolist(), strict=True
+            (units.length * self.lengths).tolist(),
+            (units.energy * self.energies).tolist(),
+            (units.force * self.forces).tolist(),
+            strict=True,
         )
         lines += [f"{i} {r:.17g} {e:.17g} {f:.17g}" for i, (r, e, f) in enumerate(columns, 1)]
         return "\n".join(lines) + "\n"

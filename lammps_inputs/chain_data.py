@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 Array = NDArray[np.float64]
 
@@ -13,7 +14,7 @@ Array = NDArray[np.float64]
 _ROOM = 30.0
 
 
-def format_scene_data(scene: Scene, bond_types: int = 1) -> str:
+def format_scene_data(scene: Scene, bond_types: int = 1, units: UnitSystem = CHAIN_UNITS) -> str:
     """
     Format the data file of a collision, exact to the last bit.
 
@@ -23,6 +24,8 @@ def format_scene_data(scene: Scene, bond_types: int = 1) -> str:
         The collision.
     bond_types : int
         How many types of bonds the file has room for.
+    units : UnitSystem
+        What lengths, velocities and masses are written in.
 
     Returns
     -------
@@ -30,11 +33,12 @@ def format_scene_data(scene: Scene, bond_types: int = 1) -> str:
         The chain as in :func:`format_chain_data`; a free target follows it, with the next ids from
         the contact outward, in a molecule of its own.
     """
-    if scene.line is None:
-        return format_chain_data(*initial_chain(scene.particles, scene.impact_velocity), bond_types)
     line = scene.line
+    if line is None:
+        state = initial_chain(scene.particles, scene.impact_velocity)
+        return format_chain_data(*state, bond_types, units=units)
     masses = np.concatenate((line.chain_masses, line.target_masses))
-    return format_chain_data(*initial_state(line), bond_types, masses, line.targets)
+    return format_chain_data(*initial_state(line), bond_types, masses, line.targets, units)
 
 
 def format_chain_data(
@@ -43,6 +47,7 @@ def format_chain_data(
     bond_types: int = 1,
     masses: Array | None = None,
     targets: int = 0,
+    units: UnitSystem = CHAIN_UNITS,
 ) -> str:
     """
     Format particles for ``atom_style bond``, exact to the last bit.
@@ -50,13 +55,17 @@ def format_chain_data(
     Positions and velocities are along x, away from the target at x = 0, particle 1 first; the last
     `targets` particles are those of a free target, from the contact outward. Ids follow that order.
     The chain is molecule 1 and the target molecule 2, neighbours in each have bonds of type 1, with
-    room for `bond_types`, and there is an atom type for each mass; masses are 1 by default.
+    room for `bond_types`, and there is an atom type for each mass; masses are 1 by default. All is
+    written in `units`.
     """
     count = len(positions)
     n = count - targets
     given = np.ones(count) if masses is None else masses
     values, types = np.unique(given, return_inverse=True)
     reach = _ROOM * (count + 10.0) * _slowness(given, velocities, masses is not None)
+    reach, half = units.length * reach, 0.5 * units.length
+    positions, velocities = units.length * positions, units.speed * velocities
+    values = units.mass * values
     first_ids = [*range(1, n), *range(n + 1, count)]
     lines = [
         "chain of particles, particle 1 nearest the wall at x = 0",
@@ -67,8 +76,8 @@ def format_chain_data(
         f"{bond_types} bond types",
         "",
         f"{-reach:.17g} {reach:.17g} xlo xhi",
-        "-0.5 0.5 ylo yhi",
-        "-0.5 0.5 zlo zhi",
+        f"{-half:.17g} {half:.17g} ylo yhi",
+        f"{-half:.17g} {half:.17g} zlo zhi",
         "",
         "Masses",
         "",

@@ -5,6 +5,7 @@ from typing import Any
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene, Wall
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 
 def number(value: float) -> str:
@@ -12,11 +13,19 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def displacement(particles: int, alone: bool = True) -> str:
+def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str:
     """Return the formula of the displacement from the place at rest, of a chain and its target."""
-    return (
-        "x-(id-1)" if alone else f"x-(id<={particles})*(id-1)+(id>{particles})*(id-{particles + 1})"
-    )
+    unit = "" if length == 1.0 else f"{number(length)}*"
+    if alone:
+        return f"x-{unit}(id-1)"
+    return f"x-{unit}(id<={particles})*(id-1)+{unit}(id>{particles})*(id-{particles + 1})"
+
+
+def _doubled(line: Line | None, units: UnitSystem) -> str:
+    """Return twice the reduced mass of the two that meet."""
+    if line is None:
+        return number(2.0 * units.mass)
+    return f"2.0*{number(units.mass * line.contact_mass)}"
 
 
 def contact_force(line: Line) -> list[str]:
@@ -58,7 +67,7 @@ def contact_force_off(line: Line) -> list[str]:
     )
 
 
-def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
+def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) -> dict[str, Any]:
     """
     Return the formulas of a script that depend on the bodies.
 
@@ -68,6 +77,8 @@ def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
         The collision.
     wall : str
         ``event`` or ``reflect``.
+    units : UnitSystem
+        In which LAMMPS computes; those of the chain for soft bodies.
 
     Returns
     -------
@@ -85,6 +96,8 @@ def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
     if line is not None and place is not None:
         gap, opening = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
         bend = f"({bend}-fx[{place}]/{number(line.target_masses[0])})"
+    if units != CHAIN_UNITS:
+        bend = f"({number(units.force_to_acceleration / units.mass)}*{bend})"
     soft = line is not None and line.soft
     if soft:
         gap, opening, bend = (f"(v_side*{formula})" for formula in (gap, opening, bend))
@@ -93,13 +106,13 @@ def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
         "gap": gap,
         "opening": opening,
         "bend": bend,
-        "doubled_mass": "2.0" if line is None else f"2.0*{number(line.contact_mass)}",
+        "doubled_mass": _doubled(line, units),
         "moment": "v_now" if wall == "event" else f"v_now+{gap}/v_speed",
         "chain": chain,
         "targets": targets,
         "place": place,
         "parting": "(vcm(chain,x)-vcm(target,x))" if targets else "vcm(all,x)",
-        "displacement": displacement(n, not targets),
+        "displacement": displacement(n, not targets, units.length),
         "columns": "id mol x vx v_displacement v_time"
         if targets
         else "id x vx v_displacement v_time",
@@ -112,8 +125,8 @@ def contact_values(scene: Scene, wall: Wall) -> dict[str, Any]:
         apart = positions[0] > 0.0 or velocities[0] >= 0.0
         values |= {
             "approaches": bool(apart),
-            "first_mass": number(line.chain_masses[0]),
-            "target_mass": number(line.target_masses[0]) if targets else None,
+            "first_mass": number(units.mass * line.chain_masses[0]),
+            "target_mass": number(units.mass * line.target_masses[0]) if targets else None,
         }
     if line is not None and soft:
         given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"

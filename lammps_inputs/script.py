@@ -12,6 +12,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 DATA_FILE = "chain.data"
 TABLE_FILE = "bond.table"
@@ -136,6 +137,10 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
         "tabulated": table is not None,
         "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
         "scripted": False,
+        "units": "lj",
+        "reduced": True,
+        "cutoff": "3.0",
+        "spring": "0.5 1.0",
         "composed": False,
         "wall": numerics.wall,
         "timestep": number(numerics.timestep),
@@ -183,6 +188,7 @@ def render_job(
     tolerance: float | None = None,
     fastest: float | None = None,
     template: OwnTemplate | None = None,
+    units: UnitSystem = CHAIN_UNITS,
 ) -> str:
     """
     Render a self-contained input script for ``lmp -in``.
@@ -216,6 +222,8 @@ def render_job(
         Largest velocity that is not refused; None for that of the scene.
     template : OwnTemplate or None
         What the user adds.
+    units : UnitSystem
+        In which LAMMPS computes; all of the above is in those of the chain.
 
     Returns
     -------
@@ -226,28 +234,35 @@ def render_job(
     heaviest = 1.0 if steps is None else max(map(abs, steps.weights))
     multiples = (1.0,) if bar is None else bar.multiples
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
-    values |= contact_values(scene, numerics.wall)
+    values |= contact_values(scene, numerics.wall, units)
+    time, speed = units.time, units.speed
+    limit = 0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5
     values |= {
         "scripted": True,
         # As text, with all its digits: an equal-style variable has 15.
         "timestep": "${step}",
-        "step": number(numerics.timestep),
-        "shortest": number(SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
-        "unstable": number(
-            0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5 / (heaviest * max(multiples))
-        ),
+        "step": number(time * numerics.timestep),
+        "shortest": number(time * SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
+        "unstable": number(time * limit / (heaviest * max(multiples))),
         "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
         + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
-        "velocity": number(scene.impact_velocity),
-        "fastest": number(fastest or scene.impact_velocity),
-        "quiet": number(quiet),
-        "cap": number(cap),
-        "look": number(look),
-        "frame_time": number(frame_time) if isinstance(frame_time, float) else frame_time,
+        "velocity": number(speed * scene.impact_velocity),
+        "fastest": number(speed * (fastest or scene.impact_velocity)),
+        "quiet": number(time * quiet),
+        "cap": number(time * cap),
+        "look": number(time * look),
+        "frame_time": number(time * frame_time) if isinstance(frame_time, float) else frame_time,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
+        "units": units.style,
+        "reduced": units == CHAIN_UNITS,
+        "cutoff": number(3.0 * units.length),
+        "spring": f"{number(0.5 * units.stiffness)} {number(units.length)}",
+        "at_wall": number(1e-12 * units.length),
+        "nowhere": number(1e-18 * units.length),
+        "moment_of_time": number(1e-9 * time),
         "motion_file": MOTION_FILE,
         "restart_file": RESTART_FILE,
         "state_file": STATE_FILE,
@@ -256,15 +271,15 @@ def render_job(
         "bar": None if bar is None else bar.numbers(),
         "tolerance": None if tolerance is None else number(tolerance),
         "scouted": scouted,
-        "scouted_time": number(0.0 if scouted is None else scouted.last_contact_time),
+        "scouted_time": number(time * (0.0 if scouted is None else scouted.last_contact_time)),
     }
     if steps is not None:
         values |= {
             "weights": [number(weight) for weight in steps.weights],
             "order": steps.order,
             "citation": steps.citation,
-            "coarse": number(steps.coarse),
-            "patience": number(steps.patience),
+            "coarse": number(time * steps.coarse),
+            "patience": number(time * steps.patience),
             "graded": steps.graded is not None,
         }
         if steps.graded is not None:

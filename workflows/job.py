@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from chaincor.lammps_inputs.chain_data import format_scene_data
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
 
@@ -35,6 +36,7 @@ def job_files(
     explain: bool = False,
     table_range: tuple[float, float] | None = None,
     template: OwnTemplate | None = None,
+    units: UnitSystem = CHAIN_UNITS,
 ) -> dict[str, str]:
     """
     Return the files of a job, by name.
@@ -42,7 +44,8 @@ def job_files(
     Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
     unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
     the scene has a dump; `explain` says of every command and file what it is for; for `table_range`
-    see :func:`~chaincor.workflows.scripted.plan.plan_script`. Raises SceneError if the scheme
+    see :func:`~chaincor.workflows.scripted.plan.plan_script`; LAMMPS computes in `units`, those of
+    the chain where its bodies are soft. Raises SceneError if the scheme
     cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
     """
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
@@ -53,6 +56,11 @@ def job_files(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     scene = scene.replace(engine="lammps")
+    if units != CHAIN_UNITS and scene.line is not None and scene.line.soft:
+        raise SceneError(
+            "units are given and the bodies are soft; expected hard ones: a force between bodies "
+            "is scripted in the chain's own units, so leave [units] out"
+        )
     plan = plan_script(scene, table_range)
     texts = {
         SCRIPT_FILE: job_script(
@@ -65,11 +73,12 @@ def job_files(
             tolerance=plan.tolerance,
             fastest=plan.fastest,
             template=template,
+            units=units,
         ),
-        DATA_FILE: format_scene_data(scene),
+        DATA_FILE: format_scene_data(scene, units=units),
     }
     if plan.table is not None:
-        texts[TABLE_FILE] = plan.table.to_text()
+        texts[TABLE_FILE] = plan.table.to_text(units)
     if explain:
         annotate: dict[str, Callable[[str], str]] = {
             SCRIPT_FILE: lambda text: explain_script(text, others_own=template is not None),
@@ -79,6 +88,8 @@ def job_files(
         texts = {name: annotate[name](text) for name, text in texts.items()}
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
+    if units != CHAIN_UNITS:
+        texts[UNITS_FILE] = units.to_toml()
     return texts
 
 

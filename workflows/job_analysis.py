@@ -6,7 +6,8 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.job_folder import Job, analyze_job
+from chaincor.analysis.dumps.view import DumpView
+from chaincor.analysis.job_folder import Job, analyze_job, view_of
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.analysis.two_bodies.job import analyze_two_bodies, find_two_bodies
@@ -91,12 +92,13 @@ def analyze_found(
     target_particles: int | None,
     for_walls: Iterable[str] = (),
     watch: Callable[[Path], AbstractContextManager[Progress]] = _unwatched,
+    see: Callable[[Job], DumpView] = view_of,
 ) -> tuple[Job, Analysis]:
     """
     Return the job that was found, too.
 
     `for_walls` names what else is asked for that goes with hard walls only; `watch` is entered
-    while a dump is read, and gives what to tell how far.
+    while a dump is read, and gives what to tell how far; `see` tells units and wall of a dump.
     """
     data = None if data is None else Path(data)
     dump = None if dump is None else Path(dump)
@@ -125,6 +127,7 @@ def analyze_found(
                 masses=masses,
                 end_argument=argue_end,
                 progress=progress,
+                view=see(job),
             )
 
     run = analyze_folder(folder, data=data, dump=dump, analyze=analyze_one)

@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.own_templates.rules import _commands
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import job_files
 from chaincor.workflows.scripted import plan
 
@@ -126,6 +127,14 @@ def test_the_name_of_a_setting_is_a_name():
     for value in VALUES[::3]:
         with pytest.raises(SceneError):
             parse_settings((f"{value}=1",))
+
+
+def test_units_are_numbers_and_known_words():
+    good = {"length": 1.0, "mass": 1.0, "stiffness": 1.0, "style": "metal"}
+    for value in VALUES[::4]:
+        for key in good:
+            with pytest.raises(SceneError):
+                UnitSystem.from_fields(good | {key: value})
 
 
 @pytest.mark.parametrize("dress", DRESSES)

@@ -1,7 +1,9 @@
 """``chaincor analyze``: from the dump of a LAMMPS job to the physics of the collision."""
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,10 +20,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from chaincor.analysis.dumps.view import DumpView
     from chaincor.analysis.job_folder import Job
     from chaincor.analysis.results import CollisionAnalysis
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
     from chaincor.lammps_inputs.scene import Scene
+    from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
 @click.command()
@@ -69,6 +73,22 @@ if TYPE_CHECKING:
     help="the particles at the lowest x are a free target [default: from scene.toml, or the "
     "column mol of the dump]",
 )
+@click.option("--wall", type=float, metavar="X", help="where the wall is [default: 0]")
+@click.option(
+    "--direction",
+    type=click.Choice(["-x", "+x"]),
+    help="which way the chain moves before it meets the wall [default: -x]",
+)
+@click.option(
+    "--length", metavar="L|auto", help="natural length of a bond; auto: as in the first frame"
+)
+@click.option("--mass", type=float, metavar="M", help="of a particle, for --units")
+@click.option("--stiffness", type=float, metavar="K", help="of a bond at rest, for --units")
+@click.option(
+    "--units",
+    type=click.Choice(["lj", "metal", "real", "si"]),
+    help="of the dump; with --length, --mass and --stiffness [default: units.toml, else lj]",
+)
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), metavar="OUT", help="write plots and CSV"
 )
@@ -90,6 +110,12 @@ def analyze(
     velocity: float | None,
     masses: str | None,
     target_particles: int | None,
+    wall: float | None,
+    direction: str | None,
+    length: str | None,
+    mass: float | None,
+    stiffness: float | None,
+    units: str | None,
     output: Path | None,
     animation: Path | None,
     xyz: Path | None,
@@ -117,9 +143,13 @@ def analyze(
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
+    from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis import analyze_found
 
+    wanted = {"length": length, "mass": mass, "stiffness": stiffness, "style": units}
     drawn = {"output": output, "animation": animation, "xyz": xyz}
+    drawn |= {"wall": wall, "direction": direction, "length": length}
+    drawn |= {"mass": mass, "stiffness": stiffness, "units": units}
     job, analysis = analyze_found(
         folder,
         data=data,
@@ -131,6 +161,7 @@ def analyze(
         target_particles=target_particles,
         for_walls=[name for name, value in drawn.items() if value is not None],
         watch=_progress,
+        see=lambda job: _view(job, wanted, wall, direction),
     )
     if isinstance(analysis, TwoBodyAnalysis):
         bodies = analysis.to_dict()
@@ -142,12 +173,67 @@ def analyze(
         _animate(analysis, animation)
     if xyz is not None:
         write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
+    known = _view(job, wanted, wall, direction).units
     if as_json:
-        click.echo(json_text(to_json_object(analysis), _scene_of(job)))
+        found = to_json_object(analysis)
+        if known != CHAIN_UNITS:
+            found["units"] = known.to_dict()
+        click.echo(json_text(found, _scene_of(job)))
     else:
         click.echo(describe(analysis))
+        if known != CHAIN_UNITS:
+            click.echo(_in_units(analysis, known))
     if analysis.contradictions:
         click.get_current_context().exit(1)
+
+
+def _view(
+    job: "Job", wanted: dict[str, Any], wall: float | None, direction: str | None
+) -> "DumpView":
+    """Return how to see a dump: as the options say, or as the file beside it does."""
+    from chaincor.analysis.dumps.other_trajectories import open_trajectory
+    from chaincor.analysis.dumps.view import DumpView
+    from chaincor.analysis.job_folder import view_of
+    from chaincor.lammps_inputs.units.unit_system import UnitSystem
+
+    view = view_of(job)
+    given = {name: value for name, value in wanted.items() if value is not None}
+    auto = given.get("length") == "auto"
+    if given:
+        style = given.get("style", "lj")
+        missing = [name for name in ("length", "mass", "stiffness") if name not in given]
+        if style != "lj" and missing:
+            raise InputError(
+                f"--units {style} is given without --{missing[0]}; expected --length, --mass and "
+                "--stiffness beside it: the chain's own units in those of the dump"
+            )
+        fields: dict[str, Any] = {
+            "length": 1.0,
+            "mass": 1.0,
+            "stiffness": 1.0,
+            "style": "lj",
+        } | given
+        try:
+            fields["length"] = 1.0 if auto else float(fields["length"])
+        except ValueError:
+            raise InputError(
+                f"--length is {str(fields['length'])[:40]!a}; expected a number or auto"
+            ) from None
+        view = DumpView(UnitSystem.from_fields(fields))
+    if wall is not None or direction is not None:
+        if wall is not None and not math.isfinite(wall):
+            raise InputError(f"--wall is {wall}; expected a finite number")
+        view = replace(view, wall=wall or 0.0, upwards=direction == "+x")
+    return view.with_length_of(open_trajectory(job.dump).first()) if auto else view
+
+
+def _in_units(analysis: "CollisionAnalysis", units: "UnitSystem") -> str:
+    """Say the main results in the user's units."""
+    last = analysis.contact_statistics.last_time
+    text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
+    if last is not None:
+        text += f", the last contact at t = {last * units.time:.6g}"
+    return f"{text}; lengths x {units.length:g}, times x {units.time:.6g}"
 
 
 def describe_bodies(found: "TwoBodyAnalysis") -> str:

@@ -55,6 +55,7 @@ def inputs(
     """
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
     from chaincor.lammps_inputs.script import SCRIPT_FILE
+    from chaincor.lammps_inputs.units.unit_system import UnitSystem
     from chaincor.workflows.job import job_files, write_job
     from chaincor.workflows.sweep.file import is_sweep
 
@@ -77,7 +78,9 @@ def inputs(
         return
     if submit is not None or site is not None:
         raise InputError("--submit and --site are for a sweep file; expected one with [axes]")
-    scene = scene_from(scene_file, options)
+    scene = scene_from(scene_file, options, beside=("units",))
+    if scene_file is not None:
+        wishes["units"] = UnitSystem.from_file(Path(scene_file))
     if output is None:
         click.echo(job_files(scene, **wishes)[SCRIPT_FILE], nl=False)
         return

@@ -167,10 +167,17 @@ def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:
     return decorate
 
 
-def scene_from(scene_file: str | None, options: dict[str, Any]) -> Scene:
-    """Build the scene from a file, if there is one, and the options, which win over the file."""
+def scene_from(
+    scene_file: str | None, options: dict[str, Any], beside: tuple[str, ...] = ()
+) -> Scene:
+    """
+    Build the scene from a file, if there is one, and the options, which win over the file.
+
+    `beside` are keys of the file that are no fields of a scene.
+    """
     given = {name: value for name, value in options.items() if value is not None}
     fields = read_scene_fields(Path(scene_file)) if scene_file is not None else {}
+    fields = {key: value for key, value in fields.items() if key not in beside}
     if "speed" in given or "velocity" in given:
         fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
     if "potential" in given and given["potential"] != fields.get("potential"):

@@ -19,6 +19,7 @@ from chaincor.lammps_inputs.script import (
     ScriptedSteps,
     render_job,
 )
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
@@ -44,6 +45,7 @@ def job_script(
     tolerance: float | None = None,
     fastest: float | None = None,
     template: OwnTemplate | None = None,
+    units: UnitSystem = CHAIN_UNITS,
 ) -> str:
     """
     Render a script that does not end before the in-house engine, which follows a chain, does.
@@ -69,6 +71,7 @@ def job_script(
         tolerance=tolerance,
         fastest=fastest,
         template=template,
+        units=units,
     )
 
 

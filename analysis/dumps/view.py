@@ -1,0 +1,143 @@
+"""A dump seen in the chain's own units, with its wall at 0 and the chain coming from above."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
+
+_PLACES, _SCALED, _SPEEDS = ("x", "xu"), ("xs", "xsu"), ("vx", "vy", "vz")
+_DISPLACEMENT, _TIME, _MASS, _IMAGE = "v_displacement", "v_time", "mass", "ix"
+# Digits from which on a format keeps numbers exactly.
+_EXACT_DIGITS = 16
+
+
+class Frames(Protocol):
+    """What is read: a dump, or a trajectory of another format."""
+
+    truncated: bool
+
+    def first(self) -> DumpFrame:
+        """Return the first frame."""
+
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
+        """Yield the frames."""
+
+
+@dataclass(frozen=True)
+class DumpView:
+    """
+    How the numbers of a dump become those of a chain that meets a wall at x = 0.
+
+    Attributes
+    ----------
+    units : UnitSystem
+        The chain's units in those of the dump.
+    wall : float
+        Where the wall is, in the dump's units.
+    upwards : bool
+        Whether the chain moves towards +x.
+    """
+
+    units: UnitSystem = CHAIN_UNITS
+    wall: float = 0.0
+    upwards: bool = False
+
+    def with_length_of(self, frame: DumpFrame) -> "DumpView":
+        """Take the natural length from a frame: the median distance of neighbours in it."""
+        name = next((name for name in _PLACES if name in frame.columns), None)
+        places = np.sort(frame.column(name)) if name is not None else np.empty(0)
+        length = float(np.median(np.diff(places))) if places.size > 1 else 0.0
+        if not 0.0 < length < np.inf:
+            raise InputError(
+                "the first frame shows no distance of neighbours; expected two particles or more "
+                "and a column x or xu: give the natural length itself, --length L"
+            )
+        return replace(self, units=replace(self.units, length=length))
+
+    def of(self, frame: DumpFrame) -> DumpFrame:
+        """Return a frame in the chain's units."""
+        units, moved = self.units, self.upwards or self.wall != 0.0
+        names = tuple(
+            # It counts from the wall at 0, with ids that count away from it.
+            "-" if moved and name == _DISPLACEMENT else name
+            for name in frame.columns
+        )
+
+        def column(index: int) -> NDArray[np.float64]:
+            return self._converted(names[index], frame.raw_column(index))
+
+        bounds = np.array(frame.bounds, dtype=float)
+        bounds[0] = self._place(bounds[0])[:: -1 if self.upwards else 1]
+        return replace(
+            frame,
+            columns=names,
+            raw_column=column,
+            bounds=bounds,
+            time=None if frame.time is None else frame.time / units.time,
+            units=None,
+            absolute_resolution=self._resolution(frame),
+        )
+
+    def _place(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (self.wall - x if self.upwards else x - self.wall) / self.units.length
+
+    def _converted(self, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        units, sign = self.units, -1.0 if self.upwards else 1.0
+        if name in _PLACES:
+            return self._place(values)
+        if name in _SCALED and self.upwards:
+            return 1.0 - values
+        if name in _SPEEDS:
+            return (sign if name == "vx" else 1.0) * values / units.speed
+        if name == _IMAGE:
+            return sign * values
+        scale = {_DISPLACEMENT: units.length, _TIME: units.time, _MASS: units.mass}.get(name, 1.0)
+        return values / scale
+
+    def _resolution(self, frame: DumpFrame) -> float:
+        """Return what the shift of the wall leaves unseen: digits were printed of the unshifted."""
+        own = frame.absolute_resolution / min(self.units.length, self.units.speed)
+        digits = frame.significant_digits() if self.wall != 0.0 else _EXACT_DIGITS
+        name = next((name for name in _PLACES if name in frame.columns), None)
+        if digits >= _EXACT_DIGITS or name is None:
+            return own
+        return max(own, float(np.max(frame.resolution(name, digits))) / self.units.length)
+
+
+class ViewedDump:
+    """
+    A dump in the chain's units.
+
+    Parameters
+    ----------
+    source : Dump or OtherTrajectory
+        What is read.
+    view : DumpView
+        How.
+    """
+
+    def __init__(self, source: Frames, view: DumpView) -> None:
+        self._source, self._view = source, view
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the last complete iteration met a frame cut short."""
+        return self._source.truncated
+
+    def first(self) -> DumpFrame:
+        """Return the first frame."""
+        return self._view.of(self._source.first())
+
+    def __iter__(self) -> Iterator[DumpFrame]:
+        return self.frames()
+
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
+        """Yield the frames in the order of the file."""
+        for frame in self._source.frames(progress):
+            yield self._view.of(frame)

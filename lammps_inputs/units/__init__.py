@@ -1,0 +1,1 @@
+"""Units of a user's own, beside those of the chain."""

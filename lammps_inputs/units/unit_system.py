@@ -1,0 +1,113 @@
+"""Units of LAMMPS's styles, in which the natural length, the mass and the stiffness are not 1."""
+
+import math
+import tomllib
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from chaincor.lammps_inputs.errors import SceneError
+
+# Energy in the units of a style over mass times velocity squared in its units: LAMMPS's mvv2e
+# (update.cpp). metal: eV, g/mol, Angstrom/ps; real: kcal/mol, g/mol, Angstrom/fs; si: 1.
+_ENERGY_OF_MOTION = {"metal": 1.0364269e-4, "real": 48.88821291**2, "si": 1.0, "lj": 1.0}
+UNITS_FILE = "units.toml"
+
+
+@dataclass(frozen=True)
+class UnitSystem:
+    """
+    The chain's own units in those of a style of LAMMPS.
+
+    Attributes
+    ----------
+    length : float
+        Natural length of a bond.
+    mass : float
+        Of a particle.
+    stiffness : float
+        U'' of a bond at rest, energy over length squared.
+    style : str
+        ``metal``, ``real``, ``si`` or ``lj``.
+    """
+
+    length: float = 1.0
+    mass: float = 1.0
+    stiffness: float = 1.0
+    style: str = "lj"
+
+    @classmethod
+    def from_fields(cls, fields: Any) -> "UnitSystem":
+        """Check a table ``[units]``; SceneError says what is wrong with it."""
+        keys = ("length", "mass", "stiffness", "style")
+        if not isinstance(fields, dict) or set(fields) != set(keys):
+            raise SceneError(
+                f"units is {str(fields)[:80]!a}; expected a table [units] with length, mass, "
+                "stiffness and style, each once"
+            )
+        style = fields["style"]
+        if not isinstance(style, str) or style not in _ENERGY_OF_MOTION:
+            raise SceneError(
+                f"units.style is {str(style)[:40]!a}; expected metal, real, si or lj: other styles "
+                "of LAMMPS are not known here"
+            )
+        numbers: dict[str, float] = {}
+        for key in keys[:3]:
+            value = fields[key]
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                value = math.nan
+            if not 0.0 < float(value) < math.inf:
+                raise SceneError(
+                    f"units.{key} is {str(fields[key])[:40]!a}; expected a positive number"
+                )
+            numbers[key] = float(value)
+        return cls(**numbers, style=style)
+
+    @classmethod
+    def from_file(cls, path: Path) -> "UnitSystem":
+        """Read the table ``[units]`` of a TOML file; the chain's own units where it has none."""
+        try:
+            fields = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:  # what is no TOML, or no UTF-8, is a ValueError
+            raise SceneError(f"{str(path)!a} cannot be read: {error}; expected TOML") from None
+        return cls.from_fields(fields["units"]) if "units" in fields else cls()
+
+    @property
+    def force_to_acceleration(self) -> float:
+        """LAMMPS's ftm2v: force over mass, in units of the style, times this is acceleration."""
+        return 1.0 / _ENERGY_OF_MOTION[self.style]
+
+    @property
+    def time(self) -> float:
+        """The chain's unit of time, 1/omega of one mass at one bond."""
+        return math.sqrt(_ENERGY_OF_MOTION[self.style] * self.mass / self.stiffness)
+
+    @property
+    def speed(self) -> float:
+        """The chain's unit of speed."""
+        return self.length / self.time
+
+    @property
+    def energy(self) -> float:
+        """The chain's unit of energy."""
+        return self.stiffness * self.length**2
+
+    @property
+    def force(self) -> float:
+        """The chain's unit of force."""
+        return self.stiffness * self.length
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the units, those of time, speed and energy too, for JSON."""
+        derived = {name: getattr(self, name) for name in ("time", "speed", "energy")}
+        return asdict(self) | derived
+
+    def to_toml(self) -> str:
+        """Write the table as the file that lies beside a job."""
+        return "[units]\n" + "".join(
+            f"{key} = {value!r}\n" if isinstance(value, float) else f'{key} = "{value}"\n'
+            for key, value in asdict(self).items()
+        )
+
+
+CHAIN_UNITS = UnitSystem()

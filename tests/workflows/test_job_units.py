@@ -1,0 +1,163 @@
+"""Jobs in LAMMPS's own units, and dumps of other people: the numbers of the reduced scene."""
+
+import json
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.dumps.dump import Dump
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import UnitSystem
+from chaincor.workflows.job import write_job
+from tests.workflows.commands.test_run import chaincor
+from tests.workflows.test_job import number, run_lmp, unexpected_warnings
+
+# Like argon: its nearest distance in Angstrom, its mass in g/mol, and 72 epsilon/sigma^2 of it in
+# the units of energy of each style.
+ARGON = UnitSystem(3.822, 39.948, 0.0511, "metal")
+UNITS = [
+    ARGON,
+    UnitSystem(3.822, 39.948, 1.178, "real"),
+    UnitSystem(3.822e-10, 6.634e-26, 0.819, "si"),
+    UnitSystem(2.0, 3.0, 5.0, "lj"),
+]
+SCENES = [
+    {"potential": "lj", "speed": 0.4, "tolerance": 1e-9},
+    {"potential": "lj", "speed": 0.4, "wall": "reflect", "error": False},
+    {"potential": "harmonic", "velocity": 0.05, "masses": (1, 2), "scheme": "order6"},
+    {"potential": "toda", "velocity": 0.05, "target_particles": 3, "scheme": "verlet"},
+]
+
+
+@pytest.mark.parametrize("fields", SCENES, ids=lambda f: f["potential"] + str(len(f)))
+@pytest.mark.parametrize("units", UNITS, ids=lambda u: u.style)
+def test_a_job_in_any_units_gives_the_numbers_of_the_reduced_one(units, fields, tmp_path):
+    scene = Scene(particles=6, **fields)
+    write_job(scene, tmp_path / "reduced")
+    write_job(scene, tmp_path / "job", units=units, explain=True)
+    reduced, done = run_lmp(tmp_path / "reduced").stdout, run_lmp(tmp_path / "job")
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert unexpected_warnings(done.stdout) == []
+    # The same steps: what differs is rounded, in units of 1e-16 of coordinates up to 6.
+    eta = number(reduced, "restitution")
+    assert number(done.stdout, "restitution") == pytest.approx(eta, abs=1e-11)
+    assert number(done.stdout, "contacts") == number(reduced, "contacts")
+    last = number(reduced, "last_contact_time") * units.time
+    assert number(done.stdout, "last_contact_time") == pytest.approx(last, rel=1e-10)
+    assert UnitSystem.from_file(tmp_path / "job" / "units.toml") == units
+
+
+@pytest.fixture(scope="module")
+def argon(tmp_path_factory):
+    """Return the folders of a reduced job and of the same in metal units, both dumped."""
+    folder = tmp_path_factory.mktemp("argon")
+    scene = Scene(particles=8, speed=0.4, tolerance=1e-10, dump_frames="contacts")
+    for name, units in (("reduced", UnitSystem()), ("metal", ARGON)):
+        write_job(scene, folder / name, dump=True, units=units)
+        assert run_lmp(folder / name).returncode == 0
+    return folder
+
+
+def analyzed(capsys, *arguments):
+    status, out, err = chaincor(capsys, "analyze", *map(str, arguments), "--json")
+    assert status == 0, err
+    return json.loads(out)
+
+
+def assert_alike(found, reduced):
+    assert abs(found["restitution"] - reduced["restitution"]) < 1e-9
+    assert found["contacts"] == reduced["contacts"]
+    scale = max(reduced["mode_energies"])
+    np.testing.assert_allclose(
+        found["mode_energies"], reduced["mode_energies"], rtol=0, atol=1e-9 * scale
+    )
+    assert found["velocity"] == pytest.approx(reduced["velocity"], rel=1e-12)
+
+
+def test_the_dump_of_a_job_in_metal_units_is_analysed(argon, capsys):
+    reduced = analyzed(capsys, argon / "reduced")
+    found = analyzed(capsys, argon / "metal")
+    assert_alike(found, reduced)
+    assert "units" not in reduced
+    assert found["units"]["style"] == "metal"
+    assert found["units"]["speed"] == pytest.approx(ARGON.length / ARGON.time)
+    _, out, _ = chaincor(capsys, "analyze", str(argon / "metal"))
+    assert "in units metal: v0 = 0.690" in out
+
+
+def write_others(source, path, digits):
+    """Write the dump as someone else would: towards +x, a wall at 55, ids the other way round."""
+    with path.open("w") as file:
+        for frame in Dump(source):
+            x, v = frame.column("x"), frame.column("vx")
+            file.write(f"ITEM: TIMESTEP\n{frame.step}\nITEM: NUMBER OF ATOMS\n{x.size}\n")
+            file.write("ITEM: BOX BOUNDS ff ff ff\n-1e4 1e4\n-1 1\n-1 1\n")
+            file.write("ITEM: ATOMS id x vx v_time\n")
+            time = frame.column("v_time")[0]
+            for k in range(x.size):
+                numbers = (55.0 - x[k], -v[k], time)
+                file.write(f"{x.size - k} {' '.join(f'{n:.{digits}g}' for n in numbers)}\n")
+
+
+OTHERS = ["--wall", "55", "--direction", "+x", "--length", "auto", "--mass", "39.948"]
+OTHERS += ["--stiffness", "0.0511", "--units", "metal", "--potential", "lj"]
+
+
+def test_the_dump_of_other_people_is_analysed(argon, capsys, tmp_path):
+    write_others(argon / "metal" / "dump.lammpstrj", tmp_path / "theirs.lammpstrj", 17)
+    found = analyzed(capsys, tmp_path, *OTHERS)
+    assert_alike(found, analyzed(capsys, argon / "reduced"))
+    assert found["units"]["length"] == pytest.approx(ARGON.length, rel=1e-13)
+
+
+def test_few_digits_of_a_wall_that_is_elsewhere_are_in_the_error(argon, capsys, tmp_path):
+    write_others(argon / "metal" / "dump.lammpstrj", tmp_path / "theirs.lammpstrj", 6)
+    found = analyzed(capsys, tmp_path, *OTHERS)
+    exact = analyzed(capsys, argon / "reduced")["restitution"]
+    assert 0.0 < abs(found["restitution"] - exact) <= found["data_error"]
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--units", "metal"], "--units metal is given without --length"),
+        (["--length", "long"], "--length is 'long'; expected a number or auto"),
+        (["--length", "-1"], "units.length is '-1.0'; expected a positive number"),
+        (["--wall", "nan"], "--wall is nan"),
+        (["--units", "lj"], "sets units metal; expected units lj"),
+    ],
+)
+def test_units_without_sense_are_refused(argon, options, line, capsys):
+    status, out, err = chaincor(capsys, "analyze", str(argon / "metal"), *options)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert line in err
+
+
+@pytest.mark.parametrize(
+    ("table", "line"),
+    [
+        ({"length": 1.0}, "a table [units] with length, mass, stiffness and style"),
+        ({"length": 0, "mass": 1, "stiffness": 1, "style": "si"}, "units.length is '0'"),
+        ({"length": 1, "mass": True, "stiffness": 1, "style": "si"}, "units.mass is 'True'"),
+        ({"length": 1, "mass": 1, "stiffness": 1, "style": "cgs"}, "units.style is 'cgs'"),
+    ],
+)
+def test_a_table_of_units_is_checked(table, line):
+    with pytest.raises(SceneError) as refused:
+        UnitSystem.from_fields(table)
+    assert line in str(refused.value)
+
+
+def test_units_come_from_the_scene_file(capsys, tmp_path):
+    scene = tmp_path / "argon.toml"
+    scene.write_text("particles = 4\nscheme = 'order4'\n" + ARGON.to_toml())
+    assert chaincor(capsys, "inputs", str(scene), "-o", str(tmp_path / "job"))[0] == 0
+    assert "units           metal" in (tmp_path / "job" / "in.chain").read_text()
+    status, _, err = chaincor(capsys, "run", str(scene))  # a run has no units
+    assert (status, err.count("\n")) == (2, 1)
+
+
+def test_soft_bodies_have_no_other_units(tmp_path):
+    with pytest.raises(SceneError, match=r"leave \[units\] out"):
+        write_job(Scene(particles=3, contact="power"), tmp_path / "job", units=ARGON)
