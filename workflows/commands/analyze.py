@@ -147,7 +147,7 @@ def analyze(
     from chaincor.workflows.job_analysis import analyze_found
 
     wanted = {"length": length, "mass": mass, "stiffness": stiffness, "style": units}
-    drawn = {"output": output, "animation": animation, "xyz": xyz}
+    drawn: dict[str, Any] = {"output": output, "animation": animation, "xyz": xyz}
     drawn |= {"wall": wall, "direction": direction, "length": length}
     drawn |= {"mass": mass, "stiffness": stiffness, "units": units}
     job, analysis = analyze_found(
