@@ -17,6 +17,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
@@ -177,6 +178,10 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
         asked = scene.tolerance or DEFAULT_TOLERANCE
         met = meet.meet(scene, asked)
         outcome, bar, found, reason = met.outcome, met.bar, met.details, met.reason
+    if scene.temperature is not None:
+        assert scene.line is not None
+        gap = float(scene.line.strains[scene.line.gap])
+        found = found | {"draw": {"generator": GENERATOR, "gap": gap}}
     result = _result(scene, outcome, bar, asked, reason, found, started)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)

@@ -68,6 +68,8 @@ def test_a_warm_chain_may_come_back_faster_than_it_came(capsys):
     assert found["kinematic_restitution"] == pytest.approx(math.sqrt(found["restitution"]))
     assert found["restitution_error"] <= found["tolerance"]
     assert (found["temperature"], found["seed"]) == (0.01, 2)
+    assert found["details"]["draw"]["generator"] == "PCG64"
+    assert found["details"]["draw"]["gap"] > 0.0
     # It came with n v0^2/2 and with heat, and no more than both went back.
     before = 0.5 * 10 * 0.01**2
     assert found["translational_energy"] == pytest.approx(found["restitution"] * before)
