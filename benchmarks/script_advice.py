@@ -17,8 +17,8 @@ SCRIPTS = Path(__file__).parents[1] / "docs" / "examples" / "scripts"
 CASES = {
     "reflecting_wall": ("restitution", "timestep=0.05:0.001:8", None, 5e-3, 20.0),
     "spring_chain": ("position", "timestep=0.2:0.01:8", None, 1e-4, 10.0),
-    "langevin": ("energy", "timestep=0.1:0.005:6", 12, 2e-2, 1.0),
-    "melt_drift": ("fluctuation", "timestep=0.008:0.0005:7", None, 1e-4, 4.0),
+    "langevin": ("energy", "timestep=0.1:0.01:6", 12, 4e-2, 1.0),
+    "melt_drift": ("fluctuation", "timestep=0.008:0.001:6", None, 1e-4, 4.0),
     "bond_stretch": ("frequency", "timestep=0.2:0.01:8", None, 1e-4, 10.0),
     "crystal_energy": ("energy", "timestep=0.2:0.01:8", 5, 1e-5, 10.0),
 }

@@ -21,6 +21,7 @@ speed = [0.1, 0.2]
 SMALL = ("--particles", "3", "--tolerance", "1e-4")
 WARM = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1", "--temperature", "1e-3")
 SCRIPT = ("--script", "in.x", "--observable", "x=(.*)", "--vary", "h=1:0.1:4", "--phases", "3")
+OWN = ("--against", "stepper:eta")
 # Section of the page, the command, and the path to the object that the section is of.
 OBJECTS = [
     ("run", ("run", *SMALL), ()),
@@ -31,6 +32,7 @@ OBJECTS = [
     ("validate", ("validate", *SMALL), ()),
     ("validations", ("validate", *SMALL), ("validations", 0)),
     ("comparisons", ("validate", *SMALL), ("validations", 0, "comparisons", 0)),
+    ("validate --ladder", ("validate", *SMALL[:2], "--ladder", "--timestep", "0.1", *OWN), ()),
     ("tradeoff --script", ("tradeoff", *SCRIPT), ()),
     ("ladders", ("tradeoff", *SCRIPT), ("ladders", 0)),
     ("rungs", ("tradeoff", *SCRIPT), ("ladders", 0, "rungs", 0)),
@@ -69,6 +71,7 @@ def printed(tmp_path_factory):
     """What commands print, each run once, in a folder with what they need."""
     folder = tmp_path_factory.mktemp("json")
     (folder / "s.toml").write_text(SWEEP)
+    (folder / "stepper.py").write_text("def eta(scene):\n    return [scene.timestep] * 3\n")
     (folder / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
     known = {}
 

@@ -15,8 +15,9 @@ from chaincor.workflows.validation.comparison import USER_TIMEOUT
 @scene_options("engine", *OUTPUT_KEYS)
 @click.option(
     "--against",
-    metavar="MODULE:FUNCTION|FILE",
-    help="your integrator (its code is run), or its output as CSV or NPZ",
+    metavar="MODULE:FUNCTION|FILE|DIR",
+    help="your integrator (its code is run), its output as CSV or NPZ, or a LAMMPS result of your "
+    "own: a job's folder, a dump, or a log with a line 'restitution = '",
 )
 @click.option(
     "--timeout",
@@ -30,6 +31,11 @@ from chaincor.workflows.validation.comparison import USER_TIMEOUT
     help="a grid of potentials, sizes and speeds instead; for LAMMPS also masses, free targets, "
     "soft contacts and compressed chains",
 )
+@click.option(
+    "--ladder",
+    is_flag=True,
+    help="the order of your function's error instead: it is run at --timestep and 5 halvings",
+)
 @click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
@@ -39,6 +45,7 @@ def validate(
     against: str | None,
     timeout: float | None,
     grid: bool,
+    ladder: bool,
     plot: str | None,
     as_json: bool,
     **options: Any,
@@ -50,10 +57,27 @@ def validate(
     """
     from chaincor.workflows.validation import comparison as validation
     from chaincor.workflows.validation.grid import grid_around
+    from chaincor.workflows.validation.lammps_result import (
+        is_lammps_result,
+        read_lammps_result,
+        validate_result,
+    )
 
     if timeout is not None and (against is None or ":" not in against):
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
     scene = scene_from(scene_file, options)
+    if ladder:
+        if against is None or ":" not in against or grid or plot is not None:
+            raise click.UsageError(
+                "--ladder is for one function of yours; expected --against MODULE:FUNCTION "
+                "--timestep H, without --grid and --plot"
+            )
+        from chaincor.workflows.validation.user_ladder import climb_ladder, describe_ladder
+
+        climbed = climb_ladder(scene, against, timeout or USER_TIMEOUT)
+        text = json_text(climbed.to_dict(), scene) if as_json else describe_ladder(climbed)
+        click.echo(text)
+        return
     if against is not None and ":" not in against and scene.explicit:
         given = [key for key in NUMERICS_KEYS if getattr(scene, key) is not None]
         raise click.UsageError(
@@ -69,6 +93,16 @@ def validate(
     # What an integrator of one's own cannot do is not asked for unless a scene does.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
+    if is_lammps_result(against):
+        assert against is not None
+        if grid:
+            raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
+        found = read_lammps_result(against)
+        if found.scene is not None and not own and scene_file is None:
+            asked = scene.tolerance
+            scene = found.scene.without(*NUMERICS_KEYS).replace(tolerance=asked)
+        scenes = []
+        results = [validate_result(scene, found)]
     for each in _with_progress(scenes):
         if against is None:
             results.append(validation.validate(each))

@@ -223,7 +223,7 @@ def validate_user(
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)
-    eta = _restitution(user, scene)
+    eta = restitution_of_user(user, scene)
     bar = judge.restitution_error or 0.0
     comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
     comparisons += _compare_user_arrays(user, judge, scene)
@@ -269,7 +269,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
     return comparisons
 
 
-def _restitution(user: UserOutcome, scene: Scene) -> float:
+def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
     """Return eta: of the relative translation, where the target is free."""
     line, v0 = scene.line, scene.impact_velocity
     if line is None:

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -15,10 +16,15 @@ import pytest
 from chaincor import tradeoff_script
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
+from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.tradeoff.scripts import study as study_module
 from chaincor.workflows.tradeoff.scripts.report import script_study_to_dict
-from chaincor.workflows.tradeoff.scripts.script_run import ScriptRunError
+from chaincor.workflows.tradeoff.scripts.script_run import (
+    ScriptRunError,
+    list_files,
+    run_script,
+)
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "examples" / "scripts"
 # Prints what it is told to: the law of its error is known, and it takes a moment.
@@ -42,6 +48,13 @@ def law(tmp_path):
 
 def run(script, vary="timestep=0.1:0.01:5", observable=OBSERVABLE, **options):
     return tradeoff_script(script, observable, vary, **options)
+
+
+def one_run(script, variables, pattern):
+    with tempfile.TemporaryDirectory() as scratch:
+        files = list_files(script.resolve().parent)
+        options = {"lmp": find_lmp_command(), "scratch": Path(scratch), "timeout": 600.0}
+        return run_script(script, files, variables, pattern, **options).observed.value
 
 
 def test_order_and_limit_of_a_known_law(law, tmp_path):
@@ -208,16 +221,40 @@ def test_ctrl_c_stops_at_once_and_leaves_no_lammps(law, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "observable", "vary", "kind", "order"),
+    ("name", "observable", "vary", "seeds", "tolerance", "kind", "order"),
     [
-        ("reflecting_wall", "restitution", "timestep=0.05:0.001:8", "irregular", 1),
-        ("spring_chain", "position", "timestep=0.2:0.01:6", "regular", 2),
-        ("bond_stretch", "frequency", "timestep=0.2:0.02:6", "regular", 2),
+        ("reflecting_wall", "restitution", "0.05:0.001:8", None, 5e-3, "irregular", 1),
+        ("spring_chain", "position", "0.2:0.01:6", None, 1e-4, "regular", 2),
+        ("bond_stretch", "frequency", "0.2:0.02:6", None, 3e-4, "regular", 2),
+        ("crystal_energy", "energy", "0.2:0.01:6", 5, 2e-5, "regular", 2),
+        ("melt_drift", "fluctuation", "0.008:0.001:6", None, 3e-4, "regular", 2),
+        ("langevin", "energy", "0.1:0.01:6", 10, 0.1, "noise", None),
     ],
 )
-def test_orders_of_scripts_as_users_write_them(name, observable, vary, kind, order):
-    script = EXAMPLES / f"{name}.in"
-    study = run(script, vary=vary, observable=rf"^{observable} = (\S+)$", phases=6)
-    verdict = study.ladders[0].verdict
-    assert verdict.kind == kind
-    assert abs(verdict.order - order) <= verdict.order_error
+def test_orders_of_scripts_and_advice_that_is_followed(
+    name, observable, vary, seeds, tolerance, kind, order
+):
+    script, pattern = EXAMPLES / f"{name}.in", rf"^{observable} = (\S+)$"
+    phases = None if seeds else 6
+    study = run(
+        script, f"timestep={vary}", pattern, phases=phases, seeds=seeds, tolerance=tolerance
+    )
+    (ladder,) = study.ladders
+    assert ladder.verdict.kind == kind
+    if order is not None:
+        assert abs(ladder.verdict.order - order) <= ladder.verdict.order_error
+    # What is advised, at two steps that were not tried, against one far finer than the ladder; the
+    # mean of six seeds, whose own error of half a scatter the tolerance is well above.
+    advice = ladder.advice
+    assert advice.tried
+    assert advice.runs == 1
+
+    def value(step, seed):
+        variables = {"timestep": repr(step)} | ({"seed": str(seed)} if seeds else {})
+        return one_run(script, variables, pattern)
+
+    fine = study.ladder.fine / (1.0 if kind == "noise" else 4.0)
+    truth = np.mean([value(fine * (1.0 - 0.003 * k), 100 + k) for k in range(6 if seeds else 2)])
+    for k in (1, 2):
+        followed = value(advice.value * (1.0 - 0.007 * k), 7000 + k)
+        assert abs(followed - truth) <= tolerance

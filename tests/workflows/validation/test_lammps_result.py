@@ -1,0 +1,135 @@
+"""LAMMPS results of the user's own against the in-house judge, and the order of a user's steps."""
+
+import json
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows import cli
+from chaincor.workflows.collision import collide
+from chaincor.workflows.job import write_job
+from chaincor.workflows.validation.lammps_result import read_lammps_result
+from tests.workflows.test_job import run_lmp
+
+# Velocity Verlet before a mirror, and one that does not look at the step.
+MODULE = """
+import numpy as np
+
+def mirror(scene):
+    n, h = scene.particles, scene.timestep
+    x, v = np.arange(n) + 0.0, -scene.impact_velocity * np.ones(n)
+    v[0] *= -1.0
+    def force():
+        stretch = np.diff(x) - 1.0
+        return np.append(stretch, 0.0) - np.append(0.0, stretch)
+    f = force()
+    for _ in range(int(20.0 / h)):
+        v += 0.5 * h * f
+        x += h * v
+        if x[0] < 0.0:
+            x[0], v[0] = -x[0], -v[0]
+        f = force()
+        v += 0.5 * h * f
+    return v
+
+def free(scene):
+    # No contact follows: the springs alone, of second order, in what the second one has of the
+    # momentum that the first would have.
+    n, h = scene.particles, scene.timestep
+    return np.full(n, 0.05) + h**2
+
+def stepless(scene):
+    return np.full(scene.particles, 0.05)
+"""
+SMALL = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1")
+
+
+def call(capsys, *arguments):
+    status = cli._run(["validate", *arguments])
+    out, err = capsys.readouterr()
+    assert "Traceback" not in err
+    return status, out, err
+
+
+def test_a_job_that_ran_agrees_from_its_folder_and_its_log(tmp_path, capsys):
+    job = tmp_path / "job"
+    write_job(Scene(particles=3, speed=0.3), job)
+    assert run_lmp(job).returncode == 0
+    for path in (job, job / "log.lammps"):
+        words = ("--json",) if path == job else ("--json", "--tolerance", "1e-3")
+        status, out, _ = call(capsys, "--against", str(path), *words)
+        (found,) = json.loads(out)["validations"]
+        assert status == 0
+        assert found["particles"] == 3
+        assert [c["quantity"] for c in found["comparisons"]] == ["restitution", "contacts"]
+
+
+def test_a_dump_agrees_and_another_scene_does_not(tmp_path, capsys):
+    dump = tmp_path / "run" / "dump.lammpstrj"
+    collide(Scene(potential="harmonic", particles=3, velocity=0.1, tolerance=1e-6, dump=dump))
+    # The dump's frames lie between contacts: its bar is that of the file's digits, not of eta's.
+    for path in (dump, dump.parent):
+        assert call(capsys, "--against", str(path), *SMALL, "--tolerance", "1e-4")[0] == 0
+    status, out, _ = call(capsys, "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
+    assert status == 1
+    assert "DIFFER" in out
+
+
+def test_a_log_without_a_result_is_refused(tmp_path, capsys):
+    log = tmp_path / "log.lammps"
+    for text in ("LAMMPS (1 Jan 2025)\n", "LAMMPS (1 Jan 2025)\nrestitution = e\n"):
+        log.write_text(text)
+        with pytest.raises(InputError, match="no line 'restitution = NUMBER'"):
+            read_lammps_result(log)
+    status, _, err = call(capsys, "--against", str(log), *SMALL)
+    assert status == 2
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_the_last_line_of_a_log_counts(tmp_path):
+    log = tmp_path / "log.lammps"
+    log.write_text(
+        'print "restitution = $r"\nrestitution = 0.5\nrestitution = 0.75\ncontacts = 4\n'
+    )
+    found = read_lammps_result(log)
+    assert (found.restitution, found.restitution_error, found.contacts) == (0.75, None, 4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "kind", "order"), [("mirror", "irregular", 1), ("free", "regular", 2)]
+)
+def test_a_ladder_tells_the_order(tmp_path, monkeypatch, capsys, name, kind, order):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "stepper.py").write_text(MODULE)
+    words = ("--against", f"stepper:{name}", "--timestep", "0.05", "--ladder", "--json")
+    status, out, _ = call(capsys, *words, *SMALL)
+    assert status == 0
+    found = json.loads(out)
+    assert len(found["timesteps"]) == 6
+    assert found["verdict"] in (kind, "cannot tell" if kind == "irregular" else kind)
+    if found["order"] is not None:
+        assert abs(found["order"] - order) <= found["order_error"]
+
+
+def test_a_ladder_needs_a_function_and_its_step(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "stepper.py").write_text(MODULE)
+    for words, said in (
+        (("--ladder",), "--against"),
+        (("--against", "stepper:free", "--ladder"), "none is given"),
+    ):
+        status, _, err = call(capsys, *SMALL, *words)
+        assert status == 2
+        assert said in err
+
+
+@pytest.mark.slow
+def test_a_function_that_takes_no_step_is_named(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "stepper.py").write_text(MODULE)
+    words = ("--against", "stepper:stepless", "--timestep", "0.05", "--ladder")
+    status, _, err = call(capsys, *SMALL, *words)
+    assert status == 2
+    assert "scene.timestep" in err
