@@ -36,6 +36,16 @@ def test_thermal_speeds_come_back_thermal(potential):
 
 
 @pytest.mark.slow
+def test_thermal_speeds_come_back_thermal_from_lammps():
+    found = measure(WARM.replace(engine="lammps"), 100, workers=2)
+    assert found["failed"] == found["inexact"] == 0
+    assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
+    # The same seeds and speeds in-house: the same energies, within both bars of 1e-3.
+    ours = measure(WARM, 100, workers=1)
+    assert found["mean"] == pytest.approx(ours["mean"], abs=2e-3)
+
+
+@pytest.mark.slow
 def test_detailed_balance_tells_wrong_states_from_right_ones(monkeypatch):
     # Bonds at another temperature than the speeds: 1.3 T is far beyond the error of 3000.
     draw = module.draw

@@ -284,7 +284,6 @@ def build_carry(
                     continue
                 ledger = ledgers[s]
                 status = loop.DONE
-                ledger.strain_min, ledger.strain_max = low[k], high[k]
                 if may_meet(old, new, k, step, weights, bond):
                     unload(s, k, states, old)
                     status = step_alone(
@@ -293,6 +292,7 @@ def build_carry(
                     load(s, k, ledgers, states, new, (low, high))
                 else:
                     ledger.steps += 1
+                    ledger.strain_min, ledger.strain_max = low[k], high[k]
                 if not (ledger.strain_floor < low[k] and high[k] < ledger.strain_ceiling):
                     status = loop.OUTSIDE
                 if ledger.steps < goals[k] and status == loop.DONE:
