@@ -11,8 +11,9 @@ import numpy as np
 from chaincor.analysis.atomic_write import folder_aside
 from chaincor.workflows.json_output import stamped
 from chaincor.workflows.result import finite
+from chaincor.workflows.tradeoff.scripts.ladder_runs import SEED, ScriptLadder
 from chaincor.workflows.tradeoff.scripts.script_run import format_command
-from chaincor.workflows.tradeoff.scripts.study import SEED, ScriptLadder, ScriptTradeoff
+from chaincor.workflows.tradeoff.scripts.study import ScriptTradeoff
 
 
 def describe_script_study(study: ScriptTradeoff) -> str:

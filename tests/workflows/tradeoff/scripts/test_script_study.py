@@ -18,6 +18,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
+from chaincor.workflows.tradeoff.scripts import ladder_runs
 from chaincor.workflows.tradeoff.scripts import study as study_module
 from chaincor.workflows.tradeoff.scripts.report import script_study_to_dict
 from chaincor.workflows.tradeoff.scripts.script_run import (
@@ -175,8 +176,8 @@ def test_a_script_that_prints_nothing_or_hangs(law):
 
 
 def test_ends_the_other_way_round_are_seen_by_their_cost(law, monkeypatch):
-    monkeypatch.setattr(study_module, "_SURELY_SECONDS", 0.0)
-    monkeypatch.setattr(study_module, "_DEARER", 0.01)
+    monkeypatch.setattr(ladder_runs, "_SURELY_SECONDS", 0.0)
+    monkeypatch.setattr(ladder_runs, "_DEARER", 0.01)
     with pytest.raises(InputError, match=r"--vary timestep=0\.01:0\.1:5"):
         run(law)
 
