@@ -45,9 +45,11 @@ def readings(measured: Measurements) -> tuple[Reading, ...]:
         Reading("What do the three middle speeds of figure 5 say?", _middle_speeds(measured)),
         Reading(
             "Which of its statements have no verdict?",
-            "Those without a number that could fail: that particle 1 has the largest amplitude "
-            "(of what, is not defined), that Δt shortens with speed (its power is judged), those "
-            "on other models and experiments in section I (two are among the [slips](#slips)).",
+            "That vibration is rapidly damped progressively into the chain, particle 1 having the "
+            "largest amplitude (of what, is not defined); that Δt shortens with speed (its power "
+            "is judged); that hard-core behaviour is the cause of η → 1; that at high speed real "
+            "bodies deform instead; those on other models and experiments in section I (two are "
+            "among the [slips](#slips)).",
         ),
         Reading(
             "Were its figures compared point by point?",
@@ -119,6 +121,6 @@ def _middle_speeds(measured: Measurements) -> str:
             f"to {points[-1].particles}"
         )
     return (
-        "The paper plots them without a word, so there is no verdict. They level off as the "
-        "fastest does: " + "; ".join(parts) + "."
+        "The paper plots them without a word, so there is no verdict. They change by a few per "
+        "cent at most: " + "; ".join(parts) + "."
     )

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 import re
 from dataclasses import asdict
 from pathlib import Path
@@ -19,7 +20,7 @@ from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
 from chaincor.workflows.reproduce.judging import Judged
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.readings import readings
-from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Verdict
+from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Judgement, Put, Verdict
 from chaincor.workflows.reproduce.slips.all_slips import count_slips
 from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
@@ -67,6 +68,10 @@ def gather(
             "corrected_within": j.rule.corrected_within,
             "margin_reason": j.rule.margin_reason,
             "spread": j.finding.spread,
+            "is_trend": j.rule.put is Put.TREND,
+            "in_brief": _in_brief(j),
+            "points": len(j.finding.points),
+            "unchecked": j.finding.unchecked,
             "verdict": str(j.verdict),
             "reason": j.reason,
             "class": _CLASS[j.verdict],
@@ -115,6 +120,26 @@ def gather(
         "seconds": seconds,
         "seeds": "none: nothing here is random",
     }
+
+
+def _found(row: dict[str, Any]) -> str:
+    """Write the number found, or whether a trend is there."""
+    if row["is_trend"] and math.isfinite(row["value"]):
+        return "yes" if row["value"] else "no"
+    return format_value(row["value"], row["error"])
+
+
+def _in_brief(judgement: Judgement) -> str:
+    """Return what the summary says of a claim: our number, and how far it is from the paper's."""
+    rule, finding = judgement.rule, judgement.finding
+    if finding.brief:
+        return finding.brief
+    if rule.put is Put.TREND:
+        return "yes" if finding.value else "no"
+    number = format_value(finding.value, finding.error).split(" ±")[0]
+    if rule.paper == 0.0 or not math.isfinite(finding.value):
+        return number
+    return f"{number}, {100.0 * (finding.value / rule.paper - 1.0):+.2g} %".replace("-", "−")
 
 
 def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
@@ -179,6 +204,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     environment.filters["number"] = format_number
     environment.filters["short"] = format_short
     environment.filters["value"] = format_value
+    environment.filters["found"] = _found
     environment.filters["fitted"] = format_fitted
     environment.filters["typeset"] = lambda text: typeset(without_links(text))
     environment.filters["marked"] = mark_up

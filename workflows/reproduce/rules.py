@@ -7,16 +7,17 @@ There is one rule for margins, the same for all claims. It goes by how the paper
 the claim  reproduced within           with a correction within
 =========  ==========================  ==============================
 exact      our own error               (never)
+trend      what is said is so          (never)
 digits     half a unit of the last     10 % of the number: as near as
            digit that is printed       a word would claim
 words      10 %                        25 %
 =========  ==========================  ==============================
 
 "Almost", "near", "approaches", "agrees" and the like are words: no reader takes them for more than
-10 %, nor for less than a quarter. Shares are of the paper's number; of a difference or a limit, of
-how much the quantity changes along our curve of lj chains; of the scale that the rule names where
-the paper's number is 0 for another reason. Our own error is added to a margin, and must be smaller
-than the wider one; for what is exact, than 10 % of the number or scale.
+10 %, nor for less than a quarter. They are taken of the paper's number. If that is 0 or a limit,
+they are taken of a natural scale that the rule names, such as the depth of the minimum of eta. Our
+own error is added to a margin, and must be smaller than the wider one; for what is exact, than 10 %
+of the number or scale. A trend has no number: 1 stands for "it is so", 0 for "it is not".
 
 How far a number depends on the range it is fitted over is stated beside it, and widens no margin:
 ranges are fixed, one for all claims of a kind. Where the paper does not say over which range or for
@@ -52,6 +53,7 @@ class Put(StrEnum):
     EXACT = "exact"
     DIGITS = "digits"
     WORDS = "words"
+    TREND = "trend"
 
 
 @dataclass(frozen=True)
@@ -108,15 +110,12 @@ class Rule:
     @property
     def reproduced_within(self) -> float:
         """Reproduced, if the finding is no further away than this and its error."""
-        return {Put.EXACT: 0.0, Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self._scale}[
-            self.put
-        ]
+        return {Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self._scale}.get(self.put, 0.0)
 
     @property
     def corrected_within(self) -> float:
         """Reproduced with a correction, if it is no further away than this."""
-        share = {Put.EXACT: 0.0, Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}[self.put]
-        return share * self._scale
+        return {Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}.get(self.put, 0.0) * self._scale
 
     @property
     def largest_error(self) -> float:
@@ -128,7 +127,8 @@ class Rule:
         """Why these margins."""
         of = self.scale_name or f"{abs(self.paper):.4g}"
         return {
-            Put.EXACT: "said to be exact: our own error alone",
+            Put.EXACT: "said to be exact: within our own error",
+            Put.TREND: "a trend: it is so, or not",
             Put.DIGITS: f"half a unit of the last digit; {ABOUT:.0%} of {of}",
             Put.WORDS: f"said in words: {ABOUT:.0%} and {ROUGHLY:.0%} of {of}",
         }[self.put].replace("%", " %")
@@ -168,13 +168,18 @@ def judge(rule: Rule, finding: Finding) -> Judgement:
         return Judgement(rule, finding, Verdict.REPRODUCED, "within the margin")
     if rule.unsaid and finding.spread and finding.spread[0] <= rule.paper <= finding.spread[1]:
         low, high = finding.spread
-        reason = f"the paper does not say {rule.unsaid}: ours give {low:.2f} to {high:.2f}"
+        reason = (
+            f"the paper does not say {rule.unsaid}: ours give {low:.2f} to {high:.2f}, and its "
+            "number is among them"
+        )
         return Judgement(rule, finding, Verdict.UNDECIDED, reason)
     if distance <= rule.corrected_within + error:
         correction = rule.correction.format(value=finding.value)
         if rule.unsaid and finding.spread:
-            correction += "; over any range here {:.2f} to {:.2f}".format(*finding.spread)
+            correction += "; over the ranges tried {:.2f} to {:.2f}".format(*finding.spread)
         return Judgement(rule, finding, Verdict.CORRECTED, correction)
+    if rule.put is Put.TREND:
+        return Judgement(rule, finding, Verdict.NOT_REPRODUCED, "it is not so")
     reason = f"{distance:.2g} away, where {max(rule.corrected_within, error):.2g} is allowed"
     if rule.correction:
         reason += f"; {rule.correction.format(value=finding.value)}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.reproduce.findings.low_speed import increases
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
@@ -38,8 +39,14 @@ class Health:
         Points whose error bar is larger than that.
     largest_relative_error : float
         Largest error bar of a plotted or fitted increase, as a share of it.
-    refused : list of str
-        What LAMMPS refused, and why, where there is an in-house result.
+    alone : int
+        Points that the in-house engine alone has.
+    longest_compared : int
+        Length of the longest chain that both engines computed.
+    not_given : list of str
+        What was planned for LAMMPS and has an in-house result only, and why.
+    largest_ratio : float
+        Our limit for LAMMPS: how many times faster than at rest a bond may swing.
     failures : list of str
         What has no result at all, and why.
     """
@@ -57,7 +64,10 @@ class Health:
     asked: float
     missed: list[str]
     largest_relative_error: float
-    refused: list[str]
+    alone: int
+    longest_compared: int
+    not_given: list[str]
+    largest_ratio: float
     failures: list[str]
 
 
@@ -102,6 +112,9 @@ def examine_points(measured: Measurements) -> Health:
         asked=asked,
         missed=[_name(p) for p in points if p.error > (p.scene.tolerance or asked)],
         largest_relative_error=max(relative, default=math.nan),
-        refused=[text for refused, text in failed if refused],
-        failures=[text for refused, text in failed if not refused],
+        alone=sum(p.source == "in-house" and p.agrees is None for p in points),
+        longest_compared=max((p.particles for p in compared), default=0),
+        not_given=[text for by_other, text in failed if by_other],
+        largest_ratio=SHARPEST_LAMMPS,
+        failures=[text for by_other, text in failed if not by_other],
     )

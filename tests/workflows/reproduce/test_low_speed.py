@@ -4,13 +4,20 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.findings.low_speed import (
     FIT_RANGE,
     Increase,
     increase_of,
 )
-from chaincor.workflows.reproduce.findings.powers import limit_power, shortening_of
-from chaincor.workflows.reproduce.measurements import Answer, Point
+from chaincor.workflows.reproduce.findings.powers import (
+    limit_power,
+    power_findings,
+    shortening_of,
+)
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.rules import Verdict, judge
 
 SPEEDS = np.geomspace(0.002, 0.2, 21)
 
@@ -21,13 +28,14 @@ def point(scene: Scene, eta: float) -> Point:
         "restitution_error": 1e-12,
         "tolerance_met": True,
         "contacts": 87,
+        "last_contact_time": 200.0,
     }
     return Point(scene, None, Answer(result))
 
 
 def increase(order: int, curve) -> Increase:
     scenes = [
-        Scene(potential="power", power_order=order, power_c=1.0, particles=100, speed=u)
+        Scene(potential="power", power_order=order, power_c=(-1.0) ** order, particles=100, speed=u)
         for u in SPEEDS
     ]
     chains = [point(scene, 0.97 - curve(scene.speed)) for scene in scenes]
@@ -49,14 +57,31 @@ def test_limit_is_found_where_no_range_gives_it(order):
     assert found.fit(*FIT_RANGE).exponent > m + 0.3
 
 
-def test_fits_are_over_one_range_and_its_halves_whatever_the_numbers():
+def test_fits_are_over_one_range_its_halves_and_on_to_the_end_whatever_the_numbers():
     for curve in (lambda u: u**1.34, lambda u: u**2.09):
         ends = [(fit.first, fit.last) for fit in increase(4, curve).fits()]
         # The ends to one speed of these, which are a factor of 1.26 apart.
         assert ends[0] == pytest.approx(FIT_RANGE, rel=0.26)
         assert ends[1][0] == pytest.approx(FIT_RANGE[0], rel=0.26)
         assert ends[2][1] == pytest.approx(FIT_RANGE[1], rel=0.26)
-        assert len(ends) == 3
+        assert ends[3] == pytest.approx((ends[0][0], SPEEDS[-1]))
+        assert len(ends) == 4
+
+
+@pytest.mark.parametrize(("kink", "verdict"), [(0.1, Verdict.UNDECIDED), (9.0, Verdict.CORRECTED)])
+def test_slope_that_the_points_beyond_the_range_give_is_undecided(kink, verdict):
+    """Figure 6 prints 3.14 for r = 5, and no range: ours gives it if carried on to 0.2 v*."""
+    points = increase(5, lambda u: 20.0 * u**3 * max(1.0, u / kink)).points
+    zero = point(Scene(potential="harmonic", velocity=0.1), 0.97)
+    measured = Measurements(
+        QUICK,
+        (),
+        {"increase": (*points, zero), "slopes": (), "harmonic_velocities": (), "curves": ()},
+    )
+    (rule,) = (rule for rule in RULES if rule.key == "printed power r = 5")
+    found = power_findings(measured)["printed power r = 5"]
+    assert found.value == pytest.approx(3.0, abs=0.01)
+    assert judge(rule, found).verdict is verdict
 
 
 def test_dissipation_that_falls_has_no_power():

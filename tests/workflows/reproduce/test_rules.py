@@ -74,6 +74,13 @@ def test_exact_claims_allow_our_own_error_alone():
     assert judge(rule, Finding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
 
 
+def test_a_trend_is_there_or_not():
+    rule = Rule("x", "", "x rises", 1.0, Put.TREND)
+    assert judge(rule, Finding(1.0, 0.0, "")).verdict is Verdict.REPRODUCED
+    judgement = judge(rule, Finding(0.0, 0.0, ""))
+    assert (judgement.verdict, judgement.reason) == (Verdict.NOT_REPRODUCED, "it is not so")
+
+
 def test_how_far_a_number_depends_on_its_range_widens_no_margin():
     found = Finding(2.25, 0.0, "", spread=(1.0, 3.0))
     assert judge(RULE, found).verdict is Verdict.CORRECTED

@@ -1,14 +1,18 @@
 """Claims on eta against speed: made-up curves whose answers are known."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims.all_claims import RULES
+from chaincor.workflows.reproduce.findings.powers import power_findings
 from chaincor.workflows.reproduce.findings.speeds import speed_findings
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
+from chaincor.workflows.reproduce.rules import Verdict, judge
 
 SPEEDS = (0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0)
 
@@ -51,15 +55,58 @@ def test_one_curve_is_judged_by_the_two_bonds_that_differ_most():
     assert found.value == pytest.approx(0.05)
     assert found.error == pytest.approx(2e-6)
     assert "(lj and log, at 2 v*)" in found.text
-    assert "below v* no two are more than 0.010 apart" in found.text
+    assert "below v* no two are more than 0.010 apart, lj and toda no more than 0.010" in found.text
+    assert found.brief.startswith("lj and toda within 0.010 below v*")
+
+
+def with_harmonic(curve):
+    """Add a harmonic chain of eta = 0.97 to curves at low speed."""
+    measured = measurements(curve)
+    chain = Point(
+        Scene(potential="harmonic", particles=100, velocity=0.1),
+        None,
+        Answer({"restitution": 0.97, "restitution_error": 1e-9, "contacts": 87}),
+    )
+    slow = tuple(
+        Point(
+            Scene(potential=name, particles=100, speed=u),
+            None,
+            Answer({"restitution": curve(name, u), "restitution_error": 1e-9, "contacts": 87}),
+        )
+        for name, u in product(("lj", "toda", "log"), (0.01, 0.013, 0.018, 0.024, 2.0))
+    )
+    return replace(measured, points={"curves": slow, "harmonic_velocities": (chain,)})
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.0275])
+def test_low_speed_limit_tells_a_harmonic_chain_from_one_that_loses_nothing(gap):
+    """A margin as wide as what the harmonic chain loses would let eta = 1 pass."""
+    rule = next(rule for rule in RULES if rule.key == "low-speed limit")
+    found = speed_findings(with_harmonic(lambda _, u: 0.97 + gap - 0.3 * u - 2.0 * u**2))
+    limit = found["low-speed limit"]
+    # A parabola through its own points: what is left are bars of 1e-9 each, some tens of them.
+    assert limit.value == pytest.approx(-gap, abs=1e-7)
+    assert (judge(rule, limit).verdict is Verdict.REPRODUCED) == (gap == 0.0)
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_exponent_of_other_types_is_that_of_the_one_further_from_1(power):
+    def curve(name: str, u: float) -> float:
+        return 0.97 - 0.3 * u ** (power if name == "log" else 1)
+
+    measured = with_harmonic(curve)
+    empty = replace(measured, points=measured.points | {"slopes": (), "increase": ()})
+    found = power_findings(empty)["power of other types"]
+    assert found.value == pytest.approx(power, abs=1e-4)
+    assert math.isnan(power_findings(empty)["power lj"].value)
 
 
 @pytest.mark.parametrize(
     ("curve", "contacts", "rising"),
     [
-        (valley, lambda u: 84 + int(16 * (u > 1.0)), 2.0),
-        (valley, lambda u: 84, 1.0),
-        (lambda u: valley(u / 3.0), lambda u: 84 + int(16 * (u > 1.0)), 1.0),
+        (valley, lambda u: 84 + int(16 * (u > 1.0)), 1.0),
+        (valley, lambda u: 84, 0.0),
+        (lambda u: valley(u / 3.0), lambda u: 84 + int(16 * (u > 1.0)), 0.0),
         # A rise within the bars is none.
         (lambda u: 0.7 + 1e-6 * u, lambda u: 84, 0.0),
     ],

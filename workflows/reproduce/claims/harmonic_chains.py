@@ -87,11 +87,11 @@ HARMONIC_CLAIMS = (
     Rule(
         "contacts of two",
         "eq. (9)",
-        "estimate from n = 2: f(n) = (2√2/π) n = 0.90 n",
+        "formula (2√2/π) n = 0.90 n for f(n)",
         0.90,
         Put.DIGITS,
         unit=0.01,
-        brief="estimate f(n) = 0.90 n",
+        brief="(2√2/π) n is 0.90 n",
     ),
     Rule(
         "contacts per particle",
@@ -106,11 +106,11 @@ HARMONIC_CLAIMS = (
     Rule(
         "speed of two",
         "eq. (10)",
-        "estimate from n = 2: v = (π/2√2) v₀ = 1.11 v₀",
+        "formula (π/2√2) v₀ = 1.11 v₀ for v",
         1.11,
         Put.DIGITS,
         unit=0.01,
-        brief="estimate v = 1.11 v₀",
+        brief="(π/2√2) v₀ is 1.11 v₀",
     ),
     Rule(
         "incoming speed",

@@ -106,15 +106,15 @@ def lj_lengths(measured: Measurements) -> Figure:
         caption=(
             "The paper's figure 5, carried on to longer chains. Filled: LAMMPS; open: in-house. "
             "Grey: the harmonic chain, whose dissipation vanishes as n^(−2/3). A curve that levels "
-            "off stays finite in the limit of long chains. Exponent of 1 − η from a fifth of the "
-            "longest chain on: "
+            "off stays finite in the limit of long chains; there is no sign here that "
+            "one does not. Exponent of 1 − η from a fifth of the longest chain on: "
             + ", ".join(
                 f"{format_fitted(law.exponent, law.exponent_error)} at {speed:.3f} v* "
                 f"({law.points} points to n = {last[-1].particles})"
                 for speed, (law, last) in last_exponents(measured).items()
                 if last
             )
-            + "."
+            + ". Bars of fits to three or four points are formal: their scatter alone."
         ),
         table=table_of([point_record(p) for ps in points.values() for p in ps]),
         draw=lambda: _draw_lj(points, harmonic),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chaincor.analysis.figures.style import CYCLE, GREEN, MARKERS, new_figure
+from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS, new_figure
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.findings.free_flight import LAST, MOMENTS, FreeFlight
 from chaincor.workflows.reproduce.tables import table_of
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 # Speeds at which they are drawn against time, of those that are there the nearest.
 _SHOWN = (0.65, 0.75, 1.0, 1.33, 2.0, 7.5)
 
+# By so many pieces lines are drawn one above another.
+_APART = 0.09
+
 
 def breaking_and_two_restitutions(flights: tuple[FreeFlight, ...]) -> Figure:
     """Return pieces against speed and time, and e beside eta, of the lj chain."""
@@ -26,17 +29,18 @@ def breaking_and_two_restitutions(flights: tuple[FreeFlight, ...]) -> Figure:
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
             "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
-            "middle: against that time, the axis linear up to 0.1. For when chains are in pieces "
-            "see [beyond the paper](#beyond). Pieces are the parts into "
-            "which the chain can be cut at stretched bonds such that each two neighbours move "
-            "apart with more energy than the bond between them still takes. They can be one again: "
+            "middle: against that time, the axis linear up to 0.1, each line a little above the "
+            "one before, so that they can be told apart. For when chains are in pieces "
+            "see [beyond the paper](#beyond). A bond counts as broken when the kinetic energy of "
+            "its two sides moving apart exceeds its remaining binding energy; pieces are what is "
+            "left between broken bonds. They can be one again: "
             "by a third piece, or by their own vibration"
             f"{_rejoined(flights)}. The state that LAMMPS "
             "ended in and that of the in-house engine are both right within the error bar of η, "
             "but chains with much inner energy make such differences grow: full lines are the "
             "larger of the two counts, dashed lines the smaller where it differs; in between "
             "the count is undetermined. Bottom: e = √η, the ratio of speeds that others call the "
-            "coefficient of restitution; for η see [the curve of η](#contacts_and_restitution)."
+            "coefficient of restitution, beside the paper's η."
         ),
         table=table_of(_rows(flights)),
         draw=lambda: _draw(flights),
@@ -121,8 +125,9 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     chosen = {
         min(flights, key=lambda f: abs(np.log(f.point.speed / u))).point.speed: None for u in _SHOWN
     }
-    for flight, colour in zip((f for f in flights if f.point.speed in chosen), CYCLE, strict=False):
-        pieces = np.array([flight.pieces_at(time) for time in flight.times])
+    drawn = [f for f in flights if f.point.speed in chosen]
+    for k, (flight, colour) in enumerate(zip(drawn, CYCLE, strict=False)):
+        pieces = np.array([flight.pieces_at(time) for time in flight.times]) + _APART * k
         label = rf"${flight.point.speed:.3g}\,v^*$"
         _draw_counts(middle, flight.times, pieces, label, color=colour)
     middle.set_xscale("symlog", linthresh=0.1)
@@ -134,16 +139,25 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
         ax.yaxis.get_major_locator().set_params(integer=True)
         ax.set_ylabel("pieces")
     below.plot(
-        speeds, [f.point.restitution**0.5 for f in flights], "s-", color=GREEN, linewidth=0.9
+        speeds,
+        [f.point.restitution**0.5 for f in flights],
+        "s-",
+        color=GREEN,
+        linewidth=0.9,
+        label="$e$",
     )
+    below.plot(
+        speeds, [f.point.restitution for f in flights], color=GREY, linewidth=0.9, label=r"$\eta$"
+    )
+    below.legend(loc="lower right", fontsize=8)
     below.set_xscale("log")
     below.set_xlabel(r"impact speed $v_0/v^*$")
-    below.set_ylabel(r"$e=\sqrt{\eta}$ (speeds)")
+    below.set_ylabel(r"restitution")
     return figure
 
 
 def _draw_counts(
-    ax: "Axes", x: ArrayLike, pieces: NDArray[np.int64], label: str, **looks: Any
+    ax: "Axes", x: ArrayLike, pieces: NDArray[np.float64], label: str, **looks: Any
 ) -> None:
     """Draw the larger count, and dashed the smaller one where it is another."""
     fewest, most = pieces.T

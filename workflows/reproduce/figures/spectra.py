@@ -9,7 +9,6 @@ from chaincor.analysis.figures.style import (
     BLUE,
     CYCLE,
     GREEN,
-    GREY,
     MARKERS,
     VERMILION,
     new_figure,
@@ -48,16 +47,16 @@ def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
             "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds (means over "
             f"the same time); orange: the kinetic energy of whole pieces that fly apart, after "
             f"{LAST:g} crossings. "
-            "Dashed: the sum of harmonic energies of all modes at the last contact. It is 1 − η "
-            f"within 1 % below {_harmonic_until(flights):.2g} v*; the difference is the anharmonic "
-            f"part. At worst it is {_worst_harmonic(flights)}: a stretched bond holds less than a "
-            "spring, and harmonic energies of a broken chain mean nothing."
+            "Dashed: the sum of harmonic energies of all modes at the last contact, as far as it "
+            f"is 1 − η within 1 %, below {_harmonic_until(flights):.2g} v*. Beyond it grows wrong, "
+            f"at worst {_worst_harmonic(flights)}, and is not drawn: a stretched bond holds less "
+            "than a spring, and harmonic energies of a broken chain mean nothing."
         ),
         table=table_of(rows),
         draw=lambda: _draw(flights),
         alt=(
             "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
-            "lost above 1 v*, about half is motion of pieces apart; harmonic energies exceed it."
+            "lost above 1 v*, about half is motion of pieces apart."
         ),
     )
 
@@ -128,7 +127,10 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     above.set_xlabel(r"mode $j$")
     above.set_ylabel(r"impact speed $v_0/v^*$")
     above.grid(False)
-    figure.colorbar(mesh, ax=above, label="kinetic energy / energy at impact", pad=0.02)
+    # On top, so that the axes of modes line up.
+    figure.colorbar(
+        mesh, ax=above, location="top", label="kinetic energy / energy at impact", pad=0.02
+    )
     shown = _nearest(flights)
     for k, (flight, colour) in enumerate(zip(shown, CYCLE, strict=False)):
         kind = "" if flight.is_whole else " (breaks)"
@@ -159,10 +161,18 @@ def _draw_forms(ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
         ([f.vibration for f in flights], BLUE, "-", "kinetic energy of internal motion"),
         ([f.bonds for f in flights], GREEN, "-", "energy of the bonds"),
         ([f.separation for f in flights], VERMILION, "-", "pieces flying apart"),
-        ([harmonic_share(f) for f in flights], GREY, "--", "harmonic energies, all modes"),
     )
     for values, colour, line, label in curves:
         ax.plot(speeds, values, color=colour, linestyle=line, linewidth=1.1, label=label)
+    harmonic = [f for f in flights if f.point.speed < _harmonic_until(flights)]
+    ax.plot(
+        [f.point.speed for f in harmonic],
+        [harmonic_share(f) for f in harmonic],
+        color=VERMILION,
+        linestyle=(0, (2, 3)),
+        linewidth=1.8,
+        label="harmonic energies, all modes",
+    )
     ax.set_xscale("log")
     ax.set_xlabel(r"impact speed $v_0/v^*$")
     ax.set_ylabel("share of the energy at impact")

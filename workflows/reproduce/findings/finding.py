@@ -24,6 +24,8 @@ class Finding:
         be better than "not reproduced".
     spread : tuple of float or None
         Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
+    brief : str
+        What the summary says of it, where the number alone would say too little.
     """
 
     value: float
@@ -31,8 +33,14 @@ class Finding:
     text: str
     points: Sequence[Point] = field(default=(), repr=False)
     spread: tuple[float, float] | None = None
+    brief: str = ""
 
     @property
     def disagreements(self) -> int:
         """Points on which the two engines differ by more than their bars."""
         return sum(point.agrees is False for point in self.points)
+
+    @property
+    def unchecked(self) -> int:
+        """Points that only one of the engines has, so that nothing checks them."""
+        return sum(point.agrees is None for point in self.points)

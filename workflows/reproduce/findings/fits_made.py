@@ -8,6 +8,7 @@ from chaincor.workflows.reproduce.findings.lengths import last_exponents
 from chaincor.workflows.reproduce.findings.long_limit import slope_limits
 from chaincor.workflows.reproduce.findings.low_speed import (
     FIT_RANGE,
+    OTHER_RANGES,
     increases,
     lj_increases,
     slope_through_origin,
@@ -67,9 +68,12 @@ def fits_made(measured: Measurements, law: HarmonicLaw) -> tuple[Fit, ...]:
     for order, increase in increases(measured).items():
         found += _of(f"increase, r = {order}", _SPEED, increase.fits(), judged=1)
     for n, increase in lj_increases(measured).items():
-        within = [p for p in increase.points if FIT_RANGE[0] <= p.speed <= FIT_RANGE[1]]
-        what, slope = f"increase, lj, n = {n}", slope_through_origin(increase)
-        found.append(Fit(what, _SPEED, *FIT_RANGE, len(within), 1.0, 0.0, *slope, True))
+        for ends in (FIT_RANGE, *OTHER_RANGES):
+            speeds = [p.speed for p in increase.within(*ends)]
+            if len(speeds) > 1:
+                span, slope = (speeds[0], speeds[-1]), slope_through_origin(increase, *ends)
+                what, judged = f"increase, lj, n = {n}", ends == FIT_RANGE
+                found.append(Fit(what, _SPEED, *span, len(speeds), 1.0, 0.0, *slope, judged))
     found += [
         Fit(
             f"1 − η, lj, n → ∞, (v₀/v*) n^(2/3) > {limit.least_scaled_speed:g}",

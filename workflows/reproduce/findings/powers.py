@@ -9,7 +9,9 @@ from chaincor.workflows.reproduce.findings.low_speed import (
     FIT_RANGE,
     PAPER_SLOPES,
     Increase,
+    increase_of,
     increases,
+    lj_increases,
 )
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
@@ -42,7 +44,7 @@ def limit_power(increase: Increase, order: int) -> tuple[float, float]:
 def power_findings(measured: Measurements) -> dict[str, Finding]:
     """Return what powers of the speed are found, by the key of the rule that judges it."""
     found = increases(measured)
-    results: dict[str, Finding] = {}
+    results = _low_speed_powers(measured)
     for order in PAPER_SLOPES:
         if order not in found:
             missing = Finding(np.nan, np.nan, "no points")
@@ -51,19 +53,52 @@ def power_findings(measured: Measurements) -> dict[str, Finding]:
             continue
         increase = found[order]
         results[f"power r = {order}"] = _limit_of(increase, order)
-        results[f"contact time r = {order}"] = _limit_of(shortening_of(increase), order)
+        results[f"contact time r = {order}"] = _limit_of(
+            shortening_of(increase),
+            order,
+            f"what t_c of U = s²/2 + c s^{order}, n = {increase.baseline.particles}, is shorter by "
+            "than that of the harmonic chain,",
+        )
         results[f"printed power r = {order}"] = _fitted_slope(increase)
     return results
 
 
-def _limit_of(increase: Increase, order: int) -> Finding:
+def _low_speed_powers(measured: Measurements) -> dict[str, Finding]:
+    """Return the powers of bonds whose lowest anharmonic term is the cubic one."""
+    missing = Finding(np.nan, np.nan, "no points")
+    baseline = measured.select("harmonic_velocities", "harmonic")
+    others = {
+        name: increase_of(measured.select("curves", name), baseline) for name in ("toda", "log")
+    }
+    powers = {name: _limit_of(i, 3) for name, i in others.items() if i is not None}
+    found = lj_increases(measured)
+    shortest = min(found, default=0)
+    lj = _limit_of(found[shortest], 3) if found else missing
+    if len(powers) < len(others):
+        return {"power lj": lj, "power of other types": missing}
+    farthest = max(powers.values(), key=lambda finding: abs(finding.value - 1.0))
+    described = ", ".join(
+        f"{name} {finding.value:.3f} ± {finding.error:.3f}" for name, finding in powers.items()
+    )
+    return {
+        "power lj": replace(lj, text=f"n = {shortest}: {lj.text}"),
+        "power of other types": replace(
+            farthest, text=f"of two the one further from 1, {described}: {farthest.text}"
+        ),
+    }
+
+
+def _limit_of(increase: Increase, order: int, quantity: str = "the increase") -> Finding:
     limit, error = limit_power(increase, order)
     places, powers = increase.local_powers()
+    if not powers.size:
+        return Finding(limit, error, "one speed only")
     return Finding(
         limit,
         error,
-        f"limit v₀ → 0 of the power between neighbouring speeds, by the {_SLOWEST} slowest; at "
-        f"{places[0]:.2g} v* it is {powers[0]:.3f}; ± what one speed less and error bars change",
+        f"limit v₀ → 0 of the power of {quantity} between neighbouring speeds, by the {_SLOWEST} "
+        f"slowest; at {places[0]:.2g} v* it is {powers[0]:.3f}; ± what one speed less and error "
+        "bars change",
         increase.points[:_SLOWEST],
     )
 
@@ -91,8 +126,8 @@ def shortening_of(increase: Increase) -> Increase:
 
 
 def _fitted_slope(increase: Increase) -> Finding:
-    fit, *halves = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
-    within = [p for p in increase.points if FIT_RANGE[0] <= p.speed <= FIT_RANGE[1]]
+    fit, *others = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
+    within = increase.within(*FIT_RANGE)
     contacts = sorted({int(p.contacts) for p in within})
     kinks = (
         f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, the "
@@ -104,9 +139,9 @@ def _fitted_slope(increase: Increase) -> Finding:
         fit.exponent,
         fit.exponent_error,
         f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all low-"
-        "speed fits here; over its halves "
-        + ", ".join(f"{half.exponent:.2f} (to {half.last:.2g} v*)" for half in halves)
+        "speed fits here; over its halves and carried on "
+        + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
         + f".{kinks}",
         within,
-        (min(f.exponent for f in fits), max(f.exponent for f in fits)) if halves else None,
+        (min(f.exponent for f in fits), max(f.exponent for f in fits)) if others else None,
     )

@@ -12,6 +12,8 @@ from chaincor.workflows.reproduce.typesetting import format_value
 
 # Where "near 1" begins and ends for words that claim no more than 10 %.
 _AROUND_SCALE = (0.9, 1.1)
+# The limit v0 -> 0 is that of so many of the slowest speeds.
+_SLOWEST = 4
 
 
 def minima(measured: Measurements) -> dict[str, Minimum]:
@@ -30,7 +32,8 @@ def speed_findings(measured: Measurements) -> dict[str, Finding]:
     lows = minima(measured)
     places = [low.place for low in lows.values()]
     described = "; ".join(
-        f"{name}: η = {low.value:.4f} at {low.place:.2f} v*" for name, low in lows.items()
+        f"{name}: η = {low.value:.4f} at {low.place:.2f} v*{_above_minimum(low, curves[name])}"
+        for name, low in lows.items()
     )
     return {
         "place of the minimum": Finding(
@@ -55,12 +58,38 @@ def _low_speed_limit(measured: Measurements, curves: dict[str, list[Point]]) -> 
         return Finding(np.nan, np.nan, "no points")
     slowest = [points[0] for points in curves.values()]
     gaps = [harmonic[0].restitution - p.restitution for p in slowest]
+    used = [points[:_SLOWEST] for points in curves.values()]
+    if len(used[0]) < _SLOWEST:
+        return Finding(np.nan, np.nan, f"fewer than {_SLOWEST} speeds")
+    limits = [_limit(harmonic[0], points) for points in used]
+    value, error = max(limits, key=lambda limit: abs(limit[0]))
     return Finding(
-        float(max(gaps, key=abs)),
-        max(p.error for p in slowest),
-        f"η of the harmonic chain less η at {slowest[0].speed:g} v*, the largest of three",
-        slowest,
+        value,
+        error,
+        f"η of the harmonic chain less η, limit v₀ → 0 of a parabola through the {_SLOWEST} "
+        f"slowest speeds, the largest of three; ± what one speed less and error bars change; at "
+        f"{slowest[0].speed:g} v* it is still {max(gaps, key=abs):.5f}",
+        [p for points in used for p in points],
     )
+
+
+def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
+    """Return the harmonic chain's eta less that of others at v0 -> 0, and its error."""
+    speeds = np.array([p.speed for p in points])
+    gaps = np.array([harmonic.restitution - p.restitution for p in points])
+    limit, shorter = (
+        float(np.polyfit(speeds[:count], gaps[:count], 2)[2]) for count in (_SLOWEST, _SLOWEST - 1)
+    )
+    design = np.vander(speeds, 3)
+    weights = np.abs(np.linalg.pinv(design)[2])
+    allowed = float(weights @ np.array([p.error for p in points])) + harmonic.error
+    return limit, abs(limit - shorter) + allowed
+
+
+def _above_minimum(low: Minimum, points: list[Point]) -> str:
+    """Say how little higher eta is at v* itself."""
+    at_scale = [p.restitution for p in points if p.speed == 1.0]
+    return f" ({at_scale[0] - low.value:.3f} higher at v* itself)" if at_scale else ""
 
 
 def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
@@ -82,7 +111,7 @@ def _at_highest_speed(curves: dict[str, list[Point]], quantity: str) -> Finding:
 
 
 def _rise_of_both(points: list[Point]) -> Finding:
-    """Count which of f/n and eta are larger, beyond their bars, above v* than below."""
+    """Say whether both f/n and eta are larger, beyond their bars, above v* than below: 1 or 0."""
     below = [p for p in points if p.speed <= _AROUND_SCALE[0]]
     above = [p for p in points if p.speed >= _AROUND_SCALE[1]]
     if not below or not above:
@@ -98,7 +127,7 @@ def _rise_of_both(points: list[Point]) -> Finding:
     onset = next(p.speed for p in points[::-1] if p.contacts / p.particles == lowest)
     full = [p.speed for p in points if p.contacts == p.particles]
     return Finding(
-        float(sum(rising)),
+        float(all(rising)),
         0.0,
         f"lj, {slow.speed:g} to {fast.speed:g} v*: f/n from {slow.contacts / slow.particles:g} "
         f"to {fast.contacts / fast.particles:g}, η from {slow.restitution:.3f} to "
@@ -116,14 +145,15 @@ def _gap(pair: tuple[Point, Point]) -> float:
 
 def _one_curve(curves: dict[str, list[Point]]) -> Finding:
     """Compare each two potentials at the speeds they share."""
-    gaps, slow = [], []
+    gaps, slow = [], {}
     for first, second in combinations(curves, 2):
         by_speed = {p.speed: p for p in curves[second]}
         pairs = [(p, by_speed[p.speed]) for p in curves[first] if p.speed in by_speed]
         if not pairs:
             return Finding(np.nan, np.nan, "no common speeds")
         gaps.append(max(pairs, key=_gap))
-        slow += [_gap(pair) for pair in pairs if pair[0].speed < 1.0]
+        below = [_gap(pair) for pair in pairs if pair[0].speed < 1.0]
+        slow[first, second] = max(below, default=np.nan)
     p, q = widest = max(gaps, key=_gap)
     return Finding(
         _gap(widest),
@@ -134,6 +164,9 @@ def _one_curve(curves: dict[str, list[Point]]) -> Finding:
             f"({a.scene.label} and {b.scene.label}, at {a.speed:.3g} v*)"
             for a, b in gaps
         )
-        + (f"; below v* no two are more than {max(slow):.3f} apart" if slow else ""),
+        + f"; below v* no two are more than {max(slow.values()):.3f} apart, lj and toda no more "
+        f"than {slow['lj', 'toda']:.3f}",
         [point for points in curves.values() for point in points],
+        brief=f"lj and toda within {slow['lj', 'toda']:.3f} below v*, log up to "
+        f"{max(slow.values()):.2f} away below v* and {_gap(widest):.2f} above it",
     )

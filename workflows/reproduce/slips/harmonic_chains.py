@@ -18,7 +18,7 @@ from chaincor.analysis.theory import (
 )
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal
-from chaincor.workflows.reproduce.slips.slip import Kind, Slip
+from chaincor.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
 _CHAIN = 50
 
@@ -73,6 +73,7 @@ def _plastic_exponent() -> Slip:
         f"exponent {exponent:.3f}, η {2.0 * exponent:.3f}; 1 − η grows from {1.0 - slow**2:.2f} to "
         f"{1.0 - fast**2:.2f} only",
         abs(exponent + 0.25) < 1e-3 and slow < 1.0,
+        matters=Matters.STATEMENT,
     )
 
 
@@ -102,6 +103,7 @@ def _viscoelastic_exponent() -> Slip:
         f"Kuwabara and Kono's contact force integrated at two speeds, a decade apart: exponent "
         f"{exponent:.3f}",
         abs(exponent - 0.2) < 0.02,
+        matters=Matters.STATEMENT,
     )
 
 
@@ -209,6 +211,7 @@ def _pair_estimates() -> Slip:
         f"the chain of two has Δt = {interval:.4f} = π/√2, but f/n = "
         f"{len(outcome.contact_times) / 2:g} and v = {speed:.3f} v₀",
         abs(interval - PAIR_INTERVAL) < 1e-9 and abs(speed - 1.0) < 1e-9,
+        matters=Matters.STATEMENT,
     )
 
 
@@ -240,6 +243,7 @@ def _contacts_bracket() -> Slip:
         f"f = {f_one:.3f} n or {f_two:.3f} n, Δt = {interval_one:.3f} or {interval_two:.3f} and "
         f"v = {speed_one:.3f} v₀ or {speed_two:.3f} v₀, between which the paper's three lie",
         count == 435 and abs(mean - 2.31) > 0.005 and fits,
+        matters=Matters.NUMBER,
     )
 
 

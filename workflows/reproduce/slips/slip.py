@@ -10,8 +10,17 @@ class Kind(StrEnum):
     SLIP = "slip"
     FOLLOWS = "counted with eqs. (16), (18)"
     APPROXIMATION = "inconsistency of an approximation"
+    REMARK = "remark"
     RIGHT = "right as printed"
     UNDECIDED = "undecided"
+
+
+class Matters(StrEnum):
+    """What follows from a slip."""
+
+    NOTHING = "no: a misprint or convention without consequence"
+    NUMBER = "a number"
+    STATEMENT = "a statement"
 
 
 @dataclass(frozen=True)
@@ -33,6 +42,8 @@ class Slip:
         Whether the check came out as said.
     kind : Kind
         Whether it counts as a slip.
+    matters : Matters
+        What follows from it; of entries that do not count, nothing.
     """
 
     where: str
@@ -41,3 +52,4 @@ class Slip:
     evidence: str
     confirmed: bool
     kind: Kind = Kind.SLIP
+    matters: Matters = Matters.NOTHING

@@ -10,7 +10,7 @@ from chaincor.analysis import pair_theory, restitution, theory
 from chaincor.workflows.reproduce.claims.all_claims import RULES
 from chaincor.workflows.reproduce.slips import harmonic_chains, nonlinear_chains
 from chaincor.workflows.reproduce.slips.all_slips import all_slips, count_slips, slips_page
-from chaincor.workflows.reproduce.slips.slip import Kind
+from chaincor.workflows.reproduce.slips.slip import Kind, Matters
 
 PAGE = Path(__file__).parents[4] / "docs" / "paper_slips.md"
 
@@ -57,8 +57,18 @@ def test_what_is_right_or_undecided_is_no_slip():
     assert kinds["eq. (18)"] is Kind.FOLLOWS
     for slip in slips:
         assert (slip.kind is Kind.RIGHT) == (slip.correct == "")
-    number = sum(slip.kind is Kind.SLIP for slip in slips)
-    assert count_slips(slips).startswith(f"{number} slips; 2 more ")
+    assert kinds["section III, last paragraphs"] is Kind.REMARK
+
+
+def test_slips_are_counted_by_what_follows_from_them():
+    counted = [slip for slip in all_slips() if slip.kind is Kind.SLIP]
+    numbers = {slip.where for slip in counted if slip.matters is Matters.NUMBER}
+    assert numbers == {"eqs. (8), (9), numbers in brackets", "eqs. (16), (18)"}
+    trifles = {slip.where for slip in counted if slip.matters is Matters.NOTHING}
+    assert {"eq. (15)", "after eq. (17)", "below eq. (7)"} < trifles
+    others = len(counted) - len(numbers) - sum(s.matters is Matters.NOTHING for s in counted)
+    found = re.findall(r"\d+", count_slips(all_slips()))[:4]
+    assert [int(n) for n in found] == [len(counted), len(counted) - others - 2, 2, others]
 
 
 def test_no_rounding_residue_is_shown():
