@@ -15,7 +15,7 @@ class PowerLaw:
     Attributes
     ----------
     exponent, exponent_error : float
-        p and its error: that of the scatter and that of the points, added in squares; nan with
+        p and its error: that of the scatter and that of the points, added in quadrature; nan with
         fewer than three points.
     prefactor, prefactor_error : float
         A and its error.
@@ -46,7 +46,7 @@ def fit_power_law(
 
     Most points are exact to far less than their scatter about a power law, which is real. The error
     of a fit is the standard error of that scatter and what the error bars of y, `errors`, allow
-    together, added in squares: they are bounds, not samples, and may all err the same way.
+    together, added in quadrature: they are bounds, not samples, and may all err the same way.
 
     `exponent` fixes p. All is nan with fewer than two points, or if a number is not positive.
     """

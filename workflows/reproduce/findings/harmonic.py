@@ -246,14 +246,16 @@ def _of_two(points: list[Point]) -> dict[str, Finding]:
         keys[1]: Finding(
             share,
             share * error / interval,
-            f"f Δt = 2n, contacts for as long as sound goes there and back, with Δt of {where}",
+            f"f Δt = 2n, contacts for as long as sound goes there and back, with Δt of {where}. "
+            "That it follows from n = 2 alone does not hold, see the [slips](#slips)",
             chain,
         ),
         keys[2]: Finding(
             1.0 / share,
             error / 2.0,
             f"2 f v = 2 n v₀, the momentum of a collision without loss, with that f; {where}, has "
-            "v = v₀ itself",
+            "v = v₀ itself. That it follows from n = 2 alone does not hold, see the "
+            "[slips](#slips)",
             chain,
         ),
     }
