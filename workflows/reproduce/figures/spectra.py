@@ -47,7 +47,7 @@ def mode_spectra(flights: tuple[FreeFlight, ...]) -> Figure:
             "Bottom: what is lost, 1 − η, is kinetic energy and energy of the bonds (means over "
             f"the same time); orange: the kinetic energy of whole pieces that fly apart, after "
             f"{LAST:g} crossings. "
-            "Dashed: the sum of harmonic energies of all modes at the last contact, as far as it "
+            "Dotted: the sum of harmonic energies of all modes at the last contact, as far as it "
             f"is 1 − η within 1 %, below {_harmonic_until(flights):.2g} v*. Beyond it grows wrong, "
             f"at worst {_worst_harmonic(flights)}, and is not drawn: a stretched bond holds less "
             "than a spring, and harmonic energies of a broken chain mean nothing."
@@ -145,6 +145,7 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
             label=rf"${flight.point.speed:.3g}\,v^*${kind}",
         )
     middle.set_xscale("log")
+    middle.set_xlim(above.get_xlim())
     middle.set_yscale("log")
     middle.set_ylim(top * 10.0**-_DECADES, 3.0 * top)
     middle.set_xlabel(r"mode $j$")
@@ -168,7 +169,7 @@ def _draw_forms(ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
     ax.plot(
         [f.point.speed for f in harmonic],
         [harmonic_share(f) for f in harmonic],
-        color=VERMILION,
+        color=CYCLE[3],
         linestyle=(0, (2, 3)),
         linewidth=1.8,
         label="harmonic energies, all modes",
