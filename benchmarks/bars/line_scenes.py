@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.bars.chains import draw_chain
 from chaincor.lammps_inputs.scene import Scene
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")
@@ -42,24 +43,12 @@ def draw_line_scene(random: np.random.Generator, folder: Path, engine: str | Non
     most = _MOST_EXTREME if extreme else _MOST_PARTICLES
     potential = str(random.choice(_POTENTIALS))
     particles = _count(random, most)
-    fields: dict[str, Any] = {
-        "potential": potential,
-        "particles": particles,
-        "engine": engine or str(random.choice(["lammps", "reference"])),
-        "tolerance": float(10 ** random.uniform(-9, -4)),
-    }
-    if potential == "toda":
-        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
-    if potential == "morse":
-        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
-    if potential == "power":
-        order = int(random.integers(3, 7))
-        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    fields = draw_chain(random, potential, particles, engine)
     if potential == "harmonic":
         fields["velocity"] = float(10 ** random.uniform(-3, -0.4))
     else:
         # Bonds of odd order break over their barrier.
-        fastest = 0.3 if potential == "power" and order % 2 else _FASTEST
+        fastest = 0.3 if potential == "power" and fields["power_order"] % 2 else _FASTEST
         low, high = np.log10(_SLOWEST), np.log10(fastest)
         fields["speed"] = float(10 ** random.uniform(low, high))
     masses = _masses(random, particles, extreme)

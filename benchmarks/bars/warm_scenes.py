@@ -1,9 +1,8 @@
 """Random warm scenes: chains in equilibrium, at walls and at free targets that are warm as well."""
 
-from typing import Any
-
 import numpy as np
 
+from benchmarks.bars.chains import draw_chain
 from chaincor.lammps_inputs.bonds.equilibrium import LEAST_DEPTH
 from chaincor.lammps_inputs.scene import Scene
 
@@ -40,19 +39,7 @@ def draw_warm_scene(random: np.random.Generator, engine: str | None = None) -> S
     """
     potential = str(random.choice(_POTENTIALS))
     particles = round(10 ** random.uniform(np.log10(2), np.log10(_MOST_PARTICLES)))
-    fields: dict[str, Any] = {
-        "potential": potential,
-        "particles": particles,
-        "engine": engine or str(random.choice(["lammps", "reference"])),
-        "tolerance": float(10 ** random.uniform(-9, -4)),
-    }
-    if potential == "toda":
-        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
-    if potential == "morse":
-        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
-    if potential == "power":
-        order = int(random.integers(3, 7))
-        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    fields = draw_chain(random, potential, particles, engine)
     bond = Scene(**fields).bond
     held = min(bond.dissociation, bond.barrier) / LEAST_DEPTH
     scale = 0.1 if bond.natural_speed is None else bond.natural_speed

@@ -1,10 +1,5 @@
 """Several scenes given to collide: results in order, whoever carries them out."""
 
-import signal
-import subprocess
-import sys
-import time
-
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError, SceneError
@@ -12,6 +7,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows import collision
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import CostError, RunError
+from tests.interrupting import interrupted
 
 SCENES = [Scene(particles=n, engine="reference") for n in (7, 3, 5)]
 
@@ -95,17 +91,5 @@ if __name__ == "__main__":
 
 @pytest.mark.slow
 def test_stopping_ends_the_processes_and_the_session_goes_on(tmp_path):
-    (tmp_path / "session.py").write_text(SESSION)
-    session = subprocess.Popen(
-        [sys.executable, "session.py"],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert session.stdout is not None
-    assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
-    time.sleep(5.0)  # somewhere inside; anywhere will do
-    session.send_signal(signal.SIGINT)
-    out, err = session.communicate(timeout=300)
-    assert out == "FRAMES 2 None None\nGOES ON 2\n", err
+    found = interrupted(tmp_path, SESSION, 5.0)
+    assert found == "FRAMES 2 None None\nGOES ON 2\n"

@@ -1,11 +1,8 @@
 """Ctrl-C in a session that goes on, such as a notebook: short to show, and nothing is broken."""
 
-import signal
-import subprocess
-import sys
-import time
-
 import pytest
+
+from tests.interrupting import interrupted
 
 # What a notebook does: a cell is interrupted, its traceback is shown, the next cell runs.
 # A shell's background jobs ignore Ctrl-C, and so would what tests start there.
@@ -28,17 +25,6 @@ print("SAME", collide(small).restitution == before)
 
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
 def test_the_session_goes_on(engine, tmp_path):
-    session = subprocess.Popen(
-        [sys.executable, "-c", SESSION.format(engine=engine)],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert session.stdout is not None
-    assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
-    time.sleep(1.0)  # somewhere inside; anywhere will do
-    session.send_signal(signal.SIGINT)
-    out, err = session.communicate(timeout=300)
+    found = interrupted(tmp_path, SESSION.format(engine=engine), 1.0)
     # The line of the session and that of collide(): a notebook takes seconds to show dozens.
-    assert out == "FRAMES 2 None None\nSAME True\n", err
+    assert found == "FRAMES 2 None None\nSAME True\n"

@@ -2,10 +2,6 @@
 
 import json
 import re
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
@@ -17,6 +13,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.lines.ensemble import StartStates
 from chaincor.workflows.ensemble.collide_many import collide_many
 from chaincor.workflows.errors import CostError
+from tests.interrupting import interrupted
 
 WARM = Scene(
     potential="toda",
@@ -226,19 +223,7 @@ except KeyboardInterrupt:
 
 
 def test_an_interrupt_stops_at_once(tmp_path):
-    session = subprocess.Popen(
-        [sys.executable, "-c", SESSION],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert session.stdout is not None
-    assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
-    time.sleep(0.5)  # somewhere inside; anywhere will do
-    session.send_signal(signal.SIGINT)
-    out, err = session.communicate(timeout=60)
-    assert out == "STOPPED\n", err
+    assert interrupted(tmp_path, SESSION, 0.5) == "STOPPED\n"
 
 
 def test_an_ensemble_shows_itself_in_a_notebook():

@@ -1,0 +1,43 @@
+"""Random chains, before what else their scenes have."""
+
+from typing import Any
+
+import numpy as np
+
+
+def draw_chain(
+    random: np.random.Generator, potential: str, particles: int, engine: str | None
+) -> dict[str, Any]:
+    """
+    Draw the engine, the tolerance and what a potential needs.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+        Decides everything.
+    potential : str
+        Named.
+    particles : int
+        How many.
+    engine : str or None
+        Drawn where it is None.
+
+    Returns
+    -------
+    dict
+        Keys of a scene, all that are named.
+    """
+    fields: dict[str, Any] = {
+        "potential": potential,
+        "particles": particles,
+        "engine": engine or str(random.choice(["lammps", "reference"])),
+        "tolerance": float(10 ** random.uniform(-9, -4)),
+    }
+    if potential == "toda":
+        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
+    if potential == "morse":
+        fields["morse_a"] = float(random.choice([3.0, 6.0, 12.0]))
+    if potential == "power":
+        order = int(random.integers(3, 7))
+        fields |= {"power_order": order, "power_c": 1.0 if order % 2 == 0 else -1.0}
+    return fields
