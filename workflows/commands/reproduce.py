@@ -58,14 +58,16 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
 
 def describe(contents: dict[str, Any], folder: Path) -> str:
     """Describe a report for people: the curves of eta as a table, the verdicts, the times."""
-    from chaincor.workflows.reproduce.typesetting import format_number, format_value
+    from chaincor.workflows.reproduce.report import describe_found
+    from chaincor.workflows.reproduce.typesetting import format_number
 
     health = contents["health"]
     lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]
     width = max(len(row["claim"]) for row in contents["verdicts"])
     lines += [
-        f"{row['verdict']:<28} {row['claim']:<{width}}  paper {format_number(row['paper'])}, "
-        f"found {format_value(row['value'], row['error'])}"
+        f"{row['verdict']:<28} {row['claim']:<{width}}  "
+        f"paper {'yes' if row['is_trend'] else format_number(row['paper'])}, "
+        f"found {describe_found(row)}"
         for row in contents["verdicts"]
     ]
     lines += [
@@ -96,7 +98,9 @@ def _curve_lines(contents: dict[str, Any]) -> list[str]:
     refused = next((p["lammps_failure"] for p in contents["curves"] if p["lammps_failure"]), None)
     if any(point["source"] == "in-house" for point in contents["curves"]):
         reason = (
-            "LAMMPS missed the error asked" if refused is None else f"LAMMPS refused: {refused}"
+            "LAMMPS missed the error asked"
+            if refused is None
+            else f"not given to LAMMPS: {refused}"
         )
         lines += ["", f"* in-house; {reason}"]
     return lines

@@ -6,21 +6,21 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
 
 _FORMULAS = {
-    "lj": "U = (r^(−12) − 2 r^(−6) + 1)/72",
+    "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
     "toda": "U = (e^(−bs) − 1)/b² + s/b, b = 10",
-    "log": "U = s − ln r",
+    "log": "U = s − ln x",
 }
 
 
 @dataclass(frozen=True)
 class BondUsed:
     """
-    A bond: its name, its energy as a function of its length r = 1 + s, and its scales.
+    A bond: its name, its energy as a function of its length x = 1 + s, and its scales.
 
     Attributes
     ----------
     name, formula : str
-        Name, and U(r) with U(1) = 0.
+        Name, and U(x) with U(1) = 0.
     length : float
         x*, the compressed length at which U is twice its harmonic part.
     speed : float

@@ -122,7 +122,7 @@ def gather(
     }
 
 
-def _found(row: dict[str, Any]) -> str:
+def describe_found(row: dict[str, Any]) -> str:
     """Write the number found, or whether a trend is there."""
     if row["is_trend"] and math.isfinite(row["value"]):
         return "yes" if row["value"] else "no"
@@ -204,7 +204,7 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     environment.filters["number"] = format_number
     environment.filters["short"] = format_short
     environment.filters["value"] = format_value
-    environment.filters["found"] = _found
+    environment.filters["found"] = describe_found
     environment.filters["fitted"] = format_fitted
     environment.filters["typeset"] = lambda text: typeset(without_links(text))
     environment.filters["marked"] = mark_up

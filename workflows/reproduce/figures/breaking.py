@@ -129,7 +129,7 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     for k, (flight, colour) in enumerate(zip(drawn, CYCLE, strict=False)):
         pieces = np.array([flight.pieces_at(time) for time in flight.times]) + _APART * k
         label = rf"${flight.point.speed:.3g}\,v^*$"
-        _draw_counts(middle, flight.times, pieces, label, color=colour)
+        _draw_counts(middle, flight.times, pieces, label, color=colour, drawstyle="steps-post")
     middle.set_xscale("symlog", linthresh=0.1)
     middle.set_xlim(0.0, LAST)
     middle.set_xlabel(r"time after the last contact / crossing $(n-1)$")
@@ -163,4 +163,5 @@ def _draw_counts(
     fewest, most = pieces.T
     ax.plot(x, most, markersize=3, linewidth=0.9, label=label, **looks)
     if np.any(fewest < most):
-        ax.plot(x, fewest, "--", linewidth=0.8, color=looks["color"])
+        smaller = {name: looks[name] for name in ("color", "drawstyle") if name in looks}
+        ax.plot(x, fewest, "--", linewidth=0.8, **smaller)

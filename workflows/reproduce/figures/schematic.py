@@ -52,7 +52,7 @@ def _draw() -> "Canvas":
     ax.text(places[-1] + 0.15, 0.42, r"$-v_0$", color=VERMILION, va="center")
     ax.annotate("", (2.0, -0.42), (1.0, -0.42), arrowprops={"arrowstyle": "<->", "linewidth": 0.8})
     ax.text(1.5, -0.5, r"$\ell = 1$", ha="center", va="top")
-    ax.text(3.5, -0.5, r"bond $U(r)$,  $U''(1) = k = 1$", ha="left", va="top", color="#444444")
+    ax.text(3.5, -0.5, r"bond $U(x)$,  $U''(1) = k = 1$", ha="left", va="top", color="#444444")
     ax.annotate("", (7.2, -0.85), (0.0, -0.85), arrowprops={"arrowstyle": "->", "linewidth": 0.8})
     ax.text(7.3, -0.85, r"$x$", va="center")
     ax.text(0.0, -0.98, r"$0$", ha="center", va="top")

@@ -105,5 +105,5 @@ def _before(measured: Measurements, speed: float) -> str:
         return ""
     return (
         f"; from n = {law.first:.0f} to {law.last:.0f} it does fall, as the paper says (exponent "
-        f"{law.exponent:.2f} ± {law.exponent_error:.2f}), and levels off beyond"
+        f"{law.exponent:.2f} ± {law.exponent_error:.2f}), and hardly beyond"
     )

@@ -195,7 +195,7 @@ def _toda_has_no_core() -> Slip:
     height = float(bond.energy(np.array(-1.0)))
     speed = bond.natural_speed
     assert speed is not None
-    # Of lengths near to zero: r^(-12) and -ln r without bound.
+    # Of lengths near to zero: x^(-12) and -ln x without bound.
     others = [
         float(other.energy(np.array(-1.0 + length)))
         for other, length in ((LennardJones(), 1e-15), (Logarithmic(), 1e-15))
