@@ -61,8 +61,8 @@ def readings(measured: Measurements) -> tuple[Reading, ...]:
             "Over which ranges did it fit?",
             "It does not say, neither for C = 0.66 nor for the slopes of figure 6. One decade is "
             "taken for all of them, from 0.01 to 0.1 v*: its slowest speed is 0.008 v*, and its "
-            "text speaks of v ≪ 1. The halves of that decade, and going on to the fastest speed computed, tell how "
-            "much depends on it: the paper's slopes of figure 6 are among what these give.",
+            "text speaks of v ≪ 1. The halves of that decade, and going on to the "
+            "fastest speed computed, tell how much depends on it.",
         ),
     )
 

@@ -78,7 +78,7 @@ def with_harmonic(curve):
     return replace(measured, points={"curves": slow, "harmonic_velocities": (chain,)})
 
 
-@pytest.mark.parametrize("gap", [0.0, 0.0275])
+@pytest.mark.parametrize("gap", [0.0, 0.014, 0.0275])
 def test_low_speed_limit_tells_a_harmonic_chain_from_one_that_loses_nothing(gap):
     """A margin as wide as what the harmonic chain loses would let eta = 1 pass."""
     rule = next(rule for rule in RULES if rule.key == "low-speed limit")
