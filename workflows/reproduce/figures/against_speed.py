@@ -37,7 +37,7 @@ def restitution_curves(measured: Measurements) -> Figure:
         title="Restitution against speed for lj, toda and log chains",
         caption=(
             f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
-            f"in-house.{describe_open(curves['lj'])}{_refused(curves['log'])} η is the paper's "
+            f"in-house.{describe_open(curves['lj'])}{_not_given(curves['log'])} η is the paper's "
             "ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
             f"Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
         ),
@@ -61,16 +61,16 @@ def describe_open(points: Sequence[Point]) -> str:
     )
 
 
-def _refused(points: Sequence[Point]) -> str:
-    """Say which fast chains LAMMPS refuses, and what is shown in its place."""
+def _not_given(points: Sequence[Point]) -> str:
+    """Say which fast chains LAMMPS is not given, and what is shown in its place."""
     ours = [p for p in points if p.lammps is not None and p.lammps.result is None]
     integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
     if not ours or not integrated:
         return ""
     last = max(p.speed for p in points if p.source == "lammps")
     text = (
-        f" Above {last:.3g} v* LAMMPS refuses log chains, whose bonds would be compressed to "
-        f"almost nothing: they are in-house, integrated to {max(integrated):.2g} v*"
+        f" Above {last:.3g} v* log chains, whose bonds would be compressed to nearly nothing, are "
+        f"not given to LAMMPS: they are in-house, integrated to {max(integrated):.2g} v*"
     )
     if any(p.is_limit for p in ours):
         text += (
