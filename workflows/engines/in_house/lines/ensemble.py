@@ -276,8 +276,8 @@ class _Group:
     def _arrival(self) -> Array:
         """Return when the mean displacement would be at the wall."""
         masses = self._line.chain_masses / float(np.sum(self._line.chain_masses))
-        distance = np.cumsum(self.strains, axis=1) @ masses
-        return np.maximum(distance, 0.0) / -(self.velocities[:, 1:] @ masses)
+        distance = _each_sum(np.cumsum(self.strains, axis=1) * masses)
+        return np.maximum(distance, 0.0) / -_each_sum(self.velocities[:, 1:] * masses)
 
     def compare(self, lasts: Array) -> None:
         """Carry all until a while after known last contacts, which are from the first."""
@@ -341,7 +341,7 @@ class _Group:
         return ManyOutcomes(
             settled=settled & grown,
             proved=~self.argued if known is None else known.proved,
-            speeds=self.last_velocities[:, 1:] @ masses / whole,
+            speeds=_each_sum(self.last_velocities[:, 1:] * masses) / whole,
             contacts=self._number,
             last_contact_times=self.ledgers["parted"] - self.firsts,
             silent=self._silent(),
@@ -360,7 +360,7 @@ class _Group:
 
 def chain_energies(line: Line, bond: Potential, starts: StartStates) -> Array:
     """Return the energy of each chain, of shape (samples,)."""
-    motion = 0.5 * starts.velocities**2 @ line.chain_masses
+    motion = 0.5 * _each_sum(starts.velocities**2 * line.chain_masses)
     return motion + np.sum(bond.energy(starts.strains[:, 1:]), axis=1)
 
 
@@ -379,3 +379,8 @@ def _end_bounds(line: Line, bond: Potential, stiffness: float, top: int) -> EndB
         reaches=reaches,
         interval=1.0 / stiffness**0.5,
     )
+
+
+def _each_sum(terms: Array) -> Array:
+    """Return the sum of each row; a matrix product may round a row as the number of rows is."""
+    return np.asarray(np.sum(terms, axis=1))
