@@ -289,18 +289,32 @@ def choose_rows(
     return int(min(max(needed, FEWEST_ROWS), MOST_ROWS))
 
 
+def interpolate(
+    style: TableStyle,
+    lengths: NDArray[np.float64],
+    forces: NDArray[np.float64],
+    edge_slopes: tuple[float, float],
+    asked: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """
+    Return the force at lengths between rows, as LAMMPS interpolates it.
+
+    Its spline is the cubic one with the slopes given at both ends.
+    """
+    if style == "linear":
+        return np.interp(asked, lengths, forces)
+    from scipy.interpolate import CubicSpline
+
+    low, high = edge_slopes
+    return CubicSpline(lengths, forces, bc_type=((1, low), (1, high)))(asked)
+
+
 def _probe(bond: Potential, span: tuple[float, float], style: TableStyle) -> tuple[float, float]:
     """Return the error of the interpolated force with few rows, and the largest force."""
     lengths = np.linspace(*span, _PROBE_ROWS)
     middles = 0.5 * (lengths[1:] + lengths[:-1])
     forces = bond.force(lengths - 1.0)
-    if style == "spline":
-        from scipy.interpolate import CubicSpline
-
-        slopes = -bond.curvature(lengths[[0, -1]] - 1.0)
-        spline = CubicSpline(lengths, forces, bc_type=((1, slopes[0]), (1, slopes[1])))
-        between = spline(middles)
-    else:
-        between = 0.5 * (forces[1:] + forces[:-1])
+    low, high = -bond.curvature(lengths[[0, -1]] - 1.0)
+    between = interpolate(style, lengths, forces, (low, high), middles)
     error = float(np.max(np.abs(between - bond.force(middles - 1.0))))
     return error, float(np.max(np.abs(forces)))

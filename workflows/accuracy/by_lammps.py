@@ -40,6 +40,8 @@ _TABLE_SHARE = 0.01
 SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
+# LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
+LAMMPS_OVER_IN_HOUSE = 2.0
 _MOST_REFINEMENTS = 5
 # Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
 # and 1 us a step.
@@ -109,8 +111,8 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
         expected = error_near(scene, numerics.scheme, numerics.timestep, truth)
         if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
             expected = difference
-        # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
-        by_steps = max(COARSER_SHARE[numerics.scheme] * difference, 2.0 * expected) + truth.error
+        by_in_house = LAMMPS_OVER_IN_HOUSE * expected
+        by_steps = max(COARSER_SHARE[numerics.scheme] * difference, by_in_house) + truth.error
         # Chains that break, or fly for long between contacts, amplify what no order of convergence
         # tells of: what is known is how far the two are apart.
         step = max(by_steps, abs(eta_of(scene, fine) - truth.restitution) + truth.error)

@@ -56,8 +56,12 @@ def table_error(outcome: Outcome, scene: Scene) -> float:
     certificate = outcome.details.get("table")
     if certificate is None:
         return 0.0
-    sensitivity = TABLE_SENSITIVITY[certificate["style"]]
-    return sensitivity * certificate["force_error"] / scene.impact_velocity
+    return table_error_of(certificate["style"], certificate["force_error"], scene)
+
+
+def table_error_of(style: str, force_error: float, scene: Scene) -> float:
+    """Return the error of eta due to a table of a style with a largest error of the force."""
+    return TABLE_SENSITIVITY[style] * force_error / scene.impact_velocity
 
 
 def ending_error(outcome: Outcome, scene: Scene) -> float:

@@ -5,24 +5,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, tabulate
+from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, interpolate, tabulate
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.script import ScriptedBar
-from chaincor.workflows.accuracy.by_lammps import choose
+from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
     COARSER_SHARE,
     LEAST_SHARE,
     PROOF_SHARE,
     PROOF_STEPS,
-    TABLE_SENSITIVITY,
     ending_error,
+    table_error_of,
 )
 from chaincor.workflows.accuracy.meet import goal_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouted_run, scouting_from
+from chaincor.workflows.accuracy.step_guess import STEP_SHARE
 from chaincor.workflows.accuracy.step_search import error_near
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
 from chaincor.workflows.engines.lammps.kept_script import flown_on
@@ -36,10 +37,6 @@ _MULTIPLES = (1.0, 2.0)
 _ALONE = 1.0
 # Speed, in units of v0, at which a bond may open while particle 1 is behind the wall.
 _OVERSHOOT = 2.0
-# LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
-_LAMMPS_OVER_IN_HOUSE = 2.0
-# Part of the goal that the step may use.
-_STEP_SHARE = 0.5
 # How much faster than its own a job's chain may be, and how finely that is looked for.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
@@ -153,11 +150,11 @@ def _for_tolerance(
     # The engine refines where its two runs say so; a script has one try.
     expected = (
         COARSER_SHARE[numerics.scheme]
-        * _LAMMPS_OVER_IN_HOUSE
+        * LAMMPS_OVER_IN_HOUSE
         * error_near(scene, numerics.scheme, 2.0 * numerics.timestep, truth)
     )
-    if math.isfinite(expected) and expected > _STEP_SHARE * goal:
-        shrink = (_STEP_SHARE * goal / expected) ** (1.0 / STEP_SCHEMES[numerics.scheme].order)
+    if math.isfinite(expected) and expected > STEP_SHARE * goal:
+        shrink = (STEP_SHARE * goal / expected) ** (1.0 / STEP_SCHEMES[numerics.scheme].order)
         numerics = replace(numerics, timestep=shrink * numerics.timestep)
     table = _tabulate(scene, numerics, scouting, table_range)
     bar = _bar(scene, numerics, table, truth, goal, noise)
@@ -191,7 +188,7 @@ def _bar(
         ending=ending_error(truth.outcome, scene),
         yardstick=truth.restitution,
         yardstick_error=truth.error,
-        least=max(_LAMMPS_OVER_IN_HOUSE * expected, LEAST_SHARE * goal),
+        least=max(LAMMPS_OVER_IN_HOUSE * expected, LEAST_SHARE * goal),
     )
 
 
@@ -222,24 +219,12 @@ def _tabulate(
 def _table_part(table: BondTable | None, scene: Scene) -> float:
     if table is None:
         return 0.0
-    error = interpolated_force_error(table, scene.bond)
-    return TABLE_SENSITIVITY[table.style] * error / scene.impact_velocity
+    return table_error_of(table.style, interpolated_force_error(table, scene.bond), scene)
 
 
 def interpolated_force_error(table: BondTable, bond: Potential) -> float:
-    """
-    Return the largest error of the force that LAMMPS interpolates, away from the table's ends.
-
-    LAMMPS's spline is the cubic one with the slopes given at both ends.
-    """
+    """Return the largest error of the interpolated force, away from the ends of a table."""
     inner = table.lengths[MARGIN_BINS:-MARGIN_BINS]
     asked = np.linspace(inner[0], inner[-1], min(4 * len(inner), _MOST_PROBES))
-    if table.style == "spline":
-        from scipy.interpolate import CubicSpline
-
-        low, high = table.edge_slopes
-        spline = CubicSpline(table.lengths, table.forces, bc_type=((1, low), (1, high)))
-        force = spline(asked)
-    else:
-        force = np.interp(asked, table.lengths, table.forces)
+    force = interpolate(table.style, table.lengths, table.forces, table.edge_slopes, asked)
     return float(np.max(np.abs(force - bond.force(asked - 1.0))))
