@@ -20,7 +20,7 @@ from chaincor.workflows.engines.in_house.lines.ensemble import (
     chain_energies,
     serves,
 )
-from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR
+from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 Array = NDArray[np.float64]
@@ -193,7 +193,7 @@ class ManyMeetings:
         """Return the error of eta due to rounding, as ``engines.rounding`` does."""
         translation = 0.5 * float(np.sum(self._line.chain_masses)) * velocities**2
         heat = np.maximum(chain_energies(self._line, self._scene.bond, starts) / translation, 1.0)
-        return ARITHMETIC_FLOOR * self._scene.particles * heat
+        return np.asarray(arithmetic_error(self._scene.particles, heat))
 
     def _compare(
         self, starts: StartStates, step: float, velocities: Array

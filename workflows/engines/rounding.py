@@ -1,6 +1,7 @@
 """Rounding: what it costs eta in each engine, and what a collision makes of it."""
 
 import sys
+from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
@@ -47,13 +48,18 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     n = scene.all_particles
     # A displacement is of order v0 times the time of a vibration.
     v0 = scene.impact_velocity / scene.slow_stiffness**0.5
-    arithmetic = ARITHMETIC_FLOOR * n * heat_of(scene)
+    arithmetic = arithmetic_error(n, heat_of(scene))
     if engine != "lammps":
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     sensitivity = SHORT_DRIFT_SENSITIVITY if short else ROUNDING_SENSITIVITY
     return arithmetic + sensitivity * grain / v0 * heat_of(scene) ** 0.5
+
+
+def arithmetic_error(particles: int, heat: Any) -> Any:
+    """Return what the arithmetic itself costs eta; for `heat`, or an array of it, see `heat_of`."""
+    return ARITHMETIC_FLOOR * particles * heat
 
 
 def heat_of(scene: Scene) -> float:
