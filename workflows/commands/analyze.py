@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -150,6 +151,7 @@ def analyze(
     drawn: dict[str, Any] = {"output": output, "animation": animation, "xyz": xyz}
     drawn |= {"wall": wall, "direction": direction, "length": length}
     drawn |= {"mass": mass, "stiffness": stiffness, "units": units}
+    see = cache(lambda job: _view(job, wanted, wall, direction))
     job, analysis = analyze_found(
         folder,
         data=data,
@@ -161,7 +163,7 @@ def analyze(
         target_particles=target_particles,
         for_walls=[name for name, value in drawn.items() if value is not None],
         watch=_progress,
-        see=lambda job: _view(job, wanted, wall, direction),
+        see=see,
     )
     if isinstance(analysis, TwoBodyAnalysis):
         bodies = analysis.to_dict()
@@ -173,7 +175,7 @@ def analyze(
         _animate(analysis, animation)
     if xyz is not None:
         write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
-    known = _view(job, wanted, wall, direction).units
+    known = see(job).units
     if as_json:
         found = to_json_object(analysis)
         if known != CHAIN_UNITS:
