@@ -58,8 +58,8 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
 
 def describe(contents: dict[str, Any], folder: Path) -> str:
     """Describe a report for people: the curves of eta as a table, the verdicts, the times."""
+    from chaincor.workflows.pages.typesetting import format_number
     from chaincor.workflows.reproduce.report import describe_found
-    from chaincor.workflows.reproduce.typesetting import format_number
 
     health = contents["health"]
     lines = ["restitution eta of chains of lj, toda and log bonds", "", *_curve_lines(contents), ""]

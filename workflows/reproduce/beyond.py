@@ -7,6 +7,7 @@ import numpy as np
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.figures.breaking import describe_breaking
 from chaincor.workflows.reproduce.figures.spectra import half_of_kinetic
 from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, LAST, FreeFlight
@@ -21,7 +22,6 @@ from chaincor.workflows.reproduce.findings.long_limit import (
 from chaincor.workflows.reproduce.findings.low_speed import lj_increases
 from chaincor.workflows.reproduce.findings.speeds import minima
 from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.typesetting import format_value
 
 
 @dataclass(frozen=True)

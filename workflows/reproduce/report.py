@@ -1,6 +1,5 @@
 """The report: verdicts first, then figures, slips, settings and times; HTML, Markdown and JSON."""
 
-import base64
 import json
 import math
 import re
@@ -8,10 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.json_output import stamped
+from chaincor.workflows.pages.page import data_uri, page_environment
+from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.beyond import remarks
 from chaincor.workflows.reproduce.bonds_used import bonds_used
 from chaincor.workflows.reproduce.figures.figure import Figure
@@ -25,15 +24,6 @@ from chaincor.workflows.reproduce.slips.all_slips import count_slips
 from chaincor.workflows.reproduce.slips.slip import Slip
 from chaincor.workflows.reproduce.tables import point_record
 from chaincor.workflows.reproduce.trust import examine_points
-from chaincor.workflows.reproduce.typesetting import (
-    format_fitted,
-    format_number,
-    format_short,
-    format_value,
-    mark_up,
-    typeset,
-    without_links,
-)
 from chaincor.workflows.result import finite
 
 _CLASS = {
@@ -187,27 +177,14 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
             (drawings / f"{figure.key}.{kind}").write_bytes(content)
         if figure.table is not None:
             _write(drawings / f"{figure.key}.csv", figure.table.to_csv())
-        images[figure.key] = _data_uri(rendered)
+        images[figure.key] = data_uri(rendered)
     return images
 
 
 def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str]) -> None:
     """Write the page, the summary and the numbers."""
-    environment = Environment(
-        loader=PackageLoader("chaincor.workflows.reproduce"),
-        autoescape=lambda name: name is not None and name.endswith("html.j2"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters["number"] = format_number
-    environment.filters["short"] = format_short
-    environment.filters["value"] = format_value
+    environment = page_environment("chaincor.workflows.reproduce")
     environment.filters["found"] = describe_found
-    environment.filters["fitted"] = format_fitted
-    environment.filters["typeset"] = lambda text: typeset(without_links(text))
-    environment.filters["marked"] = mark_up
     environment.filters["anchor"] = lambda key: "claim-" + re.sub(r"\W+", "-", key)
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
     for name in ("report.html", "report.md"):
@@ -221,13 +198,3 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
 def _write(path: Path, text: str) -> None:
     with written_aside(path) as aside:
         aside.write_text(text, encoding="utf-8")
-
-
-# An SVG beyond this size is shown as PNG in the page.
-_LARGEST_SVG = 400_000
-
-
-def _data_uri(rendered: dict[str, bytes]) -> str:
-    kind = "svg" if len(rendered["svg"]) <= _LARGEST_SVG else "png"
-    media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
-    return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"

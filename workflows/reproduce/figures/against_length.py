@@ -6,6 +6,7 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, VERMILION, new_figure
 from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_law
+from chaincor.workflows.pages.typesetting import format_fitted
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.figures.measured_points import draw_points
 from chaincor.workflows.reproduce.findings.harmonic import (
@@ -15,7 +16,6 @@ from chaincor.workflows.reproduce.findings.lengths import last_exponents
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS
 from chaincor.workflows.reproduce.tables import point_record, table_of
-from chaincor.workflows.reproduce.typesetting import format_fitted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas

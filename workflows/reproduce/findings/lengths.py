@@ -3,11 +3,11 @@
 import numpy as np
 
 from chaincor.analysis.theory import harmonic_dissipation_law
+from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS
-from chaincor.workflows.reproduce.typesetting import format_value
 
 # The last part of each curve, from a fifth of its longest chain on: slow chains level off late.
 _LAST_PART = 5.0

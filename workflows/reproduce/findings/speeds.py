@@ -4,11 +4,11 @@ from itertools import combinations
 
 import numpy as np
 
+from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.fits import Minimum, find_minimum
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 from chaincor.workflows.reproduce.studies import CURVE_POTENTIALS
-from chaincor.workflows.reproduce.typesetting import format_value
 
 # Where "near 1" begins and ends for words that claim no more than 10 %.
 _AROUND_SCALE = (0.9, 1.1)

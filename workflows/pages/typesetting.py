@@ -13,6 +13,23 @@ def typeset(text: str) -> str:
     return text.replace(" v*", "\u00a0v*")
 
 
+_SYMBOLS = {
+    r"\+-": "±",
+    r"\beta\b": "η",
+    r"\bomega(?=_|\b)": "ω",
+    r"\bsqrt\(": "√(",
+    r"\bv0\b": "v_0",
+    r"\^-(\d+)": r"^(-\1)",
+}
+
+
+def symbols(text: str) -> str:
+    """Write what a terminal spells out, such as eta and +-, as a page has it."""
+    for spelt, symbol in _SYMBOLS.items():
+        text = re.sub(spelt, symbol, text)
+    return text
+
+
 def mark_up(text: str) -> Markup:
     """Return a text as HTML: powers raised, indices lowered, ``[words](#place)`` as links."""
     marked = str(escape(typeset(text)))

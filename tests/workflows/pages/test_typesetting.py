@@ -2,7 +2,7 @@
 
 import pytest
 
-from chaincor.workflows.reproduce.typesetting import (
+from chaincor.workflows.pages.typesetting import (
     format_fitted,
     format_number,
     format_short,

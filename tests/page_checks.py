@@ -1,0 +1,36 @@
+"""What every page that a command writes must be: whole in one file, with links that lead."""
+
+import hashlib
+import html
+import re
+
+
+def read_page(path):
+    """Return the text of a page that asks for nothing from elsewhere and has no dead links."""
+    page = path.read_text(encoding="utf-8")
+    assert all(s.startswith("data:image/") for s in re.findall(r'src="([^"]{0,30})', page))
+    for word in ("<script", "<link", "@import", "url("):
+        assert word not in page
+    places = re.findall(r'id="([^"]+)"', page)
+    assert len(places) == len(set(places))
+    for target in re.findall(r'href="([^"]+)"', page):
+        if target.startswith("#"):
+            assert target[1:] in places, target
+        else:
+            assert (path.parent / target).is_file(), target
+    assert "prefers-color-scheme: dark" in page
+    return page
+
+
+def check_file_list(page, folder, beside=()):
+    """Check that a page lists each file of its folder, but for those `beside` it, by its hash."""
+    for path in folder.iterdir():
+        listed = f'<a href="{path.name}">{path.name}</a>' in page
+        assert listed == (path.name not in beside), path.name
+        if listed:
+            assert hashlib.sha256(path.read_bytes()).hexdigest() in page
+
+
+def words_of(page):
+    """Return what a page says, without its marks."""
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", page)).split())

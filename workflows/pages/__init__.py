@@ -1,0 +1,1 @@
+"""Pages that people open after a run: one look for all, nothing loaded from elsewhere."""

@@ -1,0 +1,128 @@
+"""A page in one file: a template, its figures inside, the files that lie beside it."""
+
+import base64
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
+from chaincor.workflows.pages.typesetting import (
+    format_fitted,
+    format_number,
+    format_short,
+    format_value,
+    mark_up,
+    symbols,
+    typeset,
+    without_links,
+)
+
+# An SVG beyond this size is shown as PNG in the page.
+_LARGEST_SVG = 400_000
+
+
+def page_environment(package: str) -> Environment:
+    """Return what renders the templates of a package: pages extend ``page.html.j2``."""
+    environment = Environment(
+        loader=ChoiceLoader([PackageLoader(package), PackageLoader("chaincor.workflows.pages")]),
+        autoescape=lambda name: name is not None and name.endswith("html.j2"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["number"] = format_number
+    environment.filters["short"] = format_short
+    environment.filters["value"] = format_value
+    environment.filters["fitted"] = format_fitted
+    environment.filters["typeset"] = lambda text: typeset(without_links(text))
+    environment.filters["marked"] = mark_up
+    environment.filters["symbols"] = lambda text: mark_up(symbols(str(text)))
+    return environment
+
+
+def data_uri(rendered: Mapping[str, bytes]) -> str:
+    """Return a figure as a data URI: its ``svg``, or where that is missing or large its ``png``."""
+    kind = "svg" if len(rendered.get("svg", bytes(_LARGEST_SVG + 1))) <= _LARGEST_SVG else "png"
+    media = {"svg": "image/svg+xml", "png": "image/png"}[kind]
+    return f"data:{media};base64,{base64.b64encode(rendered[kind]).decode()}"
+
+
+@dataclass(frozen=True)
+class PageFigure:
+    """
+    A figure of a page.
+
+    Attributes
+    ----------
+    key : str
+        Name of its files, without the ending.
+    title, caption : str
+        What it is, and what to see.
+    alt : str
+        The same for those who do not see it.
+    image : str
+        Data URI.
+    files : tuple of str
+        Its files beside the page.
+    """
+
+    key: str
+    title: str
+    caption: str
+    alt: str
+    image: str
+    files: tuple[str, ...]
+
+
+def drawn_figures(
+    folder: Path, about: Mapping[str, tuple[str, str]], alt: str
+) -> tuple[PageFigure, ...]:
+    """
+    Return the figures that lie in a folder as PNG or SVG, in the order of `about`.
+
+    `about` has a title and a caption for each name; `alt` says of what collision they are.
+    """
+    figures = []
+    for key, (title, caption) in about.items():
+        found = {kind: folder / f"{key}.{kind}" for kind in ("svg", "png")}
+        files = {kind: path for kind, path in found.items() if path.exists()}
+        if files:
+            image = data_uri({kind: path.read_bytes() for kind, path in files.items()})
+            names = tuple(path.name for path in files.values())
+            figures.append(PageFigure(key, title, caption, f"{title}: {alt}", image, names))
+    return tuple(figures)
+
+
+@dataclass(frozen=True)
+class ListedFile:
+    """A file, what it holds, its size in bytes and its SHA-256 in hexadecimal."""
+
+    name: str
+    holds: str
+    size: int
+    sha256: str
+
+
+def listed_file(path: Path, holds: str) -> ListedFile:
+    """Return what a page says of a file."""
+    with path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return ListedFile(path.name, holds, path.stat().st_size, digest)
+
+
+def files_written(folder: Path, holds: Mapping[str, str]) -> tuple[ListedFile, ...]:
+    """List the files of a folder; `holds` says by name, or by ``*`` and ending, what they hold."""
+    return tuple(
+        listed_file(path, holds.get(path.name, holds.get(f"*{path.suffix}", "")))
+        for path in sorted(folder.iterdir())
+    )
+
+
+def write_page(path: Path, package: str, contents: Mapping[str, Any]) -> None:
+    """Write a page from the template of its name in a package."""
+    template = page_environment(package).get_template(f"{path.name}.j2")
+    path.write_text(template.render(**contents), encoding="utf-8")
