@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,11 +78,17 @@ def describe(analysis: CollisionAnalysis) -> str:
     return f"{name}, $n$ = {analysis.particles}{unequal}, {speed}"
 
 
-def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool = True) -> Path:
+def write_report(
+    analysis: CollisionAnalysis,
+    folder: Path | str,
+    figures: bool = True,
+    finish: Callable[[Path], None] | None = None,
+) -> Path:
     """
     Write ``analysis.json``, ``arrays.npz``, three CSV files and, if wanted, the figures.
 
-    Files appear together when all are written; others in the folder stay.
+    Files appear together when all are written; others in the folder stay. `finish` is called with
+    the folder they are in until then, and may add to them.
     """
     folder = Path(folder)
     with folder_aside(folder) as aside:
@@ -114,6 +120,8 @@ def write_report(analysis: CollisionAnalysis, folder: Path | str, figures: bool 
         _write_table(aside / "history.csv", np.column_stack(columns).tolist())
         if figures:
             draw_figures(analysis, aside)
+        if finish is not None:
+            finish(aside)
     return folder
 
 

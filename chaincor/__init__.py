@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.collision import collide as collide
     from chaincor.workflows.ensemble.collide_many import collide_many as collide_many
     from chaincor.workflows.ensemble.result import Ensemble as Ensemble
-    from chaincor.workflows.job_analysis import analyze as analyze
+    from chaincor.workflows.job_analysis.analyze import analyze as analyze
     from chaincor.workflows.result import Collision as Collision
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
@@ -31,7 +31,7 @@ _HOMES = {
     "Ensemble": "chaincor.workflows.ensemble.result",
     "Scene": "chaincor.lammps_inputs.scene",
     "Store": "chaincor.workflows.store.results_store",
-    "analyze": "chaincor.workflows.job_analysis",
+    "analyze": "chaincor.workflows.job_analysis.analyze",
     "analyze_job": "chaincor.analysis.job_folder",
     "collide": "chaincor.workflows.collision",
     "collide_many": "chaincor.workflows.ensemble.collide_many",

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.figures.style import choose_axes
+from chaincor.analysis.figures.style import BLACK, choose_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,21 +54,21 @@ def plot_mode_heat_map(
         np.arange(1, share.shape[1] + 1),
         np.clip(share.T, norm.vmin, None),
         norm=norm,
-        cmap="magma",
+        # What holds nothing has the colour of the paper, in the dark as well.
+        cmap="magma_r",
         shading="nearest",
         rasterized=True,
     )
     if last_contact is not None:
-        ax.axvline(last_contact, color="white", linewidth=1.2, linestyle=":")
+        ax.axvline(last_contact, color=BLACK, linewidth=1.2, linestyle=":")
         ax.annotate(
             "last contact",
-            (last_contact, 0.97),
+            (last_contact, 1.0),
             xycoords=("data", "axes fraction"),
-            xytext=(4, 0),
+            xytext=(0, 2),
             textcoords="offset points",
-            color="white",
             fontsize=8,
-            va="top",
+            ha="right",
         )
     ax.grid(visible=False)
     ax.set_xlabel(r"time since first contact ($\sqrt{m/k}$)")

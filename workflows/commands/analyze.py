@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.analysis.showing.numbers import eta_of_dump
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import POTENTIAL_NAMES
@@ -18,15 +17,10 @@ from chaincor.workflows.commands.scene_options import NamedNumbers, WordChoice
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from chaincor.analysis.dumps.view import DumpView
     from chaincor.analysis.job_folder import Job
     from chaincor.analysis.results import CollisionAnalysis
-    from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
     from chaincor.lammps_inputs.scene import Scene
-    from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
 @click.command()
@@ -91,7 +85,11 @@ if TYPE_CHECKING:
     help="of the dump; with --length, --mass and --stiffness [default: units.toml, else lj]",
 )
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="OUT", help="write plots and CSV"
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="OUT",
+    help="write a page (analysis.html) with its figures, CSV and JSON here",
 )
 @click.option(
     "--animation",
@@ -145,7 +143,13 @@ def analyze(
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
-    from chaincor.workflows.job_analysis import analyze_found
+    from chaincor.workflows.job_analysis.analyze import analyze_found
+    from chaincor.workflows.job_analysis.description import (
+        describe,
+        describe_bodies,
+        describe_in_units,
+    )
+    from chaincor.workflows.job_analysis.page import write_analysis_page
 
     wanted = {"length": length, "mass": mass, "stiffness": stiffness, "style": units}
     drawn: dict[str, Any] = {"output": output, "animation": animation, "xyz": xyz}
@@ -169,12 +173,16 @@ def analyze(
         bodies = analysis.to_dict()
         click.echo(json_text(bodies, _scene_of(job)) if as_json else describe_bodies(analysis))
         return
-    if output is not None:
-        write_report(analysis, output)
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
         write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
+    if output is not None:
+        more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
+        beside = {path: what for path, what in more.items() if path is not None}
+        write_report(
+            analysis, output, finish=lambda made: write_analysis_page(job, analysis, made, beside)
+        )
     known = see(job).units
     if as_json:
         found = to_json_object(analysis)
@@ -184,7 +192,7 @@ def analyze(
     else:
         click.echo(describe(analysis))
         if known != CHAIN_UNITS:
-            click.echo(_in_units(analysis, known))
+            click.echo(describe_in_units(analysis, known))
     if analysis.contradictions:
         click.get_current_context().exit(1)
 
@@ -227,101 +235,6 @@ def _view(
             raise InputError(f"--wall is {wall}; expected a finite number")
         view = replace(view, wall=wall or 0.0, upwards=direction == "+x")
     return view.with_length_of(open_trajectory(job.dump).first()) if auto else view
-
-
-def _in_units(analysis: "CollisionAnalysis", units: "UnitSystem") -> str:
-    """Say the main results in the user's units."""
-    last = analysis.contact_statistics.last_time
-    text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
-    if last is not None:
-        text += f", the last contact at t = {last * units.time:.6g}"
-    return f"{text}; lengths x {units.length:g}, times x {units.time:.6g}"
-
-
-def describe_bodies(found: "TwoBodyAnalysis") -> str:
-    """Describe two bodies for people."""
-    targets, bond = found.target_masses.size, found.bond
-    other = f"a free target of {targets}" if targets else "a soft wall"
-    lines = [
-        f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
-        f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
-        "",
-        f"restitution (energy)   eta = {eta_of_dump(found.restitution, None, found.data_error)}",
-        f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
-        "contacts               not told",
-    ]
-    bodies = [("chain", found.velocity_after, found.energy)]
-    if targets:
-        bodies.append(("target", found.target_velocity_after, found.target_energy))
-    for name, velocity, energy in bodies:
-        text = f"{name:22} velocity {velocity:.6g}"
-        if energy is not None:
-            text += f", translation {energy.translation:.6g}, vibration {energy.vibration:.6g}"
-        lines.append(text)
-    if found.energy_drift is not None:
-        lines.append(f"energy drift           {found.energy_drift:.1e}")
-    if targets:
-        lines.append(f"momentum residual      {found.momentum_residual:.1e} M v0")
-    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
-
-
-def describe(analysis: "CollisionAnalysis") -> str:
-    """Describe the results for people, in some lines with the caveats at the end."""
-    statistics = analysis.contact_statistics
-    bond = analysis.bond
-    speed = f"v0 = {analysis.velocity:.6g}"
-    if bond is not None and bond.natural_speed is not None:
-        speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
-    name = "unknown" if bond is None else bond.name
-    contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
-    eta = eta_of_dump(analysis.restitution, analysis.restitution_error, analysis.data_error)
-    lines = [
-        f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames",
-        "",
-        f"restitution (energy)   eta = {eta}",
-        f"restitution (speed)    e   = {analysis.kinematic_restitution:.6g}",
-        f"contacts               {contacts}, the last at t = {_number(statistics.last_time)}",
-        f"f/n                    {statistics.per_particle:.4g}",
-    ]
-    if statistics.mean_interval is not None:
-        lines += [
-            f"interval               {statistics.mean_interval:.6g} on average, "
-            f"median {statistics.median_interval:.6g}",
-        ]
-    lines += [
-        f"incoming speed         {_number(statistics.mean_speed)} v0 on average",
-        f"momentum residual      {analysis.momentum_residual:.1e} of that at impact",
-    ]
-    if analysis.energy_end is not None:
-        share = 100.0 * float(analysis.energy_end.vibration / analysis.energy_end.total)
-        lines += [
-            f"energy drift           {analysis.energy_drift:.1e}",
-            f"vibration              {share:.4g} % of the energy, "
-            f"anharmonic remainder {analysis.anharmonic_remainder:.3g}",
-        ]
-    if analysis.particles > 1:
-        if analysis.restitution_bound is None or analysis.restitution_bound > _WARM:
-            lines.append(f"strongest at first     {_strongest(analysis.mode_energies_start)}")
-        lines += [
-            f"strongest modes        {_strongest(analysis.mode_energies)}",
-            f"bond lengths           {analysis.bond_min:.4g} to {analysis.bond_max:.4g}",
-        ]
-    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in analysis.caveats)])
-
-
-def _strongest(energies: "NDArray[np.float64]") -> str:
-    """Return the three modes of most energy, with their shares of that of all."""
-    strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
-    total = float(energies.sum())
-    return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
-
-
-# A chain whose inner motion is more than so much of its energy came warm.
-_WARM = 1.0 + 1e-9
-
-
-def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.6g}"
 
 
 def _bond(options: dict[str, Any]) -> Potential | None:

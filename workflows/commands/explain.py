@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from chaincor.lammps_inputs.errors import meant
-from chaincor.workflows.showing.terms import TERMS, other_names
+from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
@@ -21,20 +21,20 @@ def explain(words: tuple[str, ...]) -> None:
     """
     errors = dict(_SECTION.findall(_page()))
     if not words:
-        for name, text in TERMS.items():
+        for name, text in ALL_TERMS.items():
             _paragraph(f"{name}: {text}.")
         _paragraph(f"errors, each explained by its name: {', '.join(errors)}")
         return
     word = " ".join(words)
-    names = {**{name: name for name in (*TERMS, *errors)}, **other_names()}
+    names = {**{name: name for name in (*ALL_TERMS, *errors)}, **other_names()}
     near = meant(word, names)
     if near is None:
         raise click.UsageError(
-            f"'{word}' is not explained; expected one of {', '.join((*TERMS, *errors))}"
+            f"'{word}' is not explained; expected one of {', '.join((*ALL_TERMS, *errors))}"
         )
     name = names[near]
-    if name in TERMS:
-        _paragraph(f"{name}: {TERMS[name]}.")
+    if name in ALL_TERMS:
+        _paragraph(f"{name}: {ALL_TERMS[name]}.")
         return
     click.echo(name)
     for paragraph in _plain(errors[name]).strip().splitlines():

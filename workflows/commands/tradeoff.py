@@ -23,7 +23,7 @@ _SCRIPT = ("script", "observable", "vary", "fix", "seeds", "phases", "timeout", 
     "--output",
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
-    help="write figures (PNG, SVG), CSV and JSON here",
+    help="write a page (tradeoff.html) with its figures, CSV and JSON here",
 )
 @click.option("--quick", is_flag=True, help="fewer settings: some 15 s instead of 90 s")
 @click.option(

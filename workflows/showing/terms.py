@@ -29,6 +29,57 @@ TERMS = {
     "runs for the error bar",
 }
 
+OF_DUMPS = {
+    "frames": "states of all particles that the dump holds; what happens between two of them is "
+    "worked out from both",
+    "format and reading": "how far eta may be from that of the run because the dump has so many "
+    "digits and frames; the error of the run itself (steps, table, wall) is not in it",
+    "f/n": "contacts per particle of the chain; 1 for hard balls, about 0.87 for long chains of "
+    "springs",
+    "interval": "time from one contact to the next, in units of sqrt(mass/stiffness)",
+    "incoming speed": "speed of particle 1 just before a contact, in units of v0, the speed of the "
+    "chain before the first",
+    "vibration": "share of the energy in the last frame that is not translation of the chain",
+    "anharmonic remainder": "bond energy in the last frame that the modes, which are those of "
+    "springs, leave out",
+    "strongest modes": "the three vibrations with most energy in the last frame, and their shares "
+    "of the energy of all modes; j = 1 has the longest wave, of two chain lengths",
+    "strongest at first": "the same in the first frame, of a chain that came vibrating",
+    "note": "what limits the numbers above; one that says something impossible forbids to trust "
+    "any of them, and the exit status is then 1",
+}
+
+OF_STUDIES = {
+    "setting": "engine, wall, scheme, table and step (dt of Verlet, H of composed schemes) "
+    "together",
+    "kept": "the error of eta that a setting promises here and in scenes like this one: the worst "
+    "that it or a smaller step had, times a reserve",
+    "cause wall": "the stock wall less the located one, at the same steps; none where contacts are "
+    "located within the step",
+    "cause integrator": "what finite steps leave with exact bonds, exact contacts and no rounding",
+    "cause table": "tabulated bonds less exact ones, at the same steps",
+    "cause rounding": "double precision less wider numbers, at the same steps",
+    "cause output": "what eta loses where it is read from a default dump, which has six digits; "
+    "it is not in the total",
+    "median, rms, worst": "of the error of eta at steps some hundredths apart, without its sign: "
+    "where these are far from each other the error is a matter of luck",
+}
+
+OF_SCRIPTS = {
+    "rung": "nearby values of the variable, one run each; a ladder is a row of rungs from coarse "
+    "to fine",
+    "regular": "the error is a smooth power of the step: the value can be extrapolated",
+    "irregular": "the number jumps about between nearby steps, by less the finer they are",
+    "noise": "the number jumps about, and the step has no part in it: only more runs help",
+    "cannot tell": "none of regular, irregular and noise is sure",
+    "order": "the power of the step that the error, or its scatter, falls with; after +- what it "
+    "holds within in 95 of 100 cases",
+    "scatter": "standard deviation of one run at nearby values",
+    "promises": "the error that a single run on this rung keeps",
+}
+
+ALL_TERMS = TERMS | OF_DUMPS | OF_STUDIES | OF_SCRIPTS
+
 
 # What people look a term up by.
 _ALSO = {
@@ -40,6 +91,16 @@ _ALSO = {
     "run by": ("engine", "wall", "scheme", "H", "event", "reflect", "reference", "lammps", "table"),
     "chain": ("translation", "vibration"),
     "fragments": ("broken",),
+    "format and reading": ("data error",),
+    "strongest modes": ("modes", "j"),
+    "note": ("notes", "caveats"),
+    "cause integrator": ("integrator",),
+    "cause table": ("cause",),
+    "cause rounding": ("rounding",),
+    "cause output": ("output",),
+    "median, rms, worst": ("median", "rms", "worst", "phases"),
+    "order": ("verdict",),
+    "promises": ("promised",),
 }
 
 

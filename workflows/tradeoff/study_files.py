@@ -1,4 +1,4 @@
-"""A study in files: JSON, CSV and figures."""
+"""A study in files: a page, JSON, CSV and figures."""
 
 import csv
 import json
@@ -17,6 +17,7 @@ from chaincor.workflows.tradeoff.front import (
     promised_errors,
 )
 from chaincor.workflows.tradeoff.measurement import Measurement
+from chaincor.workflows.tradeoff.page import write_study_page
 from chaincor.workflows.tradeoff.settings import time_unit
 from chaincor.workflows.tradeoff.study import Tradeoff
 from chaincor.workflows.versions import versions
@@ -117,7 +118,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
 
 
 def write_study(study: Tradeoff, folder: Path) -> None:
-    """Write a study: ``tradeoff.json``, three CSV files, and figures as PNG and SVG."""
+    """Write a study: ``tradeoff.html``, its JSON, three CSV files, and figures as PNG and SVG."""
     plain = to_dict(study)
     with folder_aside(folder) as aside:
         (aside / "tradeoff.json").write_text(
@@ -127,6 +128,7 @@ def write_study(study: Tradeoff, folder: Path) -> None:
         _write_csv(aside / "error_budget.csv", plain["budgets"])
         _write_csv(aside / "tables.csv", plain["tables"])
         _draw(study, aside)
+        write_study_page(study, plain, aside)
 
 
 def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:

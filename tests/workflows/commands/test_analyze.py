@@ -1,3 +1,4 @@
+import hashlib
 import json
 
 import numpy as np
@@ -6,6 +7,8 @@ import pytest
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
+from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
+from tests.page_checks import check_file_list, read_page, words_of
 
 
 def frame(step, time, x, v):
@@ -85,6 +88,31 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
     written = {path.name for path in out.iterdir()}
     assert {"analysis.json", "arrays.npz", "modes.csv", "trajectories.png", "c.xyz"} <= written
     assert not any(name.startswith(".") for name in written)
+    page = read_page(out / "analysis.html")
+    check_file_list(page, out, beside={"analysis.html", "c.xyz"})
+    told = words_of(page)
+    assert str(out / "c.xyz") in told
+    # What the terminal says is there, each name explained, and every figure that was drawn.
+    _, text, _ = run(capsys, job, "--potential", "harmonic")
+    lines = text.partition("\n\n")[2].partition("\n\n")[0].splitlines()
+    assert len(lines) > 9
+    for line in lines:
+        assert f"<b>{line[:22].strip()}</b>" in page
+        assert (TERMS | OF_DUMPS)[line[:22].strip()]
+    assert page.count("<figure ") == sum(name.endswith(".png") for name in written)
+    assert hashlib.sha256((job / "dump.lammpstrj").read_bytes()).hexdigest() in page
+
+
+def test_a_page_warns_of_what_is_impossible(job, tmp_path, capsys):
+    dump = job / "dump.lammpstrj"
+    # The last frames come back twice as fast as physics allows.
+    head, *frames = dump.read_text().split("ITEM: TIMESTEP")
+    fast = [frame.replace(" 0.1 ", " 0.2 ") for frame in frames[-16:]]
+    dump.write_text("ITEM: TIMESTEP".join([head, *frames[:-16], *fast]))
+    out = tmp_path / "out"
+    status, *_ = run(capsys, job, "--potential", "harmonic", "-o", out)
+    assert status == 1
+    assert "Contradicted." in words_of(read_page(out / "analysis.html"))
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from chaincor.workflows.showing.terms import TERMS, other_names
+from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 from tests.docs.test_errors_page import named_errors
 from tests.workflows.commands.test_run import chaincor
 
@@ -11,17 +11,17 @@ def test_all_is_listed(capsys):
     status, out, _ = chaincor(capsys, "explain")
     assert status == 0
     plain = " ".join(out.split())
-    assert all(f"{name}: {text}." in plain for name, text in TERMS.items())
+    assert all(f"{name}: {text}." in plain for name, text in ALL_TERMS.items())
     assert all(name in plain for name in named_errors())
 
 
-@pytest.mark.parametrize("word", [*TERMS, *other_names(), "ETA", "momentum-residual"])
+@pytest.mark.parametrize("word", [*ALL_TERMS, *other_names(), "ETA", "momentum-residual"])
 def test_each_word_leads_to_its_term(capsys, word):
     status, out, _ = chaincor(capsys, "explain", *word.split())
     assert status == 0
     term = out.partition(":")[0]
-    assert term == other_names().get(word, word if word in TERMS else term)
-    assert term in TERMS
+    assert term == other_names().get(word, word if word in ALL_TERMS else term)
+    assert term in ALL_TERMS
 
 
 @pytest.mark.parametrize("name", sorted(named_errors()))

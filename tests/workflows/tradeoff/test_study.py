@@ -11,8 +11,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.commands.tradeoff import tradeoff
 from chaincor.workflows.tradeoff import study as study_module
 from chaincor.workflows.tradeoff.description import describe_study
+from chaincor.workflows.tradeoff.front import describe
 from chaincor.workflows.tradeoff.study import Plan, bare_scene, measure_tradeoff
 from chaincor.workflows.tradeoff.study_files import to_dict, write_study
+from tests.page_checks import check_file_list, read_page, words_of
 
 pytestmark = pytest.mark.slow
 
@@ -99,6 +101,12 @@ def test_files_hold_what_was_measured(study, tmp_path):
     for name in ("work_precision", "error_budget", "tables"):
         for ending in ("png", "svg"):
             assert (tmp_path / "out" / f"{name}.{ending}").stat().st_size > 5000
+    page = read_page(tmp_path / "out" / "tradeoff.html")
+    check_file_list(page, tmp_path / "out", beside={"tradeoff.html"})
+    told = words_of(page)
+    assert f"{study.truth.restitution_error:.0e}".replace("e-", "e−") in told
+    assert all(describe(row.setting) in told for rows in study.cheapest.values() for row in rows)
+    assert study.scene.sha256 in page
 
 
 def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, monkeypatch):

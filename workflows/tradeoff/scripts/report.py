@@ -12,6 +12,7 @@ from chaincor.analysis.atomic_write import folder_aside
 from chaincor.workflows.json_output import stamped
 from chaincor.workflows.result import finite
 from chaincor.workflows.tradeoff.scripts.ladder_runs import SEED, ScriptLadder
+from chaincor.workflows.tradeoff.scripts.page import write_script_page
 from chaincor.workflows.tradeoff.scripts.script_run import format_command
 from chaincor.workflows.tradeoff.scripts.study import ScriptTradeoff
 
@@ -32,24 +33,9 @@ def describe_script_study(study: ScriptTradeoff) -> str:
 
 
 def _describe_ladder(study: ScriptTradeoff, each: ScriptLadder) -> list[str]:
-    verdict = each.verdict
     lines = [f"at {name} = {value}" for name, value in each.fixed.items()]
-    lines.append(f"verdict      {verdict.kind}: {verdict.reason}")
-    if verdict.order is not None and verdict.order_error is not None:
-        what = "of the scatter" if verdict.kind == "irregular" else "of the error"
-        lines.append(f"order        {with_bar(verdict.order, verdict.order_error)} {what}")
-    if verdict.value is not None and verdict.value_error is not None:
-        source = {"regular": "extrapolated", "noise": "mean of all runs"}.get(
-            verdict.kind, "mean of the finest runs"
-        )
-        lines.append(f"value        {with_bar(verdict.value, verdict.value_error)}, {source}")
-    if not each.repeatable:
-        lines.append("note         the same command printed different digits twice")
-    failed = [run for run in each.runs if run.failure]
-    lines += [
-        f"failed       {study.ladder.name} = {run.variables[study.ladder.name]}: {run.failure}"
-        for run in failed
-    ]
+    *told, advice = [f"{name:<12} {text}" for name, text in _told(study, each)]
+    lines += told
     lines.append(
         f"{study.ladder.name:>12} {'mean':>16} {'scatter':>10} {'promises':>10} {'time':>9}"
     )
@@ -59,7 +45,30 @@ def _describe_ladder(study: ScriptTradeoff, each: ScriptLadder) -> list[str]:
             f"{study.ladder.text(float(value)):>12} {each.results[k].mean():>16.10g} "
             f"{each.verdict.scatter[k]:>10.1e} {promised:>10} {each.seconds[k]:>7.2g} s"
         )
-    return [*lines, f"advice       {advise(study, each)}"]
+    return [*lines, advice]
+
+
+def _told(study: ScriptTradeoff, each: ScriptLadder) -> list[tuple[str, str]]:
+    """Say what a ladder told, the advice last."""
+    verdict = each.verdict
+    told = [("verdict", f"{verdict.kind}: {verdict.reason}")]
+    if verdict.order is not None and verdict.order_error is not None:
+        what = "of the scatter" if verdict.kind == "irregular" else "of the error"
+        told.append(("order", f"{with_bar(verdict.order, verdict.order_error)} {what}"))
+    if verdict.value is not None and verdict.value_error is not None:
+        source = {"regular": "extrapolated", "noise": "mean of all runs"}.get(
+            verdict.kind, "mean of the finest runs"
+        )
+        told.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {source}"))
+    if not each.repeatable:
+        told.append(("note", "the same command printed different digits twice"))
+    name = study.ladder.name
+    told += [
+        ("failed", f"{name} = {run.variables[name]}: {run.failure}")
+        for run in each.runs
+        if run.failure
+    ]
+    return [*told, ("advice", advise(study, each))]
 
 
 def advise(study: ScriptTradeoff, each: ScriptLadder) -> str:
@@ -172,7 +181,7 @@ def _ladder_dict(study: ScriptTradeoff, each: ScriptLadder) -> dict[str, Any]:
 
 
 def write_script_study(study: ScriptTradeoff, folder: Path) -> None:
-    """Write a study: ``tradeoff.json``, ``runs.csv``, and the figure as PNG and SVG."""
+    """Write a study: ``tradeoff.html`` and ``.json``, ``runs.csv``, the figure as PNG and SVG."""
     plain = stamped(script_study_to_dict(study))
     with folder_aside(folder) as aside:
         text = json.dumps(plain, indent=2, allow_nan=False)
@@ -188,6 +197,7 @@ def write_script_study(study: ScriptTradeoff, folder: Path) -> None:
             writer.writeheader()
             writer.writerows(rows)
         _draw(study, aside)
+        write_script_page(study, [_told(study, each) for each in study.ladders], plain, aside)
 
 
 def _draw(study: ScriptTradeoff, folder: Path) -> None:

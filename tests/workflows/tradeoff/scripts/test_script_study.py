@@ -1,5 +1,6 @@
 """Studies of scripts by the real lmp command."""
 
+import hashlib
 import json
 import os
 import shutil
@@ -26,6 +27,7 @@ from chaincor.workflows.tradeoff.scripts.script_run import (
     list_files,
     run_script,
 )
+from tests.page_checks import check_file_list, read_page, words_of
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "examples" / "scripts"
 # Prints what it is told to: the law of its error is known, and it takes a moment.
@@ -94,7 +96,17 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
     assert "verdict      regular" in text
     assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
     names = {path.name for path in out.iterdir()}
-    assert names == {"tradeoff.json", "runs.csv", "work_precision.png", "work_precision.svg"}
+    pictures = {"work_precision.png", "work_precision.svg"}
+    assert names == {"tradeoff.html", "tradeoff.json", "runs.csv", *pictures}
+    page = read_page(out / "tradeoff.html")
+    check_file_list(page, out, beside={"tradeoff.html"})
+    told = words_of(page)
+    assert "regular" in told
+    assert "0.1:0.02:4" in told
+    # Each line of the terminal's ladder is on the page.
+    for rung in json.loads((out / "tradeoff.json").read_text())["ladders"][0]["rungs"]:
+        assert f"{rung['mean']:.10g}" in told
+    assert hashlib.sha256(law.read_bytes()).hexdigest() in page
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from chaincor.analysis.analysis_files import to_json_object
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.job_analysis import analyze
+from chaincor.workflows.job_analysis.analyze import analyze
 from tests.workflows.commands.test_run import chaincor
 
 HARMONIC = Scene(potential="harmonic", particles=6, scheme="verlet", timestep=0.02, error=False)

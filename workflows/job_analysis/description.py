@@ -1,0 +1,111 @@
+"""An analysis in lines of text, as ``chaincor analyze`` prints it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.results import CollisionAnalysis
+from chaincor.analysis.showing.numbers import eta_of_dump
+from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
+from chaincor.lammps_inputs.units.unit_system import UnitSystem
+
+# A chain whose inner motion is more than so much of its energy came warm.
+_WARM = 1.0 + 1e-9
+
+
+def describe(analysis: CollisionAnalysis) -> str:
+    """Describe the results for people, in some lines with the caveats at the end."""
+    named = [f"{name:22} {text}" for name, text in rows(analysis)]
+    notes = [f"note: {caveat}" for caveat in analysis.caveats]
+    return "\n".join([heading(analysis), "", *named, "", *notes])
+
+
+def heading(analysis: CollisionAnalysis) -> str:
+    """Say what collided, and how many frames show it."""
+    bond = analysis.bond
+    speed = f"v0 = {analysis.velocity:.6g}"
+    if bond is not None and bond.natural_speed is not None:
+        speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
+    name = "unknown" if bond is None else bond.name
+    return f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames"
+
+
+def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
+    """Return what came out, each with its name; ``workflows.showing.terms`` explains the names."""
+    statistics = analysis.contact_statistics
+    contacts = f"at least {statistics.count}" if analysis.contacts is None else statistics.count
+    eta = eta_of_dump(analysis.restitution, analysis.restitution_error, analysis.data_error)
+    found = [
+        ("restitution (energy)", f"eta = {eta}"),
+        ("restitution (speed)", f"e   = {analysis.kinematic_restitution:.6g}"),
+        ("contacts", f"{contacts}, the last at t = {_number(statistics.last_time)}"),
+        ("f/n", f"{statistics.per_particle:.4g}"),
+    ]
+    if statistics.mean_interval is not None:
+        text = f"{statistics.mean_interval:.6g} on average, median {statistics.median_interval:.6g}"
+        found.append(("interval", text))
+    found += [
+        ("incoming speed", f"{_number(statistics.mean_speed)} v0 on average"),
+        ("momentum residual", f"{analysis.momentum_residual:.1e} of that at impact"),
+    ]
+    if analysis.energy_end is not None:
+        share = 100.0 * float(analysis.energy_end.vibration / analysis.energy_end.total)
+        left_out = f"anharmonic remainder {analysis.anharmonic_remainder:.3g}"
+        found += [
+            ("energy drift", f"{analysis.energy_drift:.1e}"),
+            ("vibration", f"{share:.4g} % of the energy, {left_out}"),
+        ]
+    if analysis.particles > 1:
+        if analysis.restitution_bound is None or analysis.restitution_bound > _WARM:
+            found.append(("strongest at first", _strongest(analysis.mode_energies_start)))
+        found += [
+            ("strongest modes", _strongest(analysis.mode_energies)),
+            ("bond lengths", f"{analysis.bond_min:.4g} to {analysis.bond_max:.4g}"),
+        ]
+    return found
+
+
+def describe_in_units(analysis: CollisionAnalysis, units: UnitSystem) -> str:
+    """Say the main results in the user's units."""
+    last = analysis.contact_statistics.last_time
+    text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
+    if last is not None:
+        text += f", the last contact at t = {last * units.time:.6g}"
+    return f"{text}; lengths x {units.length:g}, times x {units.time:.6g}"
+
+
+def describe_bodies(found: TwoBodyAnalysis) -> str:
+    """Describe two bodies for people."""
+    targets, bond = found.target_masses.size, found.bond
+    other = f"a free target of {targets}" if targets else "a soft wall"
+    lines = [
+        f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
+        f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
+        "",
+        f"restitution (energy)   eta = {eta_of_dump(found.restitution, None, found.data_error)}",
+        f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
+        "contacts               not told",
+    ]
+    bodies = [("chain", found.velocity_after, found.energy)]
+    if targets:
+        bodies.append(("target", found.target_velocity_after, found.target_energy))
+    for name, velocity, energy in bodies:
+        text = f"{name:22} velocity {velocity:.6g}"
+        if energy is not None:
+            text += f", translation {energy.translation:.6g}, vibration {energy.vibration:.6g}"
+        lines.append(text)
+    if found.energy_drift is not None:
+        lines.append(f"energy drift           {found.energy_drift:.1e}")
+    if targets:
+        lines.append(f"momentum residual      {found.momentum_residual:.1e} M v0")
+    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
+
+
+def _strongest(energies: NDArray[np.float64]) -> str:
+    """Return the three modes of most energy, with their shares of that of all."""
+    strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
+    total = float(energies.sum())
+    return ", ".join(f"j = {j}: {100.0 * energy / total:.3g} %" for j, energy in strongest)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"

@@ -1,0 +1,129 @@
+"""An analysis as one page: numbers, what they mean, figures, and the files they come from."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from chaincor.analysis.job_folder import Job
+from chaincor.analysis.results import CollisionAnalysis
+from chaincor.analysis.showing.numbers import known_digits
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.job_analysis.description import heading, rows
+from chaincor.workflows.pages.page import (
+    ListedFile,
+    drawn_figures,
+    files_written,
+    listed_file,
+    write_page,
+)
+from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
+from chaincor.workflows.versions import processor, versions
+
+PAGE = "analysis.html"
+
+FIGURES = {
+    "trajectories": (
+        "World lines",
+        "Each line is one particle, its displacements magnified. Dots on the wall are contacts of "
+        "particle 1; the dashed line is the sound that the first contact sends through the chain.",
+    ),
+    "contacts": (
+        "Contacts",
+        "Above, the time from each contact to the next; below, how fast particle 1 comes in. The "
+        "lines are what two particles do at low speed.",
+    ),
+    "energy": (
+        "Where the energy is",
+        "Translation of the whole chain and vibration within it, as shares of the energy at "
+        "impact. What is translation after the last contact is eta.",
+    ),
+    "bonds": (
+        "Bond lengths",
+        "The shortest and the longest bond of the chain in each frame. A longest bond that keeps "
+        "growing is a chain that broke.",
+    ),
+    "spectrum": (
+        "Energy of the modes",
+        "Vibration j after the last frame, the longest wave first. The line is what contacts that "
+        "are all alike would leave (Basile and Dumont).",
+    ),
+    "mode_heat_map": (
+        "Energy of the modes in time",
+        "How each contact feeds the vibrations, the longest waves at the bottom.",
+    ),
+}
+
+_HOLDS = {
+    "analysis.json": "all numbers of this page, and the lists of contacts and modes",
+    "arrays.npz": "masses, contacts, modes, and the motion, as NumPy arrays",
+    "contacts.csv": "each contact: time, interval, incoming speed",
+    "modes.csv": "each mode: frequency, energy, its share, what equal contacts would give",
+    "history.csv": "each frame: momentum, energies, shortest and longest bond",
+    "*.png": "figure",
+}
+
+
+def write_analysis_page(
+    job: Job, analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str]
+) -> None:
+    """
+    Write ``analysis.html`` about what lies in a folder that `write_report` has filled.
+
+    `beside` are other files that were written, and what they hold.
+    """
+    statistics = analysis.contact_statistics
+    error = analysis.restitution_error
+    scene = None if job.scene is None else Scene.from_file(job.scene)
+    terms = TERMS | OF_DUMPS
+    settings = {
+        "contacts found by": analysis.detection.method,
+        "frames": f"{analysis.frames}, from t = {analysis.time_start:.6g} to "
+        f"{analysis.time_end:.6g} (0: first contact)",
+        "time step of the dump": "the dump carries the time"
+        if analysis.timestep is None
+        else f"{analysis.timestep:.12g}",
+    }
+    if scene is not None:
+        settings |= {f"scene: {key}": str(value) for key, value in scene.canonical_fields.items()}
+        settings["scene: SHA-256"] = scene.sha256
+    contents = {
+        "heading": heading(analysis),
+        "eta": known_digits(analysis.restitution, max(error or 0.0, analysis.data_error, 1e-12)),
+        "eta_error": None if error is None else f"{error:.1e}",
+        "data_error": f"{analysis.data_error:.1e}",
+        "kinematic": f"{analysis.kinematic_restitution:.6g}",
+        "contacts": f"{'≥ ' if analysis.contacts is None else ''}{statistics.count}",
+        "rows": [(name, text, terms[name]) for name, text in rows(analysis)],
+        "terms": {name: terms[name] for name in _BESIDE},
+        "contradictions": analysis.contradictions,
+        "notes": [each for each in analysis.caveats if each not in analysis.contradictions],
+        "figures": drawn_figures(folder, FIGURES, heading(analysis)),
+        "settings": settings | {"processor of the analysis": processor()},
+        "versions": versions(),
+        "read": _files_read(job),
+        "written": files_written(folder, _HOLDS),
+        "beside": [
+            replace(listed_file(path, what), name=str(path)) for path, what in beside.items()
+        ],
+    }
+    write_page(folder / PAGE, "chaincor.workflows.job_analysis", contents)
+
+
+# Words that stand beside the numbers and name none of them.
+_BESIDE = ("v*", "frames", "format and reading", "anharmonic remainder")
+
+
+def _files_read(job: Job) -> list[ListedFile]:
+    found = {
+        "dump": (job.dump,),
+        "data file": (job.data,),
+        "scene": (job.scene,),
+        "script": job.scripts,
+        "log": job.logs,
+    }
+    return [
+        listed_file(path, kind)
+        for kind, paths in found.items()
+        for path in paths
+        if path is not None
+    ]
