@@ -53,6 +53,7 @@ FLOORS = {
         {"chain_coast"},
         {"chain"},
         {"finish", "kernels"},
+        {"blocks"},
         {"motion", "compile"},
         {"contact_search", "stages"},
     ],

@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import interrupts
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
+from chaincor.workflows.engines.in_house import chain as chain_module
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -57,7 +58,8 @@ class Counted:
         return status
 
 
-def test_no_call_does_more_work_than_it_may():
+def test_no_call_does_more_work_than_it_may(monkeypatch):
+    monkeypatch.setattr(chain_module, "cores", lambda: 1)
     scene = Scene(potential="lj", particles=200_001, speed=0.4)
     scheme = STEP_SCHEMES["order4"]
     kernels = Counted(kernels_for(scene.bond, scheme))

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.blocks import running
+from chaincor.workflows.engines.in_house.blocks.cores import cores
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.stages import State
@@ -133,7 +135,8 @@ class Chain:
         ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
         near = State(np.empty(reach), np.empty(reach + 1))
         last, kept, trial = (_copied(now) for _ in range(3))
-        return cls(ledger, motion.Arrays(now, last, kept, near, trial, contacts))
+        log = np.empty((2, 0))
+        return cls(ledger, motion.Arrays(now, last, kept, near, trial, contacts, log))
 
     @classmethod
     def in_flight(
@@ -216,15 +219,33 @@ class Chain:
             Why it came back, see ``motion``.
         """
         kernels, scheme, ledger = stepper.kernels, stepper.scheme, self.ledger
+        count = cores() if len(self.strain) >= running.LEAST_ACTIVE else 1
+        loops = _block_loops(stepper) if count > 1 else None
         most = steps_at_once(scheme.evaluations * len(self.strain))
         arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
         while True:
-            until = min(goal, int(ledger.steps) + most)
+            steps = int(ledger.steps)
+            if loops is not None and running.pays(int(ledger.active), goal - steps):
+                return running.advance(ledger, self.arrays, loops, goal, count)
+            until = min(goal, steps + most)
             status = kernels.advance(
                 ledger, arrays, until, stepper.step, fractions, kernels.parameters
             )
             if status != motion.DONE or ledger.steps >= goal:
                 return int(status)
+
+
+def _block_loops(stepper: Stepper) -> running.Loops | None:
+    """Return what carries chains on several cores; None where NumPy does, on one."""
+    kernels, scheme = stepper.kernels, stepper.scheme
+    if kernels.load_move is None:
+        return None
+    move, fractions = kernels.load_move(), tuple(scheme.fractions)
+    loops = running.Loops(
+        kernels.advance, move, kernels.parameters, fractions, scheme.reach, stepper.step
+    )
+    running.load(loops)
+    return loops
 
 
 def _copied(state: State) -> State:

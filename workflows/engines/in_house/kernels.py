@@ -2,11 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house.blocks.loop import build_move
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
 from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
@@ -31,12 +32,15 @@ class Kernels:
         Of the potential's kernel.
     compiled : bool
         False where the bond's force cannot be compiled and NumPy steps the chain.
+    load_move : callable or None
+        Returns the loop over a block of a long chain, see ``blocks``; None where not compiled.
     """
 
     advance: Callable
     coast: Callable
     parameters: tuple[float, ...]
     compiled: bool
+    load_move: Callable[[], Callable] | None = None
 
 
 def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
@@ -65,7 +69,8 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
     if force is not None:
         advance = _compile(force.function, force.keep, build_leap)
         coast = _compile_coast(force.function, force.keep)
-        return Kernels(advance, coast, force.parameters, compiled=True)
+        load_move = partial(_compile_move, force.function, force.keep, build_leap)
+        return Kernels(advance, coast, force.parameters, True, load_move)
 
     def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
@@ -90,3 +95,11 @@ def _compile_coast(function: Callable, keep: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)
     return compiler.compile(build_coast(stages))
+
+
+@lru_cache(maxsize=KEPT)
+def _compile_move(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    stages = looped_stages(compiler.register(function), compiler.register)
+    leap = compiler.register(build_leap(stages))
+    return compiler.compile(build_move(leap, stages), threaded=True)

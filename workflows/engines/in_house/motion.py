@@ -16,6 +16,8 @@ DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
 # Room for the contacts of one step.
 SPARE_CONTACTS = 64
+# Room in a log for the leaps of one step.
+SPARE_LEAPS = 8
 
 # A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
 # falls by about H^(2k)/(2k)!, which is 5e-14 at H = 1.
@@ -48,6 +50,7 @@ LEDGER = np.dtype(
         ("active", "i8"),  # bonds that have begun to move
         ("evaluations", "i8"),  # of all bond forces
         ("step_evaluations", "i8"),  # of one step
+        ("leaps", "i8"),  # in the log
     ]
 )
 
@@ -67,6 +70,8 @@ class Arrays(NamedTuple):
         what a step tries.
     contacts : ndarray of shape (2, capacity)
         Times and incoming speeds.
+    log : ndarray of shape (2, capacity)
+        Of each leap its duration, and whether a contact ends it. Mostly without room, and not kept.
     """
 
     now: State
@@ -75,11 +80,13 @@ class Arrays(NamedTuple):
     near: State
     trial: State
     contacts: NDArray[np.float64]
+    log: NDArray[np.float64]
 
     def unnamed(self) -> tuple:
         """Return plain tuples: named ones cost a compiled function 5 us more at each call."""
-        now, last, kept, near, trial, contacts = self
-        return tuple(now), tuple(last), tuple(kept), tuple(near), tuple(trial), contacts
+        now, last, kept, near, trial, contacts, log = self
+        states = tuple(now), tuple(last), tuple(kept), tuple(near), tuple(trial)
+        return *states, contacts, log
 
 
 class Search(NamedTuple):
@@ -112,7 +119,8 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
     callable
         ``advance(ledger, arrays, goal, step, fractions, parameters)``: take steps until `goal` of
         them are done or something needs the caller. `arrays` are those of `Arrays.unnamed`,
-        `fractions` of the scheme, unnamed as well, `parameters` of the potential.
+        `fractions` of the scheme, unnamed as well, `parameters` of the potential. With a log it
+        also comes back, with `DONE`, when there may be no room for the leaps of another step.
     """
     copy, count_outside = stages.copy, stages.count_outside
 
@@ -134,7 +142,7 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
         fractions: tuple,
         parameters: Parameters,
     ) -> int:
-        now, last, kept, near, trial, contacts = arrays
+        now, last, kept, near, trial, contacts, log = arrays
         kept, now, last = State(kept[0], kept[1]), State(now[0], now[1]), State(last[0], last[1])
         near, trial = State(near[0], near[1]), State(trial[0], trial[1])
         strain, velocity = now
@@ -144,6 +152,8 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL
+            if 0 < log.shape[1] < ledger.leaps + SPARE_LEAPS:
+                return DONE
             # After this the step is done, contacts within it included; the grid of steps is kept,
             # which keeps the motion reversible in time.
             begin = ledger.steps * step
@@ -166,8 +176,13 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
                     ledger.evaluations += ledger.step_evaluations
                     end = (x1, velocity[0], -force(strain[0], parameters))
                 time = find_contact(left, start, end, search)
+                moved = time if time >= 0.0 else left
+                if log.shape[1] > 0:
+                    if ledger.leaps == log.shape[1]:
+                        return CROWDED
+                    log[0, ledger.leaps], log[1, ledger.leaps] = moved, time >= 0.0
+                    ledger.leaps += 1
                 if likely or time >= 0.0:
-                    moved = time if time >= 0.0 else left
                     x1 = leap(x0, kept, now, trial, bonds, bonds, moved, rule)
                     ledger.evaluations += ledger.step_evaluations
                 if time < 0.0:

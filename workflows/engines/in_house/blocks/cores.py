@@ -1,0 +1,20 @@
+"""How many cores one collision may use."""
+
+import os
+import threading
+from multiprocessing import parent_process
+
+
+def cores() -> int:
+    """
+    Return how many cores one collision may use.
+
+    One in worker processes, and in threads that somebody else started: there, collisions are
+    carried out side by side. Elsewhere all that this process may use, but no more than
+    ``OMP_NUM_THREADS``, where that is a number.
+    """
+    if parent_process() is not None or threading.current_thread() is not threading.main_thread():
+        return 1
+    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    return max(1, min(found or 1, int(wanted))) if wanted.isdecimal() else found or 1

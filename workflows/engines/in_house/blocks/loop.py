@@ -1,0 +1,111 @@
+"""The loop that carries one block of a chain through many leaps."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
+from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
+from chaincor.workflows.engines.schemes import Rule
+
+# What `move` tells: strains met, the same up to the last contact, the bonds in motion at the end,
+# and whether a strain was not allowed.
+LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
+
+
+def build_move(leap: Callable, stages: Stages) -> Callable:
+    """
+    Return the loop that carries one block of a chain through many leaps.
+
+    A block is computed with a margin on either side. Where the margin ends the bond beyond is
+    missing, and what that spoils moves inward by the reach of a scheme at each leap: with a margin
+    of as many reaches as there are leaps, the block itself is what the whole chain makes of it.
+
+    Parameters
+    ----------
+    leap : callable
+        One step away from the wall, as in ``schemes``.
+    stages : Stages
+        What it is made of.
+
+    Returns
+    -------
+    callable
+        ``move(old, new, last, scratch, block, log, limits, fractions, parameters, found)``: carry
+        bonds `first` to `end` of the state `old` through the leaps of a log into `new`, and as they
+        were at the last contact into `last`. States are unnamed, `scratch` is three of them. The
+        `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed with, and
+        whether it ends with the bonds in motion; `limits` has the strains met so far, those
+        allowed, and the strain from which a bond has begun to move. What it tells goes into
+        `found`.
+    """
+    copy, count_outside = stages.copy, stages.count_outside
+
+    def move(
+        old: tuple,
+        new: tuple,
+        last: tuple,
+        scratch: tuple,
+        block: tuple[int, int, int, int, bool],
+        log: NDArray[np.float64],
+        limits: tuple[float, float, float, float, float],
+        fractions: tuple,
+        parameters: Parameters,
+        found: NDArray[np.float64],
+    ) -> None:
+        first, end, begin, stop, is_front = block
+        low, high, floor, ceiling, threshold = limits
+        old_strain, old_velocity = old[0][begin:], old[1][begin:]
+        one, another, spare = scratch
+        here, there = State(one[0], one[1]), State(another[0], another[1])
+        trial = State(spare[0], spare[1])
+        rule = Rule(fractions, parameters)
+        bonds, own = stop - begin, first - begin
+        total = old_strain.shape[0]
+        last_contact = -1
+        for k in range(log.shape[1]):
+            if log[1, k] > 0.0:
+                last_contact = k
+        found[OUTSIDE] = 0.0
+        copy(old_strain, old_velocity, here, bonds)
+        for k in range(log.shape[1]):
+            leap(0.0, here, there, trial, bonds, bonds, log[0, k], rule)
+            here, there = there, here
+            strain, velocity = here
+            mine = strain[own : end - begin]
+            if log[1, k] > 0.0:
+                if begin == 0:
+                    velocity[0] = abs(velocity[0])
+                if k == last_contact:
+                    found[CONTACT_LOW] = min(low, np.min(mine))
+                    found[CONTACT_HIGH] = max(high, np.max(mine))
+                    for i in range(first, end):
+                        last[0][i] = strain[i - begin]
+                        last[1][i] = velocity[i - begin]
+                    if is_front:
+                        last[1][end] = velocity[end - begin]
+                continue
+            if count_outside(mine, end - first, low, high) > 0:
+                smallest, largest = np.min(mine), np.max(mine)
+                low, high = min(low, smallest), max(high, largest)
+                if not (smallest > floor and largest < ceiling):
+                    found[OUTSIDE] = 1.0
+                    return
+            # As in the loop over the whole chain; the bonds ahead are as they were.
+            while is_front and bonds < total and abs(strain[bonds - FRONT_MARGIN]) > threshold:
+                more = min(total, bonds + FRONT_BLOCK)
+                for i in range(bonds, more):
+                    strain[i] = old_strain[i]
+                    velocity[i + 1] = old_velocity[i + 1]
+                bonds = more
+                end = begin + bonds
+        strain, velocity = here
+        for i in range(first, end):
+            new[0][i] = strain[i - begin]
+            new[1][i] = velocity[i - begin]
+        if is_front:
+            new[1][end] = velocity[end - begin]
+        found[LOW], found[HIGH], found[ACTIVE] = low, high, end
+
+    return move

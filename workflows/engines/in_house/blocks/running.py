@@ -1,0 +1,264 @@
+"""
+A long chain on several cores.
+
+What the wall does to a chain travels by the reach of a scheme in each leap. The head of the chain
+is therefore carried through some leaps ahead of all others, by the loop of whole chains, which
+finds the contacts and thereby how long each leap is. Then blocks of the chain go through these
+leaps side by side, each with a margin on either side that makes up for what it does not know of
+its neighbours: cores meet once in many leaps. All particles go through the arithmetic of the loop
+over the whole chain, so that no bit depends on the number of cores or of blocks.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.blocks import loop
+from chaincor.workflows.engines.in_house.stages import State
+from chaincor.workflows.engines.interrupts import steps_at_once
+
+# Leaps after which cores meet.
+LEAPS = 16
+# Blocks begin at multiples of so many bonds: more than a vector loop does at once, so that bonds
+# which it leaves over, to be done one by one, are those that it leaves over in the whole chain.
+ALIGNED = 64
+# A block has so many times its margin: less, and what is computed twice costs too much.
+LEAST_MARGINS = 8
+# Bonds in motion from which a second core pays.
+LEAST_ACTIVE = 4000
+
+
+# See ``blocks.loop``.
+_Block = tuple[int, int, int, int, bool]
+_Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
+_Scratch = tuple[_Pair, _Pair, _Pair]
+
+
+class Loops(NamedTuple):
+    """
+    What carries a chain, and by which leaps.
+
+    Attributes
+    ----------
+    advance : callable
+        The loop over a whole chain, see ``motion``.
+    move : callable
+        The loop over a block, see ``blocks.loop``.
+    parameters : NamedTuple
+        Of the potential.
+    fractions : tuple
+        Of the scheme.
+    reach : int
+        How many bonds further a leap can carry an influence.
+    step : float
+        The whole step H.
+    """
+
+    advance: Callable
+    move: Callable
+    parameters: tuple[float, ...]
+    fractions: tuple
+    reach: int
+    step: float
+
+
+def pays(active: int, steps: int) -> bool:
+    """Return whether several cores pay for so many bonds in motion, and steps to take."""
+    return active >= LEAST_ACTIVE and steps >= LEAPS
+
+
+def load(loops: Loops) -> None:
+    """Load or compile the loop over a block, which is not integration."""
+    ends, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
+    state = tuple(ends)
+    loops.move(
+        *(state, state, state, (state, state, state)),
+        *((0, 1, 0, 1, True), nothing, (0.0,) * 5),
+        *(loops.fractions, loops.parameters, np.zeros(loop.OUTSIDE + 1)),
+    )
+
+
+def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, cores: int) -> int:
+    """
+    Take steps of a chain of which at least `LEAST_ACTIVE` bonds are in motion.
+
+    Parameters
+    ----------
+    ledger, arrays
+        Of the chain; changed in place as by the loop over the whole chain, to the last bit.
+    loops : Loops
+        What carries it.
+    goal : int
+        How many steps shall be done, from the first contact on.
+    cores : int
+        On how many.
+
+    Returns
+    -------
+    int
+        Why it came back, see ``motion``.
+    """
+    state = arrays.now
+    # Blocks read the margins of each other from the state before: they write another one.
+    states = [state, State(state.strain.copy(), state.velocity.copy())]
+    head = _Head(ledger, arrays, loops)
+    blocks = _Blocks(ledger, arrays, loops, cores)
+    status = motion.DONE
+    with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
+        while status == motion.DONE and ledger.steps < goal:
+            status, leaps = head.go_ahead(states[0], goal)
+            known = status != motion.CROWDED
+            if known and leaps.shape[1] > 0:
+                known = blocks.move(states[0], states[1], leaps, helpers)
+            if not known:
+                # Seldom, and then the loop over the whole chain tells it by name.
+                whole = arrays._replace(now=states[0]).unnamed()
+                until = min(goal, int(ledger.steps) + LEAPS)
+                status = loops.advance(
+                    ledger, whole, until, loops.step, loops.fractions, loops.parameters
+                )
+            elif leaps.shape[1] > 0:
+                head.commit(ledger)
+                blocks.commit(ledger, leaps)
+                states.reverse()
+    if states[0] is not state:
+        np.copyto(state.strain, states[0].strain)
+        np.copyto(state.velocity, states[0].velocity)
+    return int(status)
+
+
+# What the head of a chain knows of the whole.
+_OF_HEAD = ("wall_distance", "momentum", "last_contact", "argue_after", "steps", "contacts")
+_COUNTED = "evaluations"
+
+
+class _Head:
+    """The particles near the wall, which go ahead."""
+
+    def __init__(self, ledger: np.record, arrays: motion.Arrays, loops: Loops) -> None:
+        self._loops, self._of_chain = loops, ledger
+        self._log = np.empty((2, LEAPS + motion.SPARE_LEAPS))
+        # The last leap still knows all that the search for a contact in it does.
+        self._bonds = (self._log.shape[1] + 1) * loops.reach
+        own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
+        now, last, kept, trial = own
+        self._now = now
+        self._arrays = motion.Arrays(
+            now, last, kept, arrays.near, trial, arrays.contacts, self._log
+        ).unnamed()
+        self._ledger = ledger.copy()
+
+    def go_ahead(self, state: State, goal: int) -> tuple[int, NDArray[np.float64]]:
+        """Return why it came back, and the leaps until then."""
+        ledger = self._ledger
+        for name in (*_OF_HEAD, _COUNTED):
+            ledger[name] = self._of_chain[name]
+        ledger.active, ledger.leaps = self._bonds, 0
+        # Where it is cut off, strains mean nothing.
+        ledger.strain_min = ledger.strain_floor = -math.inf
+        ledger.strain_max = ledger.strain_ceiling = math.inf
+        self._now.strain[:] = state.strain[: self._bonds]
+        self._now.velocity[:] = state.velocity[: self._bonds + 1]
+        loops = self._loops
+        status = loops.advance(
+            ledger, self._arrays, goal, loops.step, loops.fractions, loops.parameters
+        )
+        return int(status), self._log[:, : int(ledger.leaps)]
+
+    def commit(self, ledger: np.record) -> None:
+        """Let the chain know what its head does."""
+        for name in (*_OF_HEAD, _COUNTED):
+            ledger[name] = self._ledger[name]
+
+
+class _Blocks:
+    """The chain in blocks."""
+
+    def __init__(self, ledger: np.record, arrays: motion.Arrays, loops: Loops, cores: int) -> None:
+        self._ledger, self._last, self._loops, self._cores = ledger, arrays.last, loops, cores
+        self._found = np.empty((0, loop.OUTSIDE + 1))
+        self._scratch: list[_Scratch] = []
+
+    def move(
+        self,
+        old: State,
+        new: State,
+        leaps: NDArray[np.float64],
+        helpers: ThreadPoolExecutor,
+    ) -> bool:
+        """Carry all blocks through leaps; return False where a strain is not allowed."""
+        ledger, loops = self._ledger, self._loops
+        limits = (
+            float(ledger.strain_min),
+            float(ledger.strain_max),
+            float(ledger.strain_floor),
+            float(ledger.strain_ceiling),
+            motion.FRONT_THRESHOLD * float(ledger.impact_velocity),
+        )
+        blocks = self._cut(leaps.shape[1])
+        states = tuple(old), tuple(new), tuple(self._last)
+        self._found = np.zeros((len(blocks), loop.OUTSIDE + 1))
+        self._make_room(blocks, leaps.shape[1])
+        todo = iter(range(len(blocks)))
+
+        def work(todo: Iterator[int]) -> None:
+            # All threads draw from one iterator: that of a range is never in two of them at once.
+            for k in todo:
+                loops.move(
+                    *states,
+                    self._scratch[k],
+                    blocks[k],
+                    leaps,
+                    limits,
+                    loops.fractions,
+                    loops.parameters,
+                    self._found[k],
+                )
+
+        others = [helpers.submit(work, todo) for _ in range(1, min(self._cores, len(blocks)))]
+        work(todo)
+        for other in others:
+            other.result()
+        return not self._found[:, loop.OUTSIDE].any()
+
+    def commit(self, ledger: np.record, leaps: NDArray[np.float64]) -> None:
+        """Let the chain know what its blocks met; smallest and largest know no order."""
+        found = self._found
+        ledger.strain_min = np.min(found[:, loop.LOW])
+        ledger.strain_max = np.max(found[:, loop.HIGH])
+        ledger.active = int(found[-1, loop.ACTIVE])
+        if leaps[1].any():
+            ledger.contact_min = np.min(found[:, loop.CONTACT_LOW])
+            ledger.contact_max = np.max(found[:, loop.CONTACT_HIGH])
+
+    def _cut(self, leaps: int) -> list[_Block]:
+        """Return blocks of about equal work, as many for each core."""
+        active = int(self._ledger.active)
+        margin = ALIGNED * math.ceil(leaps * self._loops.reach / ALIGNED)
+        cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
+        # Python, which hears Ctrl-C, runs between blocks.
+        most = steps_at_once(int(self._ledger.step_evaluations) * leaps)
+        count = cores * math.ceil(active / (cores * most))
+        # The last one ends with the bonds in motion, and takes up what the front reaches.
+        ends = [ALIGNED * round(active * k / count / ALIGNED) for k in range(count)] + [active]
+        return [
+            (first, end, max(0, first - margin), min(active, end + margin), end == active)
+            for first, end in pairwise(ends)
+        ]
+
+    def _make_room(self, blocks: list[_Block], leaps: int) -> None:
+        """See to it that each block has room for its bonds, and for those the front reaches."""
+        needed = max(stop - begin for _, _, begin, stop, _ in blocks) + leaps * motion.FRONT_BLOCK
+        room = len(self._scratch[0][0][0]) if self._scratch else 0
+        if room < needed:
+            self._scratch.clear()
+            room = needed + needed // 4  # the front makes blocks grow
+        while len(self._scratch) < len(blocks):
+            one, another, trial = ((np.empty(room), np.empty(room + 1)) for _ in range(3))
+            self._scratch.append((one, another, trial))
