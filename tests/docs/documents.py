@@ -4,8 +4,11 @@ import doctest
 import os
 import re
 import shlex
+import signal
 import subprocess
 import sys
+import tempfile
+import threading
 from pathlib import Path
 
 from sybil import Example, Sybil
@@ -27,10 +30,11 @@ def run_document(path: Path, folder: Path) -> int:
     ----------
     path : pathlib.Path
         The document. A Python or TOML block that begins with ``# name.ext`` is also written to
-        that file. In a console block, lines that begin with ``$`` are commands for bash, which
-        must succeed; what follows is their output, ``...`` standing for anything.
+        that file. In a console block, lines that begin with ``$`` are commands, typed into one
+        shell from the first to the last; each must succeed. What follows is their output, ``...``
+        standing for anything.
     folder : pathlib.Path
-        An empty folder, in which everything happens.
+        A folder, in which everything happens.
 
     Returns
     -------
@@ -42,23 +46,23 @@ def run_document(path: Path, folder: Path) -> int:
     AssertionError
         If a command fails or prints something else; errors of Python blocks pass through.
     """
-    shell = _Shell(folder)
-    sybil = Sybil(
-        parsers=[
-            PythonCodeBlockParser(),
-            CodeBlockParser("console", shell.evaluate),
-            CodeBlockParser("toml", lambda example: None),
-        ]
-    )
     before, path_before = Path.cwd(), list(sys.path)
     os.chdir(folder)
     sys.path.insert(0, str(folder))
     blocks = 0
     try:
-        for example in sybil.parse(path).examples():
-            _write_named_file(example, folder)
-            example.evaluate()
-            blocks += 1
+        with _Shell(folder) as shell:
+            sybil = Sybil(
+                parsers=[
+                    PythonCodeBlockParser(),
+                    CodeBlockParser("console", shell.evaluate),
+                    CodeBlockParser("toml", lambda example: None),
+                ]
+            )
+            for example in sybil.parse(path).examples():
+                _write_named_file(example, folder)
+                example.evaluate()
+                blocks += 1
     finally:
         os.chdir(before)
         sys.path[:] = path_before
@@ -73,43 +77,89 @@ def _write_named_file(example: Example, folder: Path) -> None:
 
 
 class _Shell:
-    """Runs console blocks as a user's terminal would, with this source tree installed."""
+    """One shell, in which commands are typed as a user would, with this source tree installed."""
 
     def __init__(self, folder: Path) -> None:
-        from chaincor.workflows.engines.lammps.library import find_mpi_library
+        self._typed = tempfile.NamedTemporaryFile("w", suffix=".sh")  # noqa: SIM115 - until exit
+        self._commands = tempfile.TemporaryDirectory()
+        self._bash = subprocess.Popen(
+            ["bash"],
+            cwd=folder,
+            env=_environment(Path(self._commands.name)),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        )
 
-        commands = folder / ".bin"
-        commands.mkdir()
-        chaincor = commands / "chaincor"
-        program = "from chaincor.workflows.cli import main; main()"
-        chaincor.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{program}" "$@"\n')
-        chaincor.chmod(0o755)
-        self.environment = os.environ | {
-            "PATH": os.pathsep.join(
-                [str(commands), str(Path(sys.executable).parent), os.environ["PATH"]]
-            ),
-            "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
-            "COLUMNS": "100",
-        }
-        mpi = find_mpi_library()
-        if mpi is not None:
-            self.environment["LD_LIBRARY_PATH"] = str(mpi.parent)
+    def __enter__(self) -> "_Shell":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+        self._bash.communicate()
+        self._typed.close()
+        self._commands.cleanup()
+
+    def _end(self) -> None:
+        if self._bash.poll() is None:
+            os.killpg(self._bash.pid, signal.SIGKILL)
 
     def evaluate(self, example: Example) -> str | None:
         for command, wanted in _commands(example.parsed):
-            done = subprocess.run(
-                ["bash", "-c", command],
-                env=self.environment,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=300,
-            )
-            said = f"$ {command}\n{done.stdout}"
-            assert done.returncode == 0, f"exit status {done.returncode}:\n{said}"
-            if wanted and not _CHECKER.check_output(wanted, done.stdout, _LOOSELY):
+            status, printed = self._type(command)
+            said = f"$ {command}\n{printed}"
+            assert status == 0, f"exit status {status}:\n{said}"
+            if wanted and not _CHECKER.check_output(wanted, printed, _LOOSELY):
                 return f"expected:\n{wanted}\ngot:\n{said}"
         return None
+
+    def _type(self, command: str) -> tuple[int, str]:
+        """Carry a command out, as long as five minutes; return its exit status and output."""
+        self._typed.seek(0)
+        self._typed.truncate()
+        self._typed.write(command + "\n")
+        self._typed.flush()
+        assert self._bash.stdin is not None
+        assert self._bash.stdout is not None
+        mark = "the exit status was"
+        self._bash.stdin.write(
+            f". {self._typed.name} < /dev/null; status=$?; echo; echo {mark} $status\n"
+        )
+        self._bash.stdin.flush()
+        guard = threading.Timer(300, self._end)
+        guard.start()
+        try:
+            printed = ""
+            for line in self._bash.stdout:
+                if line.startswith(mark):
+                    return int(line.removeprefix(mark)), printed.removesuffix("\n")
+                printed += line
+        finally:
+            guard.cancel()
+        raise AssertionError(f"the shell ended:\n$ {command}\n{printed}")
+
+
+def _environment(commands: Path) -> dict[str, str]:
+    """Return that of a user who has installed this source tree."""
+    from chaincor.workflows.engines.lammps.library import find_mpi_library
+
+    chaincor = commands / "chaincor"
+    program = "from chaincor.workflows.cli import main; main()"
+    chaincor.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{program}" "$@"\n')
+    chaincor.chmod(0o755)
+    environment = os.environ | {
+        "PATH": os.pathsep.join(
+            [str(commands), str(Path(sys.executable).parent), os.environ["PATH"]]
+        ),
+        "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
+        "COLUMNS": "100",
+    }
+    mpi = find_mpi_library()
+    if mpi is not None:
+        environment["LD_LIBRARY_PATH"] = str(mpi.parent)
+    return environment
 
 
 def _commands(text: str) -> list[tuple[str, str]]:

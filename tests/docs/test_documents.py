@@ -1,7 +1,11 @@
 """Every code block of the documentation runs and prints what the page says."""
 
-import pytest
+import re
 
+import pytest
+from click.testing import CliRunner
+
+from chaincor.workflows.cli import COMMANDS, program
 from tests.docs.documents import DOCUMENTS, ROOT, run_document
 
 # Pages without a block of code have nothing to run.
@@ -16,6 +20,50 @@ _WITH_CODE = [
 @pytest.mark.parametrize("path", _WITH_CODE, ids=lambda p: str(p.relative_to(ROOT)))
 def test_every_block_runs(path, tmp_path):
     assert run_document(path, tmp_path) > 0
+
+
+@pytest.mark.slow
+def test_all_lessons_in_order_in_one_folder(tmp_path):
+    # As someone types who stays where they are: nothing of one lesson is in the way of the next.
+    for path in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
+        assert run_document(path, tmp_path) > 0
+
+
+@pytest.mark.slow
+def test_what_help_prints_can_be_typed(tmp_path):
+    runner = CliRunner()
+    examples = []
+    for name in COMMANDS:
+        printed = runner.invoke(program, [name, "--help"], prog_name="chaincor").output
+        examples += re.findall(r"^ {2,}(chaincor (?!COMMAND|\[).*)", printed, re.MULTILINE)
+    assert len(examples) >= 6
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```toml\n# scene.toml\nspeed = 0.4\n```\n\n```console\n"
+        + "".join(f"$ {example}\n" for example in examples)
+        + "$ chaincor inputs --particles 5 -o DIR\n"
+        + "$ "
+        + re.search(r"`(\(cd DIR .*?\))`", runner.invoke(program, ["inputs", "--help"]).output)[1]
+        + "\n```\n"
+    )
+    (tmp_path / "run").mkdir()
+    assert run_document(page, tmp_path / "run") == 2
+
+
+def test_a_command_finds_what_those_before_it_left_behind(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```console\n$ cd /\n$ X=1\n```\n\n```console\n$ echo $PWD $X\n/ 1\n```\n")
+    (tmp_path / "run").mkdir()
+    assert run_document(page, tmp_path / "run") == 2
+
+
+@pytest.mark.parametrize("command", ["exit 0", "kill -9 $$"])
+def test_a_shell_that_ends_is_found(tmp_path, command):
+    page = tmp_path / "page.md"
+    page.write_text(f"```console\n$ {command}\n```\n")
+    (tmp_path / "run").mkdir()
+    with pytest.raises(AssertionError, match="the shell ended"):
+        run_document(page, tmp_path / "run")
 
 
 def test_a_wrong_output_is_found(tmp_path):

@@ -48,7 +48,7 @@ def inputs(
     **options: Any,
 ) -> None:
     """
-    Write a self-contained LAMMPS job: `cd DIR && lmp -in in.chain` runs it.
+    Write a self-contained LAMMPS job: `(cd DIR && lmp -in in.chain)` runs it.
 
     Its numerics are chosen for a tolerance, or those given; it prints the restitution and its
     error.
