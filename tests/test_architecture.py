@@ -20,7 +20,7 @@ MAY_IMPORT = {
 FLOORS = {
     "workflows": [
         {"commands"},
-        {"reproduce"},
+        {"lessons", "reproduce"},
         {"ensemble"},
         {"grids", "sweep", "tradeoff"},
         {"job", "job_analysis", "machine", "store", "validation"},

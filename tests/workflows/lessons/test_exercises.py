@@ -1,0 +1,250 @@
+"""Every exercise knows its answer, and tells apart the usual ways to go wrong."""
+
+import math
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.lessons import check
+from chaincor.workflows.lessons.check import LESSONS, exercises_of, find_exercise
+from chaincor.workflows.lessons.exercise import Exercise, judge
+
+NAMES = [name for lesson in LESSONS for name in exercises_of(lesson)]
+J = np.arange(10)
+E = 0.95242  # what lesson 1 prints
+
+
+def acceleration(u, sign=1.0):
+    bonds = LennardJones().force(np.diff(u))
+    return sign * (np.append(0.0, bonds) - np.append(bonds, 0.0))
+
+
+def lj_energy(r):
+    return (r**-12 - 2 * r**-6 + 1) / 72
+
+
+# What students answer, as they would come by it, and a piece of what they are told.
+WRONG = {
+    # eta and e, energy and momentum
+    "1.1": [([0, 0], "takes no energy"), ([1, 0.5], "half a period"), ([1, 0], "do not stick")],
+    "1.2": [
+        (E, "this is e"),
+        (E**2, "share that came back"),
+        (1 - E, "loss of speed"),
+        ((1 - E) ** 2, "square the speed first"),
+    ],
+    "1.3": [
+        (1 - E, "mind the sign"),
+        (2, "keeps all"),
+        (1 + E**2, "adds an energy"),
+        (E, "stopped it first"),
+    ],
+    "1.4": [
+        (1 - 4 * (1 - E**2), "four times as large"),
+        (1 - 2 * (1 - E**2), "linear"),
+        (E, "ratio of speeds"),
+    ],
+    # orders of interpolation, sign and slope of the force
+    "2.1": [
+        ([100, 100], "1/rows"),
+        ([10, 10], "1/rows^4"),
+        ([100, 1e4], "the other way"),
+        ([math.sqrt(10), 10], "exchanged"),
+    ],
+    "2.2": [
+        (lambda r: (r**-7 - r**-13) / 6, "sign of the force"),
+        (lj_energy, "this is the energy"),
+        (lambda r: 12 * (r**-13 - r**-7), "1/72 is forgotten"),
+        (lambda r: (r**-11 - r**-5) / 6, "falls by one"),
+        (lambda r: 1 - r, "force of a spring"),
+    ],
+    "2.3": [
+        (0.0, "flat at the end"),
+        (-1.0, "slope at r = 1"),
+        ((13 * 0.9**-14 - 7 * 0.9**-8) / 6, "slope of the force itself"),
+    ],
+    # first-order wall, error bars
+    "3.1": [(-2.0, "against 1/h"), (1.0, "stock wall"), (4.0, "logarithm to base 2")],
+    "3.2": [
+        (8, "order 1"),
+        (4, "one halving"),
+        (12, "factors multiply"),
+        (6, "exponents"),
+        (512, "order 3"),
+        (1 / 64, "reciprocal"),
+    ],
+    "3.3": [
+        (lambda x, v, a: x / abs(v), "free flight"),
+        (lambda x, v, a: (-v - np.sqrt(v**2 - 4 * a * x)) / (2 * a), "half of a s^2/2"),
+        (lambda x, v, a: (-v - np.sqrt(v**2 - 2 * a * x)) / -a, "in the past"),
+        (lambda x, v, a: (-v + np.sqrt(v**2 - 2 * a * x)) / a, "other root"),
+    ],
+    "3.4": [
+        (3e-4, "bounds the coarser"),
+        (7.5e-5, "3 errors"),
+        (4e-4, "coarser run is"),
+        (2e-5, "order 4"),
+        (1.5e-4, "a quarter"),
+    ],
+    # frequencies and shapes of modes
+    "4.1": [
+        (np.sin(np.pi * J / 10), "misprint"),
+        (2 * np.sin(np.pi * J / 10), "ring"),
+        (2 * np.sin(np.pi * (J + 1) / 22), "held at both ends"),
+        (4 * np.sin(np.pi * J / 20) ** 2, "square root is forgotten"),
+        (np.pi * J / 10, "continuous rod"),
+        (2 * np.sin(np.pi * J / 20) / (2 * np.pi), "radians"),
+        (2 * np.sin(np.pi * J[1:] / 20), "9 numbers where 10"),
+    ],
+    "4.2": [
+        (0.0314, "frequency omega"),
+        (100, "there and back"),
+        (1 / 0.031415, "one radian"),
+        (math.pi, "fastest"),
+    ],
+    "4.4": [
+        (lambda j, n: np.cos(np.pi * j * (np.arange(1, n + 1) - 0.5) / n), "sum to n/2"),
+        (lambda j, n: math.sqrt(2 / n) * np.sin(np.pi * j * (np.arange(n) + 0.5) / n), "held"),
+        (lambda j, n: math.sqrt(2 / n) * np.cos(np.pi * j * np.arange(n) / n), "i - 1/2"),
+    ],
+    # v*
+    "5.1": [
+        (0.253608, "b = 10"),
+        (0.126804, "softer"),
+        (0.507217 / math.sqrt(2), "sqrt(2 U)"),
+        (0.507217**2 / 2, "this is the energy"),
+        (0.507217**2, "square root is forgotten"),
+    ],
+    "5.2": [
+        (0.8, "in units of v*"),
+        (0.8 / 0.128489, "multiply by v*"),
+        (0.8 * 0.253608, "Toda"),
+        (0.128489, "1 v*"),
+    ],
+    "5.3": [(10, "the other way"), (100**-0.25, "not -1/r"), (0.01, "1/c"), (1, "depends on c")],
+    "5.4": [
+        ([1, 1], "less often"),
+        ([0.86, 0.86], "does depend"),
+        ([86, 100], "divide"),
+        ([1, 0.86], "exchanged"),
+    ],
+    # forces, momentum, orders
+    "6.1": [
+        (lambda u: acceleration(u, -1.0), "sign of the force"),
+        (lambda u: np.append(0.0, LennardJones().force(np.diff(u))), "both its ends"),
+        (lambda u: np.append(-LennardJones().force(np.diff(u)), 0.0), "both its ends"),
+        (lambda u: np.append(np.diff(u), 0.0) - np.append(0.0, np.diff(u)), "springs"),
+    ],
+    "6.2": [
+        (lambda s, n, v0: (s.sum() / (n * v0) - 1) ** 2, "2 v, not v"),
+        (lambda s, n, v0: (2 * s.sum() / (n * v0)) ** 2, "of its own"),
+        (lambda s, n, v0: 2 * s.sum() / (n * v0) - 1, "eta is its square"),
+        (lambda s, n, v0: (s**2).sum() / (n * v0**2), "no energy"),
+    ],
+    "6.3": [(8, "the exponent"), (16, "not 2 x 8"), (64, "the other way round"), (4, "order 2")],
+    # sweeps
+    "7.1": [
+        ([108, 108], "not computed again"),
+        ([36, 36], "stay in the store"),
+        ([36, 72], "same store"),
+        ([12, 84], "crossed"),
+    ],
+    "7.3": [(2, "twice as long"), (8, "not three"), (16, "neighbours only")],
+    "7.2": [(0.717, "eta at the minimum"), (0.8, "long chains"), (2.0, "end of the axis")],
+    # limits
+    "8.1": [(0.719, "sign"), (-2 / 3, "law of long chains"), (-0.719 * math.log(10), "log10")],
+    "8.2": [(1e4, "not with its square"), (10, "square root"), (1, "does shrink"), (2, "decades")],
+    "8.3": [([10, 45], "on top"), ([10, 100], "once, not twice"), ([1, 10], "turned round")],
+    "8.4": [
+        (2.2204e-16, "not yet compared"),
+        (2.2204e-7, "near 1"),
+        (1.4211e-14, "divide"),
+        (2.198e-5, "nearly"),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_exercise_takes_its_own_truth(name):
+    exercise = find_exercise(name)
+    answer = exercise.truth if exercise.arguments else exercise.truth()
+    assert judge(exercise, answer).says == "right"
+    # And no mistake is taken for the truth, or for another mistake.
+    for mistake in exercise.mistakes:
+        answer = mistake.answer if exercise.arguments else mistake.answer()
+        verdict = judge(exercise, answer)
+        assert not verdict
+        assert verdict.says == f"not yet: {mistake.says}"
+
+
+CASES = [(name, k) for name, cases in WRONG.items() for k in range(len(cases))]
+
+
+@pytest.mark.parametrize(("name", "case"), CASES)
+def test_a_wrong_answer_is_named(name, case):
+    answer, told = WRONG[name][case]
+    verdict = check(name, answer)
+    assert not verdict
+    assert told in verdict.says
+
+
+@pytest.mark.parametrize("lesson", LESSONS)
+def test_five_wrong_answers_of_each_lesson(lesson):
+    assert sum(name.startswith(f"{lesson}.") for name, _ in CASES) >= 5
+
+
+def test_five_mistakes_or_so_are_known_of_each_lesson():
+    for lesson in LESSONS:
+        assert sum(len(e.mistakes) for e in exercises_of(lesson).values()) >= 10
+
+
+@pytest.mark.parametrize(
+    ("answer", "told"),
+    [
+        (..., "no answer yet"),
+        ("0.97", "'0.97'; expected: one number"),
+        (None, "None; expected"),
+        (True, "True; expected"),
+        ([1.0, 2.0], "2 numbers where 1 are expected"),
+        ([], "0 numbers"),
+        ([[1.0], [1.0, 2.0]], "expected: one number"),
+        (float("nan"), "not finite"),
+        (1j, "expected: one number"),
+        (lambda x: x, "a function; expected: one number"),
+        (-3.0, "the sign is wrong"),
+        (300.0, "per cent"),
+        (9.0, "the square"),
+        (3.0**0.5, "square root of the answer"),
+        (1 / 3, "reciprocal"),
+        (6.0, "factor of 2 too much"),
+        (6.0 * math.pi, "2 pi too much"),
+        (3.1, "too large"),
+        (2.0, "too small"),
+    ],
+)
+def test_any_answer_is_judged(answer, told):
+    verdict = judge(Exercise("one number", lambda: 3.0), answer)
+    assert not verdict
+    assert told in repr(verdict)
+
+
+def test_a_number_in_place_of_a_function_and_one_of_many():
+    squares = Exercise("a function", lambda x: x**2, arguments=lambda: (np.arange(4.0),))
+    assert judge(squares, lambda x: x * x)
+    assert "no function but 3.0" in judge(squares, 3.0).says
+    assert (
+        "3 of 4 numbers are right; number 3 is too large"
+        in judge(squares, lambda x: x**2 + (x == 2)).says
+    )
+
+
+def test_zero_has_no_reciprocal_to_mistake_for():
+    assert "too large" in judge(Exercise("one number", lambda: 0.0), 5.0).says
+
+
+@pytest.mark.parametrize("name", ["9.1", "1.99", "one", ""])
+def test_no_such_exercise(name):
+    with pytest.raises(InputError, match="there is no exercise"):
+        check(name, 1.0)

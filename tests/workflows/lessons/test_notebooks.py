@@ -1,0 +1,173 @@
+"""The lessons as notebooks: made from their pages, and run from a clean kernel."""
+
+import json
+import os
+import sys
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from chaincor.workflows.lessons.notebooks import notebook
+from chaincor.workflows.lessons.pages import lesson_pages
+from tests.docs.documents import ROOT
+from tests.workflows.commands.test_run import chaincor
+
+PAGES = lesson_pages()
+PAGE = """# A lesson
+
+See [the next](2_tables.md) and [how to](../howto.md).
+
+```console
+$ echo one \\
+    two
+one two
+$ echo three
+...
+```
+
+```toml
+# sweep.toml
+[axes]
+```
+
+```python
+# mine.py
+X = 1
+```
+
+```python
+axes = result.plot.energy()
+```
+
+![What the plot of a result shows.](../images/own.png)
+
+```python
+figure.savefig("other.png")
+```
+
+![What another figure shows.](../images/other.png)
+
+```text
+left as it is
+```
+
+## Exercises
+
+**1.** How much?
+
+```python
+check("1.1", ...)
+```
+
+<details>
+<summary>Solution</summary>
+
+So much.
+
+```python
+secret = 1
+```
+
+</details>
+
+Next: more.
+"""
+
+
+def sources(text, kind="code"):
+    return [
+        cell.source for cell in nbformat.reads(text, as_version=4).cells if cell.cell_type == kind
+    ]
+
+
+@pytest.fixture
+def page(tmp_path):
+    path = tmp_path / "1_lesson.md"
+    path.write_text(PAGE)
+    return path
+
+
+def test_cells_of_a_page(page):
+    assert sources(notebook(page)) == [
+        'from chaincor.workflows.lessons import begin\n\nbegin("1_lesson")',
+        "%%bash\necho one \\\n    two",
+        "%%bash\necho three",
+        "%%writefile sweep.toml\n# sweep.toml\n[axes]",
+        "%%writefile mine.py\n# mine.py\nX = 1",
+        "axes = result.plot.energy()",
+        'figure.savefig("other.png")',
+        'from IPython.display import Image\n\nImage("other.png")',
+        'check("1.1", ...)',
+        "secret = 1",
+    ]
+    prose = "\n".join(sources(notebook(page), "markdown"))
+    assert prose.startswith("# A lesson")
+    assert "See [the next](2_tables.ipynb) and how to." in prose
+    assert "*What the plot of a result shows.*" in prose
+    assert "```text\nleft as it is\n```" in prose
+    assert "<details>" not in prose
+    assert "**Solution.**\n\nSo much." in prose
+
+
+def test_hand_in_has_the_question_and_not_the_solution(page):
+    text = notebook(page, solutions=False)
+    assert "How much?" in text
+    assert "Next: more." in text
+    assert sources(text)[-1] == 'check("1.1", ...)'
+    for gone in ("Solution", "So much", "secret", "details"):
+        assert gone not in text
+
+
+def test_the_same_page_gives_the_same_file(page):
+    assert notebook(page) == notebook(page)
+    nbformat.validate(nbformat.reads(notebook(page), as_version=4))
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_lesson_hides_all_of_its_solutions(name):
+    page = PAGES[name].read_text()
+    assert page.count("<summary>Solution</summary>") == page.count("</details>") > 0
+    text = notebook(PAGES[name], solutions=False)
+    for mark in ("Solution", "details>", "../images", "assert check"):
+        assert mark not in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("solutions", [True, False], ids=["solved", "hand-in"])
+@pytest.mark.parametrize("name", PAGES)
+def test_a_lesson_runs_from_a_clean_kernel(name, solutions, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    # As where Jupyter was started without activating the environment.
+    monkeypatch.setenv("PATH", os.defpath)
+    book = nbformat.reads(notebook(PAGES[name], solutions=solutions), as_version=4)
+    NotebookClient(book, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    assert (tmp_path / f"{name}_files").is_dir()
+    shown = [str(output) for cell in book.cells for output in cell.get("outputs", [])]
+    assert sum("image/png" in text for text in shown) >= 1
+
+
+def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, capsys):
+    folder = tmp_path / "lessons"
+    status, out, _ = chaincor(capsys, "lessons", "-o", str(folder), "--hand-in")
+    assert status == 0
+    assert sorted(folder.iterdir()) == sorted(folder / f"{name}.ipynb" for name in PAGES)
+    assert len(PAGES) == 9
+    assert len(out.split()) == 9
+    kernel = json.loads((folder / "4_modes.ipynb").read_text())["metadata"]["kernelspec"]
+    assert kernel["name"] == "python3"
+    (folder / "4_modes.ipynb").write_text("mine")
+    status, _, err = chaincor(capsys, "lessons", "-o", str(folder))
+    assert status == 2
+    assert "is there already; expected a new folder, or --force" in " ".join(err.split())
+    assert (folder / "4_modes.ipynb").read_text() == "mine"
+    assert chaincor(capsys, "lessons", "-o", str(folder), "--force")[0] == 0
+    assert "Solution" in (folder / "4_modes.ipynb").read_text()
+
+
+def test_without_jupytext_it_says_what_to_install(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "jupytext", None)
+    status, _, err = chaincor(capsys, "lessons", "-o", str(tmp_path / "lessons"))
+    assert status == 1
+    assert "pip install chaincor[notebook]" in " ".join(err.split())
+    assert not (tmp_path / "lessons").exists()

@@ -1,0 +1,42 @@
+"""``chaincor lessons``: the lessons as notebooks."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("lessons"),
+    show_default=True,
+    metavar="DIR",
+    help="folder for the notebooks",
+)
+@click.option("--hand-in", is_flag=True, help="leave the solutions out")
+@click.option("--force", is_flag=True, help="replace notebooks that are in the folder already")
+def lessons(output: Path, hand_in: bool, force: bool) -> None:
+    """
+    Write the lessons as notebooks: `jupyter lab DIR` opens them.
+
+    They need no network. With `pip install chaincor[notebook]` comes what makes and shows them.
+    """
+    from chaincor.analysis.atomic_write import written_aside
+    from chaincor.lammps_inputs.errors import InputError
+    from chaincor.workflows.lessons.notebooks import notebook
+    from chaincor.workflows.lessons.pages import lesson_pages
+
+    made = {
+        output / f"{name}.ipynb": notebook(page, solutions=not hand_in)
+        for name, page in lesson_pages().items()
+    }
+    there = [path for path in made if path.exists()]
+    if there and not force:
+        raise InputError(f"{there[0]} is there already; expected a new folder, or --force")
+    output.mkdir(parents=True, exist_ok=True)
+    for path, text in made.items():
+        with written_aside(path) as aside:
+            aside.write_text(text, encoding="utf-8")
+        click.echo(path)

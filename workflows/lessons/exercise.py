@@ -1,0 +1,156 @@
+"""An exercise that knows its answer, and what those get who go wrong in a usual way."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """
+    A usual way to go wrong.
+
+    Attributes
+    ----------
+    answer : callable
+        Returns what one gets that way; computed, as the truth is. For an exercise that asks for a
+        function: a function of the same arguments, that is called with them.
+    says : str
+        What to tell who answers that.
+    """
+
+    answer: Callable[..., ArrayLike]
+    says: str
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """
+    A question with a number, several numbers or a function for an answer.
+
+    Attributes
+    ----------
+    asks : str
+        What is to be given, with its unit.
+    truth : callable
+        Computes the answer; of a function: the function itself.
+    mistakes : tuple of Mistake
+        Usual ways to go wrong.
+    tolerance : float
+        How far an answer may be off, as a fraction of the largest of its numbers.
+    arguments : callable, optional
+        For an exercise that asks for a function: returns the arguments that it is tried with.
+    """
+
+    asks: str
+    truth: Callable[..., ArrayLike]
+    mistakes: tuple[Mistake, ...] = ()
+    tolerance: float = 1e-3
+    arguments: Callable[[], tuple[Any, ...]] | None = None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    What is said of an answer; true if it is right.
+
+    Attributes
+    ----------
+    right : bool
+        Whether it is.
+    says : str
+        What is right or wrong about it.
+    """
+
+    right: bool
+    says: str
+
+    def __bool__(self) -> bool:
+        return self.right
+
+    def __repr__(self) -> str:
+        return self.says
+
+
+# What can go wrong with any number, tried after an exercise's own mistakes.
+_ANY_NUMBER: tuple[tuple[Callable[[Array], Array], str], ...] = (
+    (lambda truth: -truth, "the sign is wrong: everything else is right"),
+    (lambda truth: 100.0 * truth, "give the number itself, not per cent"),
+    (lambda truth: 2.0 * truth, "there is a factor of 2 too much"),
+    (lambda truth: 0.5 * truth, "a factor of 2 is missing"),
+    (lambda truth: truth**2, "this is the square of the answer: take the root"),
+    (lambda truth: np.sqrt(np.abs(truth)), "this is the square root of the answer"),
+    (lambda truth: 1.0 / truth, "this is the reciprocal: turn the fraction over"),
+    (lambda truth: 2.0 * np.pi * truth, "there is a factor of 2 pi too much"),
+    (lambda truth: truth / (2.0 * np.pi), "a factor of 2 pi is missing"),
+)
+
+
+def judge(exercise: Exercise, answer: Any) -> Verdict:
+    """
+    Say whether an answer is right, and if not, what is probably wrong with it.
+
+    The truth is not told. An answer that is none (``...``, a text, a list of another length) is not
+    right, with words on what is expected; errors of a function that is given are those of whoever
+    wrote it and pass through.
+    """
+    if answer is ...:
+        return Verdict(False, f"no answer yet: put yours in place of the dots. {exercise.asks}")
+    arguments = () if exercise.arguments is None else exercise.arguments()
+    if callable(answer) != (exercise.arguments is not None):
+        kind = "a function" if callable(answer) else f"no function but {answer!r:.60}"
+        return Verdict(False, f"this is {kind}; expected: {exercise.asks}")
+    truth = np.ravel(np.asarray(exercise.truth(*arguments), dtype=float))
+    given = _numbers(answer(*arguments) if callable(answer) else answer)
+    if isinstance(given, str):
+        return Verdict(False, f"this is {given}; expected: {exercise.asks}")
+    if given.shape != truth.shape:
+        found = f"{given.size} number{'s' if given.size != 1 else ''}"
+        return Verdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
+    if _near(given, truth, exercise.tolerance):
+        return Verdict(True, "right")
+    for mistake in exercise.mistakes:
+        wrong = np.ravel(np.asarray(mistake.answer(*arguments), dtype=float))
+        if wrong.shape == given.shape and _near(given, wrong, exercise.tolerance):
+            return Verdict(False, f"not yet: {mistake.says}")
+    for change, says in _ANY_NUMBER:
+        with np.errstate(divide="ignore", over="ignore"):
+            changed = change(truth)
+        if _near(given, changed, exercise.tolerance):
+            return Verdict(False, f"not yet: {says}")
+    return Verdict(False, f"not yet: {_compared(given, truth, exercise.tolerance)}")
+
+
+def _near(given: Array, other: Array, tolerance: float) -> bool:
+    scale = float(np.max(np.abs(other)))
+    return math.isfinite(scale) and bool(np.all(np.abs(given - other) <= tolerance * scale))
+
+
+def _numbers(answer: Any) -> Array | str:
+    """Return an answer as an array, or what it is instead."""
+    if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
+        return f"{answer!r:.60}"
+    try:
+        numbers = np.ravel(np.asarray(answer, dtype=float))
+    except (TypeError, ValueError):
+        return f"{answer!r:.60}"
+    if not np.all(np.isfinite(numbers)):
+        return "not finite: a division by zero, or a root of a negative number"
+    return numbers
+
+
+def _compared(given: Array, truth: Array, tolerance: float) -> str:
+    """Say which way an answer is off, and which of several are."""
+    if truth.size == 1:
+        return f"it is too {'large' if given[0] > truth[0] else 'small'}"
+    off = np.abs(given - truth) > tolerance * float(np.max(np.abs(truth)))
+    right = int(truth.size - np.count_nonzero(off))
+    first = int(np.argmax(off))
+    side = "large" if given[first] > truth[first] else "small"
+    return f"{right} of {truth.size} numbers are right; number {first + 1} is too {side}"

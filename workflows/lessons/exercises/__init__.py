@@ -1,0 +1,1 @@
+"""The exercises of each lesson: what is asked, the truth, and usual mistakes."""

@@ -1,0 +1,14 @@
+"""Collisions that exercises need, each carried out once a session."""
+
+from functools import cache
+from typing import Any
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
+
+
+@cache
+def in_house(tolerance: float = 1e-8, **fields: Any) -> Collision:
+    """Return a collision of the in-house engine."""
+    return collide(Scene(engine="reference", tolerance=tolerance, **fields))

@@ -1,0 +1,126 @@
+"""A lesson's page as a Jupyter notebook, with its solutions or to be handed in."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from chaincor.workflows.errors import MissingLibraryError
+
+# A page is cut at its blocks of code, solutions and pictures; what is between stays as it is.
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
+_SOLUTION = re.compile(
+    r"^<details>\n<summary>Solution</summary>\n(.*?)^</details>\n", re.MULTILINE | re.DOTALL
+)
+_PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
+_COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
+_FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
+_LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
+
+# What a notebook is besides its cells. The version of Python is the reader's, and left out.
+_METADATA = {
+    "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
+    "language_info": {"name": "python", "file_extension": ".py", "mimetype": "text/x-python"},
+}
+
+
+def notebook(page: Path, *, solutions: bool = True) -> str:
+    """
+    Make a notebook of a lesson's page.
+
+    Blocks of Python become cells. Each command of a console block becomes a cell of bash; what the
+    page says it prints is left out, since the notebook shows it. A block that begins with the name
+    of a file becomes a cell that writes the file. A picture is shown where the page shows it, drawn
+    by the cells before; one that ``result.plot`` draws appears by itself. Solutions are what stands
+    in ``<details>`` under the summary *Solution*.
+
+    Parameters
+    ----------
+    page : pathlib.Path
+        The Markdown page.
+    solutions : bool
+        Whether to keep the solutions; without them the notebook is for handing in.
+
+    Returns
+    -------
+    str
+        The text of an ``.ipynb`` file; the same for the same page.
+
+    Raises
+    ------
+    MissingLibraryError
+        If jupytext is missing: ``pip install chaincor[notebook]``.
+    """
+    jupytext = _require_jupytext()
+    text = page.read_text(encoding="utf-8")
+    text = _SOLUTION.sub(r"**Solution.**\n\1" if solutions else "", text)
+    title, _, rest = text.partition("\n")
+    parts = [title, _cell(_BEGIN.format(page.stem)), *_parts(rest)]
+    made = jupytext.reads("\n\n".join(part for part in parts if part), fmt="md")
+    made.metadata = _METADATA
+    for number, cell in enumerate(made.cells):
+        cell["id"] = f"cell-{number}"
+    return str(jupytext.writes(made, fmt="ipynb"))
+
+
+_BEGIN = """from chaincor.workflows.lessons import begin
+
+begin("{}")"""
+_SHOW = """from IPython.display import Image
+
+Image("{}")"""
+
+
+def _parts(text: str) -> Iterator[str]:
+    """Yield prose and cells in turn."""
+    place, shows_itself = 0, False
+    for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
+        yield _without_links(text[place : found.start()])
+        kind, code, words, picture = found.groups()
+        if picture is None:
+            yield from _cells(kind, code, found[0])
+            shows_itself = kind == "python" and ".plot." in code
+        else:
+            if not shows_itself:
+                yield _cell(_SHOW.format(picture))
+            yield f"*{words}*"
+        place = found.end()
+    yield _without_links(text[place:])
+
+
+def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
+    named = _FILE.match(code)
+    if kind == "console":
+        for command in _COMMAND.findall(code):
+            yield _cell(f"%%bash\n{command}")
+    elif named and kind in ("python", "toml"):
+        yield _cell(f"%%writefile {named[1]}\n{code}")
+    elif kind == "python":
+        yield _cell(code)
+    else:
+        yield whole
+
+
+def _cell(code: str) -> str:
+    return f"```python\n{code.rstrip()}\n```"
+
+
+def _without_links(text: str) -> str:
+    """Let links to other lessons lead to their notebooks, and take the others off."""
+
+    def link(found: re.Match[str]) -> str:
+        words, target = found.groups()
+        lesson = re.fullmatch(r"(?:\.\./tutorials/)?(\d_\w+)\.md", target)
+        return f"[{words}]({lesson[1]}.ipynb)" if lesson else words
+
+    return _LINK.sub(link, text).strip()
+
+
+def _require_jupytext() -> Any:
+    try:
+        import jupytext
+    except ImportError:
+        raise MissingLibraryError(
+            "jupytext is not installed; expected it for notebooks: pip install chaincor[notebook]"
+        ) from None
+    return jupytext
