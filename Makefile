@@ -5,7 +5,7 @@ BIN := .venv/bin
 # Tests start Python some hundred times: what one process compiles the next should only load.
 test quick: export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: reproduce test quick test-elsewhere check bench docs install-check clean
+.PHONY: reproduce test quick test-elsewhere check bench docs notebooks install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
@@ -31,7 +31,11 @@ bench: .venv/ready-bench  ## ratios against peers, measured in one run
 
 docs: .venv/ready-docs  ## the documentation site, in site/; a warning or a broken link fails
 	$(BIN)/python -m sphinx -W --keep-going -q -b html -d build/doctrees docs site
+	$(BIN)/python -m sphinx -W --keep-going -q -b revealjs -d build/doctrees-slides docs/course/slides site/slides
 	$(BIN)/python docs/check_links.py site
+
+notebooks: .venv/ready-notebook  ## the lessons as notebooks, in lessons/; .venv/bin/jupyter lab lessons opens them
+	$(BIN)/chaincor lessons --force -o lessons
 
 install-check:  ## a plain `pip install .` in a fresh environment, then without LAMMPS
 	PYTHON=$(PYTHON) tests/install_check.sh
@@ -47,4 +51,4 @@ install-check:  ## a plain `pip install .` in a fresh environment, then without 
 	touch $@
 
 clean:
-	rm -rf .venv build dist reproduction site
+	rm -rf .venv build dist reproduction site lessons

@@ -27,8 +27,9 @@ extensions = [
     "mathml",
     "command_line",
     "scene_fields",
+    "lesson_notebooks",
 ]
-exclude_patterns = ["_build", "examples", "reference/api/modules.rst"]
+exclude_patterns = ["_build", "course/slides", "examples", "reference/api/modules.rst"]
 # Docstrings name classes without their module. Where two modules have one of that name, the plain
 # name is shown without a link.
 suppress_warnings = ["ref.python"]

@@ -1,0 +1,21 @@
+"""The slides: built offline by `make docs` from index.md, every warning an error."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "extensions"))
+
+project = "How bouncy is a chain?"
+author = copyright = "chaincor maintainers"
+
+extensions = ["myst_parser", "sphinx_revealjs", "mathml"]
+myst_enable_extensions = ["dollarmath", "attrs_inline", "colon_fence"]
+
+html_math_renderer = "mathml"
+revealjs_style_theme = "white"
+revealjs_static_path = ["_static"]
+revealjs_css_files = ["slides.css"]
+revealjs_script_conf = {"hash": True, "slideNumber": True, "transition": "none", "controls": True}
+revealjs_script_plugins = [
+    {"name": "RevealNotes", "src": "revealjs/plugin/notes/notes.js"},
+]

@@ -1,0 +1,100 @@
+"""Lessons need no more than chaincor, and the course is what it says it is."""
+
+import ast
+import re
+import runpy
+import sys
+import tomllib
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.lessons import prepared
+from chaincor.workflows.lessons.check import LESSONS, exercises_of
+from chaincor.workflows.lessons.pages import lesson_pages
+from tests.docs.documents import ROOT
+
+PAGES = lesson_pages()
+COURSE = ROOT / "docs" / "course"
+TUTORIALS = [page for name, page in PAGES.items() if name != "class"]
+
+
+def python_blocks(text):
+    return re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_lesson_imports_only_what_comes_with_chaincor(name):
+    blocks = python_blocks(PAGES[name].read_text())
+    own = {match[1] for block in blocks if (match := re.match(r"# (\w+)\.py\n", block))}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    required = {re.split(r"[<>=]", line)[0].lower() for line in project["dependencies"]}
+    found = set()
+    for block in blocks:
+        for node in ast.walk(ast.parse(block)):
+            if isinstance(node, ast.Import):
+                found |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                found.add(node.module.split(".")[0])
+    assert {n.lower() for n in found - own - {"chaincor"} - sys.stdlib_module_names} <= required
+
+
+@pytest.mark.parametrize("lesson", LESSONS)
+def test_each_exercise_that_is_checked_is_asked_and_solved_where_its_number_is(lesson):
+    text = TUTORIALS[lesson - 1].read_text()
+    asked = re.findall(r"^\*\*(\d)\.\*\*", text, re.MULTILINE)
+    assert asked == [str(number) for number in range(1, len(asked) + 1)]
+    for name in exercises_of(lesson):
+        number = name.split(".")[1]
+        part = text.split(f"**{number}.**")[1].split(f"**{int(number) + 1}.**")[0]
+        assert f'check("{name}", ...)' in part.split("<details>")[0]
+        assert re.search(rf'assert check\(\s*"{name}"', part.split("<details>")[1])
+
+
+def test_times_add_up_to_what_the_first_page_says():
+    minutes = [
+        int(re.search(r"^\*Time: (\d+) minutes", page.read_text(), re.MULTILINE)[1])
+        for page in TUTORIALS
+    ]
+    assert 180 <= sum(minutes) <= 240
+    assert "eight lessons take three to four hours" in (ROOT / "docs" / "index.md").read_text()
+
+
+def test_the_plan_of_the_class_fills_its_minutes_and_names_its_checks():
+    plan = (COURSE / "ninety_minutes.md").read_text()
+    rows = re.findall(r"^\| (\d+)–(\d+) \|.*\|([^|]*)\|$", plan, re.MULTILINE)
+    assert [int(begin) for begin, _, _ in rows] == [0, *(int(end) for _, end, _ in rows[:-1])]
+    assert rows[-1][1] == "90"
+    planned = set(re.findall(r"\d\.\d", " ".join(checks for _, _, checks in rows)))
+    assert planned == set(re.findall(r'check\("(\d\.\d)"', PAGES["class"].read_text()))
+    slides = len(re.findall(r"^#", (COURSE / "slides" / "index.md").read_text(), re.MULTILINE))
+    assert f"| {slides} |" in plan  # the last row shows the last slide
+
+
+def test_there_are_ten_projects():
+    assert len(re.findall(r"^\d+\. ★", (COURSE / "projects.md").read_text(), re.MULTILINE)) == 10
+
+
+def test_data_made_beforehand_are_what_a_computer_gives():
+    speeds, lj, toda, log = np.loadtxt(prepared("cor_curves.csv"), delimiter=",", unpack=True)
+    for k in (0, 9, 17):
+        for name, etas in (("lj", lj), ("toda", toda), ("log", log)):
+            scene = Scene(potential=name, speed=speeds[k], engine="reference")
+            # Both to 1e-6.
+            assert abs(collide(scene, tolerance=1e-6).restitution - etas[k]) < 2e-6
+    sizes, lost, contacts = np.loadtxt(prepared("lengths.csv"), delimiter=",", unpack=True)
+    springs = Scene(potential="harmonic", particles=int(sizes[3]), engine="reference")
+    result = collide(springs, tolerance=1e-6)
+    assert abs(1.0 - result.restitution - lost[3]) < 2e-6
+    assert result.contacts == contacts[3]
+
+
+@pytest.mark.slow
+def test_data_of_the_two_walls_are_made_by_the_script():
+    made = runpy.run_path(str(COURSE / "make_data.py"))["timestep_and_wall"]()
+    columns = np.loadtxt(prepared("timestep_and_wall.csv"), delimiter=",", unpack=True)
+    # A hit that falls a rounding earlier or later in its step changes the last digits only.
+    for given, name in zip(columns, ("timestep", "reflect", "event"), strict=True):
+        np.testing.assert_allclose(made[name], given, rtol=1e-3)
