@@ -43,6 +43,7 @@ html_title = "chaincor"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
 html_css_files = ["chaincor.css"]
+html_search_scorer = str(Path(__file__).parent / "_static" / "search_scorer.js")
 html_copy_source = False
 html_show_sphinx = False
 

@@ -1,5 +1,6 @@
 """Render formulas as MathML while building: no script, no network, readable by screen readers."""
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -7,13 +8,27 @@ from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
 
+# Bars of absolute values grow with what they stand around, and are no relation between the two.
+_BARS = {"\\lvert": "\\left\\vert", "\\rvert": "\\right\\vert"}
+# A prime stands high by itself; raised as an exponent it would stand on the line above.
+_PRIMES = re.compile(r"<msup>(<mi>[^<]+</mi>)<mi>(&#x0203[234];)</mi></msup>")
+
+
+def to_mathml(formula: str, display: str = "inline") -> str:
+    """Return a LaTeX formula as MathML."""
+    for bar, growing in _BARS.items():
+        formula = formula.replace(bar, growing)
+    text = convert(formula, display=display)
+    return _PRIMES.sub(r'<mrow>\1<mo lspace="0" rspace="0">\2</mo></mrow>', text)
+
+
 def _inline(writer: Any, node: nodes.math) -> None:
-    writer.body.append(convert(node.astext()))
+    writer.body.append(to_mathml(node.astext()))
     raise nodes.SkipNode
 
 
 def _block(writer: Any, node: nodes.math_block) -> None:
-    writer.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    writer.body.append(f'<div class="math">{to_mathml(node.astext(), "block")}</div>')
     raise nodes.SkipNode
 
 

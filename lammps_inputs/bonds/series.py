@@ -32,7 +32,9 @@ def x_minus_log1p(x: ArrayLike) -> Array:
     Return :math:`x - \ln(1 + x)` to full relative accuracy.
 
     With :math:`t = x/(2 + x)`, :math:`\ln(1+x) = 2\,\mathrm{artanh}\,t` and the linear terms
-    cancel in closed form: :math:`x - \ln(1+x) = t x - 2 t^3 (1/3 + t^2/5 + t^4/7 + \dots)`.
+    cancel in closed form:
+
+    .. math:: x - \ln(1+x) = t x - 2 t^3 (1/3 + t^2/5 + t^4/7 + \dots).
 
     Parameters
     ----------

@@ -1,0 +1,72 @@
+"""How the pages look: one kind of mathematics, a schematic made by code, a search for users."""
+
+import html
+import json
+import re
+import runpy
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+# The slips are written by `chaincor reproduce`'s code, as plain text for its report, too. Lessons
+# are read in terminals and notebooks as well.
+PAGES = [
+    path
+    for path in sorted(DOCS.rglob("*.md"))
+    if path.name != "paper_slips.md" and path.parent.name not in ("tutorials", "course")
+]
+
+
+def prose(text):
+    """Leave out blocks of code, code in the text, and formulas."""
+    text = re.sub(r"^(```+).*?^\1", "", text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`]*`|\$\$.*?\$\$|\$[^$]+\$|!\[[^\]]*\]", "", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_formulas_are_set_as_such(page):
+    # A letter or a number with its unit may stand in the text; powers, indices, roots and sums are
+    # for $...$, which becomes MathML.
+    typed = re.findall(
+        r".{0,20}(?:[⁰¹²³⁴-⁹⁻ⁿᵏ₀-₉ⱼᵢ√Σ∫∞½]|\w\^[({\w]).{0,10}", prose(page.read_text())
+    )
+    assert typed == []
+
+
+def test_the_schematic_is_what_its_code_draws():
+    drawing = runpy.run_path(str(DOCS / "draw_schematic.py"))
+    assert drawing["PICTURE"].read_text(encoding="utf-8") == drawing["draw"]()
+    for page in ("explanation/physics.md", "tutorials/1_first_collision.md"):
+        assert "images/schematic.svg" in (DOCS / page).read_text()
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="the search is a script of the page")
+def test_the_search_puts_the_guide_before_internals():
+    # As Sphinx calls it: a page, its title, anchor, description, score. An internal module that
+    # has the word in its name and title loses to a page that has it in its text.
+    script = f"""
+        {(DOCS / "_static" / "search_scorer.js").read_text()}
+        const found = (page, score) => Scorer.score([page, "", "", null, score, ""]);
+        const full = Scorer.title + Scorer.objNameMatch + Scorer.objPrio[0] + Scorer.term;
+        console.log(JSON.stringify([
+          found("howto", Scorer.partialTerm),
+          found("reference/api/chaincor.workflows.sweep.frame", full),
+          found("reference/api/chaincor", Scorer.term),
+          found("explanation/architecture", Scorer.title),
+        ]))
+    """
+    done = subprocess.run(["node", "-e", script], capture_output=True, text=True, check=True)
+    guide, internal, public, house = json.loads(done.stdout)
+    assert internal < house < guide < public
+
+
+def test_primes_and_bars_are_set_as_they_stand():
+    pytest.importorskip("latex2mathml")
+    to_mathml = runpy.run_path(str(DOCS / "extensions" / "mathml.py"))["to_mathml"]
+    assert "<msup>" not in to_mathml("U''(1)")
+    assert "″" in html.unescape(to_mathml("U''(1)"))
+    assert to_mathml(r"\lvert c \rvert").count('fence="true"') == 2
+    assert "<msup>" in to_mathml("w^3")
