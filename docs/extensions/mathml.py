@@ -7,7 +7,6 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 
-
 # Bars of absolute values grow with what they stand around, and are no relation between the two.
 _BARS = {"\\lvert": "\\left\\vert", "\\rvert": "\\right\\vert"}
 # A prime stands high by itself; raised as an exponent it would stand on the line above.

@@ -17,8 +17,8 @@ class BlindBound:
     .. math:: x + v t + a t^2/2 + k w t^3/6 + [k (a_2 - a) + k' w^2] t^4/24 + O(t^5),
 
     and its fifth derivative is :math:`k^2 (w_2 - 2 w) + 3 k' w (a_2 - a) + k'' w^3`, in which the
-    speeds grow with the accelerations. The remainder is taken as `SAFETY` times the sum of the sizes of these
-    terms as they are now.
+    speeds grow with the accelerations. The remainder is taken as `SAFETY` times the sum of the
+    sizes of these terms as they are now.
 
     That is no theorem: particles further on may hit these, and bonds stiffen. Nothing rests on it
     but the number of runs that have to be taken back. LAMMPS watches every step of them, see
