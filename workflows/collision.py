@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache, partial
@@ -24,6 +24,7 @@ from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, err
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.accuracy.together import meet_together
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -186,6 +187,27 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
     return result
+
+
+def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
+    """
+    Carry out collisions of one kind at once, see ``accuracy.together``.
+
+    Each result is what :func:`collide` gives, but for the seconds it took; None where it has to be
+    asked.
+    """
+    started = time.perf_counter()
+    answers = meet_together(scenes)
+    whole = time.perf_counter() - started
+    found: list[Collision | None] = []
+    for scene, met in zip(scenes, answers, strict=True):
+        if met is None:
+            found.append(None)
+            continue
+        begun = time.perf_counter() - whole / len(scenes)
+        asked = scene.tolerance or DEFAULT_TOLERANCE
+        found.append(_result(scene, met.outcome, met.bar, asked, met.reason, met.details, begun))
+    return found
 
 
 def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:

@@ -37,6 +37,8 @@ _ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0,
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
 _MOST_REFINEMENTS = 15
+# Fixed steps are proved by runs at so many times the step.
+COARSER = (2.0, 1.86)
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
 # three digits, with the bar that they have.
@@ -80,6 +82,11 @@ def usual_scheme(goal: float) -> StepSchemeName:
     return next(name for name, least in _SCHEMES.items() if goal > least)
 
 
+def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
+    """Return the step that is tried first for an error: one usually does."""
+    return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / COARSER_SHARE[scheme])
+
+
 def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
     """Answer with an outcome that no step was chosen for."""
     return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
@@ -100,7 +107,7 @@ def _meet_with_fixed_steps(
     # Below the rounding floor a finer step buys nothing.
     floor = rounding_error("reference", scene)
     reachable = max(goal, floor)
-    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
+    step = first_step(scene, scheme, reachable)
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
     found: list[list[float]] = []
@@ -113,7 +120,7 @@ def _meet_with_fixed_steps(
             fine = run_in_house(scene, scheme, step, known)
             known = known or fine
             eta = eta_of(scene, fine)
-            coarse = [run_in_house(scene, scheme, k * step, fine) for k in (2.0, 1.86)]
+            coarse = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
             found.append([eta, *(eta_of(scene, run) for run in coarse)])
             error = share * max(abs(other - eta) for other in found[-1][1:])
         except RunError as failure:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
@@ -99,17 +100,27 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     )
 
 
-def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict[str, float]:
+def spreads(
+    first: Outcome,
+    second: Outcome,
+    scene: Scene,
+    floor: float,
+    mode_energies_of_both: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> dict[str, float]:
     """
     Return how far the arrays of two runs at different steps lie apart, floors included.
 
     `floor` is the relative error from causes that both runs share: tables and rounding. By array,
     the largest absolute difference of contact times and speeds, velocities and mode energies; inf
-    where the numbers of contacts differ.
+    where the numbers of contacts differ. Mode energies are worked out where they are not given.
     """
     v0, stiffness = scene.impact_velocity, scene.bond.stiffness
     masses = None if scene.line is None else scene.line.chain_masses
     energy = 0.5 * v0**2 * (scene.particles if masses is None else float(np.sum(masses)))
+    both = mode_energies_of_both or tuple(
+        mode_energies(run.displacements, run.velocities, stiffness, masses)
+        for run in (first, second)
+    )
     pairs = {
         "contact_times": (
             first.contact_times,
@@ -119,11 +130,7 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
         "contact_speeds": (first.contact_speeds, second.contact_speeds, v0),
         "velocities": (first.velocities, second.velocities, v0),
         "target_velocities": (first.target_velocities, second.target_velocities, v0),
-        "mode_energies": (
-            mode_energies(first.displacements, first.velocities, stiffness, masses),
-            mode_energies(second.displacements, second.velocities, stiffness, masses),
-            energy,
-        ),
+        "mode_energies": (*both, energy),
     }
     found = {}
     for name, (one, other, scale) in pairs.items():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
@@ -187,7 +188,7 @@ class LookAhead:
         if now - last > self._quiet:
             return self._sample(now, last)
         clearance = required_clearance(scene, float(ledger.wall_distance))
-        ceiling = _coarse_ceiling(scene)
+        ceiling = coarse_ceiling(scene.bond)
         coarse = coarse_step(scene.bond, float(ledger.strain_min))
         if clearance is None or np.max(self._chain.strain) >= ceiling:
             return None
@@ -200,6 +201,34 @@ class LookAhead:
         ledger.evaluations = coast.chain.ledger.evaluations
         self.not_before = coast.time
         return None
+
+    def keeps_off(self, until: float) -> tuple[bool, float, int]:
+        """
+        Say whether the chain keeps off the wall until a time from which on that is certain.
+
+        Parameters
+        ----------
+        until : float
+            See ``whole_end``.
+
+        Returns
+        -------
+        bool, float, int
+            Whether; when that was seen, or until when nothing more is known; and the force
+            evaluations so far.
+        """
+        ledger, scene = self._chain.ledger, self._scene
+        now = self._start + float(ledger.steps * self._stepper.step)
+        evaluations = int(ledger.evaluations)
+        if until <= now:
+            return True, now, evaluations
+        clearance = required_clearance(scene, float(ledger.wall_distance))
+        if clearance is None:
+            return False, now, evaluations
+        coarse = coarse_step(scene.bond, float(ledger.strain_min))
+        ceiling = coarse_ceiling(scene.bond)
+        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
+        return coast.fly(until - now), coast.time, int(coast.chain.ledger.evaluations)
 
     def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
@@ -253,9 +282,8 @@ class LookAhead:
         return coast, ending
 
 
-def _coarse_ceiling(scene: Scene) -> float:
+def coarse_ceiling(bond: Potential) -> float:
     """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
-    bond = scene.bond
     return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
 
 

@@ -24,6 +24,7 @@ from chaincor.workflows.engines.in_house.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.in_house.lines.running import run_line
+from chaincor.workflows.engines.in_house.whole_end import certain_at, next_look
 from chaincor.workflows.engines.outcome import Frames, Outcome
 
 
@@ -146,7 +147,20 @@ class _Collision:
             late = ledger.steps > last_step
             if late and known is not None:
                 return known.ending, now, int(ledger.evaluations)
-            if status == motion.ARGUE or late:
+            certain = math.inf
+            if status == motion.ARGUE:
+                certain = certain_at(
+                    *(bond, float(ledger.impact_velocity), float(ledger.momentum)),
+                    *(float(ledger.wall_distance), chain.strain, now, last),
+                )
+            if certain < math.inf:
+                off, seen, evaluations = self.look_ahead.keeps_off(certain)
+                if off:
+                    self.frames.record_until(seen)
+                    return Ending("proved"), seen, evaluations
+                ledger.evaluations = evaluations
+                ledger.argue_after = next_look(now, last, seen) - last
+            elif status == motion.ARGUE or late:
                 ending = watch.look(
                     now, last, float(ledger.wall_distance), chain.strain, chain.velocity
                 )

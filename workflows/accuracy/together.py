@@ -1,0 +1,162 @@
+"""A tolerance for many cold chains at once, which differ in speed: met as each is met alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.numerics import StepSchemeName
+from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.workflows.accuracy.answer import Answer, answer
+from chaincor.workflows.accuracy.by_in_house import COARSER, SHARPEST_FIXED, first_step, usual_scheme
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE, spreads, table_error
+from chaincor.workflows.accuracy.meet import decade_within
+from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
+from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.in_house.finish import LastContact, finish
+from chaincor.workflows.engines.in_house.modal import serves as is_exact
+from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error, rounding_of
+
+# Longer chains are met one by one: their steps leave nothing to be gained.
+LONGEST_TOGETHER = 400
+
+
+@dataclass(frozen=True)
+class Kind:
+    """
+    What collisions must share to be carried out together.
+
+    Attributes
+    ----------
+    bond : int
+        Which potential; the objects of named ones are shared.
+    particles : int
+        Of the chain.
+    scheme : str
+        Of its steps.
+    """
+
+    bond: int
+    particles: int
+    scheme: StepSchemeName
+
+
+def kind_of(scene: Scene) -> Kind | None:
+    """
+    Return with which others a collision may be carried out; None where it is met alone.
+
+    Served are cold chains of unit masses before a hard wall, by the in-house engine with fixed
+    steps, to a tolerance that no rounding comes near.
+    """
+    if scene.engine != "reference" or scene.explicit or scene.line is not None:
+        return None
+    if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
+        return None
+    if not is_smooth(scene) or is_exact(scene) or _writes(scene):
+        return None
+    goal = _goal_of(scene)
+    if goal < JITTER_MATTERS * rounding_error("reference", scene):
+        return None
+    if sharpness(scene) > SHARPEST_FIXED:
+        return None
+    return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
+
+
+def _goal_of(scene: Scene) -> float:
+    asked = asked_tolerance(scene)
+    assert asked is not None
+    return max(decade_within(asked), decade_within(rounding_error("reference", scene)))
+
+
+def _writes(scene: Scene) -> bool:
+    return any(key in scene.model_fields_set for key in OUTPUT_KEYS if key != "error")
+
+
+def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
+    """
+    Meet the tolerances of scenes of one kind, as far as that is done at once.
+
+    Each is run at the step that usually meets its goal, at twice and at 1.86 times that. Where the
+    goal is not met so, or the end is not proved by energy alone, it is to be met alone.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        Of one :func:`kind_of`.
+
+    Returns
+    -------
+    list of Answer or None
+        What ``accuracy.meet.meet`` returns for each, to the last bit; None where it must be asked.
+        None depends on which others there are.
+    """
+    kind = kind_of(scenes[0])
+    assert kind is not None
+    runner = ChainRunner(scenes[0], kind.scheme)
+    floor = rounding_error("reference", scenes[0])
+    goals = [_goal_of(scene) for scene in scenes]
+    steps = np.array(
+        [first_step(s, kind.scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
+    )
+    found: list[Answer | None] = [None] * len(scenes)
+    fine = runner.follow(list(scenes), steps)
+    places = np.flatnonzero(fine.settled)
+    if len(places) == 0:
+        return found
+    fine = fine.chosen(places)
+    followed = [scenes[place] for place in places]
+    lasts, steps = fine.last_contact_times, steps[places]
+    coarse = [runner.compare(followed, times * steps, lasts) for times in COARSER]
+    speeds = np.array([scene.impact_velocity for scene in followed])
+    eta, *others = (restitution(run.velocities, speeds) for run in (fine, *coarse))
+    apart = np.max(np.abs(np.array(others) - eta), axis=0)
+    errors = COARSER_SHARE[kind.scheme] * apart
+    quiet = quiet_time(kind.particles, scenes[0].slow_stiffness)
+    bond = scenes[0].bond
+    energies = [mode_energies(run.displacements, run.velocities, bond.stiffness) for run in (fine, coarse[0])]
+    for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
+        goal, error = goals[place], float(errors[k])
+        times = fine.contacts[k, 0, : fine.counts[k]]
+        settled = all(run.settled[k] for run in coarse)
+        if not (settled and error + floor <= goal) or np.max(np.diff(times), initial=0.0) > quiet:
+            continue
+        outcome = _outcome(scene, fine, k, kind.scheme, float(steps[k]))
+        proof = _outcome(scene, coarse[0], k, kind.scheme, COARSER[0] * float(steps[k]))
+        tries = [{"timestep": float(steps[k]), "step_error": error}]
+        rounding = table_error(outcome, scene) + rounding_of(outcome, scene)
+        pair = energies[0][k], energies[1][k]
+        details = {
+            "choice": {"tries": tries},
+            "spread": spreads(outcome, proof, scene, rounding, pair),
+        }
+        met = answer(scene, outcome, max(error, LEAST_SHARE * goal), details)
+        if met.bar.total is not None and met.bar.total <= goal:
+            found[place] = met
+    return found
+
+
+def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
+    velocities, count = runs.velocities[k], runs.counts[k]
+    motion = 0.5 * float(velocities @ velocities)
+    return finish(
+        scene,
+        LastContact(
+            strains=runs.strains[k],
+            velocities=velocities,
+            contact_times=runs.contacts[k, 0, :count].copy(),
+            contact_speeds=runs.contacts[k, 1, :count].copy(),
+        ),
+        scheme=scheme,
+        timestep=step,
+        ending=Ending("proved"),
+        duration=float(runs.durations[k]),
+        bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
+        seconds=float(runs.seconds[k]),
+        force_evaluations=int(runs.evaluations[k]),
+        energy_end=motion + float(runs.energies[k]),
+    )

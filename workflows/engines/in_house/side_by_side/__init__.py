@@ -1,0 +1,1 @@
+"""Many cold chains before a wall, carried in one compiled loop."""

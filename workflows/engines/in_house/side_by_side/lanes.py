@@ -1,0 +1,190 @@
+r"""
+Extrapolated and composed steps of many chains side by side, each with a step of its own.
+
+A chain of twenty is too short for the vector units of a processor: its loops begin and end more
+than they run. Here number i of lane k lies at :math:`i L + k`, and loops run over all lanes. What
+is done to each number is what ``stages`` and ``schemes`` do, in the same order, so that a chain
+moves as it does alone, to the last bit.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.lines.lanes import LANES
+from chaincor.workflows.engines.schemes import Mixture, Splitting
+
+Array = NDArray[np.float64]
+
+
+class LaneState(NamedTuple):
+    """
+    Chains side by side.
+
+    Attributes
+    ----------
+    strain : ndarray of shape ((n - 1) L,)
+        Bond lengths less one.
+    velocity : ndarray of shape (n L,)
+        Velocities, positive away from the wall.
+    distance : ndarray of shape (L,)
+        Of particle 1 from the wall.
+    """
+
+    strain: Array
+    velocity: Array
+    distance: Array
+
+    @classmethod
+    def of(cls, particles: int) -> "LaneState":
+        """Return chains at rest."""
+        bonds = (particles - 1) * LANES
+        return cls(np.zeros(bonds), np.zeros(bonds + LANES), np.zeros(LANES))
+
+
+class Lanes(NamedTuple):
+    """
+    Room to move chains side by side.
+
+    Attributes
+    ----------
+    old, new, trial : LaneState
+        Before and after a step, and what it tries.
+    steps, parts : ndarray of shape (n L,)
+        The step H of each lane, repeated along the chain, and a part of it.
+    forces : ndarray of shape ((n + 1) L,)
+        Of the bonds, between zeros.
+    """
+
+    old: LaneState
+    new: LaneState
+    trial: LaneState
+    steps: Array
+    parts: Array
+    forces: Array
+
+    @classmethod
+    def of(cls, particles: int) -> "Lanes":
+        """Return room for chains of so many particles."""
+        old, new, trial = (LaneState.of(particles) for _ in range(3))
+        numbers = particles * LANES
+        return cls(
+            *(old, new, trial), np.zeros(numbers), np.zeros(numbers), np.zeros(numbers + LANES)
+        )
+
+    def unnamed(self) -> tuple:
+        """Return plain tuples, as compiled functions take them sooner."""
+        return *(tuple(state) for state in self[:3]), *self[3:]
+
+
+def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Callable:
+    """
+    Return one step of all lanes.
+
+    Parameters
+    ----------
+    force : callable
+        -dU/dr of one strain, ``force(strain, parameters)``; known to the compiler.
+    composed : bool
+        Whether steps are compositions; else they are extrapolated.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
+
+    Returns
+    -------
+    callable
+        ``leap(old, new, trial, steps, parts, forces, fractions, bond)``: from old states to new
+        ones; see `Lanes`.
+    """
+
+    @register
+    def stage(
+        strain: Array,
+        velocity: Array,
+        distance: Array,
+        forces: Array,
+        drifts: Array,
+        share: float,
+        kicks: Array,
+        bond: Any,
+    ) -> None:
+        for k in range(LANES):
+            distance[k] += (share * drifts[k]) * velocity[k]
+        for j in range(strain.shape[0]):
+            stretched = strain[j] + (share * drifts[j]) * (velocity[j + LANES] - velocity[j])
+            strain[j] = stretched
+            forces[j + LANES] = force(stretched, bond)
+        for j in range(velocity.shape[0]):
+            velocity[j] += kicks[j] * (forces[j] - forces[j + LANES])
+
+    @register
+    def copy(old: Array, new: Array) -> None:
+        for j in range(old.shape[0]):
+            new[j] = old[j]
+
+    def leap_composed(
+        old: LaneState,
+        new: LaneState,
+        _trial: LaneState,
+        steps: Array,
+        parts: Array,
+        forces: Array,
+        fractions: Splitting,
+        bond: Any,
+    ) -> None:
+        drifts, kicks = fractions
+        strain, velocity, distance = new
+        copy(old[0], strain)
+        copy(old[1], velocity)
+        copy(old[2], distance)
+        for row in range(kicks.shape[0]):
+            for j in range(parts.shape[0]):
+                parts[j] = kicks[row] * steps[j]
+            stage(strain, velocity, distance, forces, steps, drifts[row], parts, bond)
+        last = drifts[-1]
+        for k in range(LANES):
+            distance[k] += (last * steps[k]) * velocity[k]
+        for j in range(strain.shape[0]):
+            strain[j] += (last * steps[j]) * (velocity[j + LANES] - velocity[j])
+
+    def leap_extrapolated(
+        old: LaneState,
+        new: LaneState,
+        trial: LaneState,
+        steps: Array,
+        parts: Array,
+        forces: Array,
+        fractions: Mixture,
+        bond: Any,
+    ) -> None:
+        weights, counts = fractions
+        first_strain, first_velocity, first_distance = old
+        new_strain, new_velocity, moved = new
+        strain, velocity, distance = trial
+        copy(first_strain, new_strain)
+        copy(first_velocity, new_velocity)
+        moved[:] = 0.0
+        for row in range(weights.shape[0]):
+            weight, count = weights[row], int(counts[row])
+            for j in range(parts.shape[0]):
+                parts[j] = steps[j] / count
+            copy(first_strain, strain)
+            copy(first_velocity, velocity)
+            distance[:] = 0.0
+            stage(strain, velocity, distance, forces, parts, 0.5, parts, bond)
+            for _ in range(count - 1):
+                stage(strain, velocity, distance, forces, parts, 1.0, parts, bond)
+            for k in range(LANES):
+                distance[k] += (0.5 * parts[k]) * velocity[k]
+                moved[k] += weight * distance[k]
+            for j in range(strain.shape[0]):
+                drifted = strain[j] + (0.5 * parts[j]) * (velocity[j + LANES] - velocity[j])
+                new_strain[j] += weight * (drifted - first_strain[j])
+            for j in range(velocity.shape[0]):
+                new_velocity[j] += weight * (velocity[j] - first_velocity[j])
+        for k in range(LANES):
+            moved[k] += first_distance[k]
+
+    return leap_composed if composed else leap_extrapolated

@@ -1,0 +1,275 @@
+"""Runs of many cold chains of one kind before a wall, which differ in speed and step."""
+
+import math
+import time
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
+from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
+from chaincor.workflows.engines.in_house.side_by_side.compiled import many_kernels_for
+from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
+from chaincor.workflows.engines.in_house.side_by_side.loop import MOVING
+from chaincor.workflows.engines.in_house.whole_end import certain_at, next_look
+from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.look_ahead import coarse_step, required_clearance
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+Array = NDArray[np.float64]
+
+# Longer chains fill the vector units by themselves: decides costs only.
+LONGEST_IN_LANES = 64
+
+
+@dataclass(frozen=True)
+class ManyRuns:
+    """
+    What came of many runs.
+
+    Attributes
+    ----------
+    settled : ndarray of shape (runs,)
+        Whether a run was carried to an end that is proved; nothing else counts where it was not.
+    durations : ndarray of shape (runs,)
+        Simulated time from the first contact to the end.
+    evaluations : ndarray of shape (runs,)
+        Of all bond forces.
+    strains, velocities : ndarray of shape (runs, n - 1) and (runs, n)
+        Right after the last contact.
+    contacts : ndarray of shape (runs, 2, capacity)
+        Times and incoming speeds.
+    counts : ndarray of shape (runs,)
+        How many contacts there were.
+    bond_min, bond_max : ndarray of shape (runs,)
+        Shortest and longest bond up to the last contact.
+    energies : ndarray of shape (runs,)
+        Of the bonds right after the last contact, in rows.
+    seconds : float
+        Wall-clock time of the integration of one, on average.
+    """
+
+    settled: NDArray[np.bool_]
+    durations: Array
+    evaluations: NDArray[np.int64]
+    strains: Array
+    velocities: Array
+    contacts: Array
+    counts: NDArray[np.int64]
+    bond_min: Array
+    bond_max: Array
+    energies: Array
+    seconds: Array
+
+    def chosen(self, which: NDArray) -> "ManyRuns":
+        """Return some of them."""
+        return ManyRuns(*(getattr(self, f.name)[which] for f in fields(self)))
+
+    @property
+    def displacements(self) -> Array:
+        """The same as ``strains``, u_i = x_i - (i - 1), of shape (runs, n)."""
+        zeros = np.zeros((len(self.strains), 1))
+        return np.cumsum(np.concatenate((zeros, self.strains), axis=1), axis=1)
+
+    @property
+    def last_contact_times(self) -> Array:
+        """When particle 1 left the wall."""
+        return self.contacts[np.arange(len(self.counts)), 0, self.counts - 1]
+
+
+class ChainRunner:
+    """
+    Carries out runs that differ in speed and step.
+
+    Parameters
+    ----------
+    scene : Scene
+        One of the collisions: a cold chain of unit masses before a hard wall, of two particles at
+        least, with bonds whose force compiles; chain and bonds are those of all.
+    scheme : str
+        Of ``schemes``.
+    """
+
+    def __init__(self, scene: Scene, scheme: str) -> None:
+        self._scene, self._bond = scene, scene.bond
+        self._scheme = STEP_SCHEMES[scheme]
+        kernels = many_kernels_for(self._bond, self._scheme)
+        assert kernels is not None, "its force compiles"
+        self._kernels = kernels
+        n = self._particles = scene.particles
+        self._most = steps_at_once(self._scheme.evaluations * n)
+        reach = min(n - 1, self._scheme.reach)
+        self._scratch = (
+            (np.empty(n - 1), np.empty(n)),
+            (np.empty(reach), np.empty(reach + 1)),
+            (np.empty(n - 1), np.empty(n)),
+        )
+        lanes = Lanes.of(n).unnamed()
+        if n > LONGEST_IN_LANES:
+            lanes = *lanes[:3], *(array[:0] for array in lanes[3:])
+        self._lanes = lanes
+
+    def follow(self, scenes: list[Scene], steps: Array) -> ManyRuns:
+        """Carry collisions to their ends, as far as these can be proved by energy alone."""
+        group = _Group(self._started(scenes), steps)
+        started = time.perf_counter()
+        n, stiffness, ledgers = self._particles, self._bond.stiffness, group.ledgers
+        group.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
+        proved = np.zeros(len(steps), bool)
+        while np.any(group.statuses == MOVING):
+            self._carry(group)
+            argued = np.flatnonzero(group.statuses == motion.ARGUE)
+            seen = self._keep_off(scenes, group, argued)
+            for place, s in enumerate(argued.tolist()):
+                ends = seen[place]
+                if ends is None:
+                    group.statuses[s] = motion.DONE  # not by energy alone
+                elif ends.off:
+                    proved[s] = True
+                    group.statuses[s] = motion.DONE
+                    group.durations[s] = ends.time
+                else:
+                    now, last = float(ledgers["steps"][s] * steps[s]), ledgers["last_contact"][s]
+                    later = next_look(now, float(last), ends.time)
+                    ledgers["argue_after"][s] = later - float(last)
+                    longest = longest_collision(n, stiffness, float(last))
+                    group.goals[s] = math.ceil(longest / steps[s]) + 1
+                    group.statuses[s] = MOVING
+        return self._outcomes(scenes, group, proved, time.perf_counter() - started)
+
+    def compare(self, scenes: list[Scene], steps: Array, lasts: Array) -> ManyRuns:
+        """Carry collisions a little beyond their last contacts, which are known."""
+        group = _Group(self._started(scenes), steps)
+        started = time.perf_counter()
+        group.ledgers["argue_after"] = group.ledgers["patience"] = np.inf
+        untils = lasts + KNOWN_MARGIN / self._bond.stiffness**0.5
+        group.goals[:] = np.ceil(untils / steps) + 1
+        while np.any(group.statuses == MOVING):
+            self._carry(group)
+        group.durations[:] = group.ledgers["steps"] * steps
+        done = group.statuses == motion.DONE
+        return self._outcomes(scenes, group, done, time.perf_counter() - started)
+
+    def _started(self, scenes: list[Scene]) -> tuple[Chain, Array]:
+        first = Chain.at_first_contact(self._scene, self._scheme)
+        return first, np.array([scene.impact_velocity for scene in scenes])
+
+    def _carry(self, group: "_Group") -> None:
+        self._kernels.carry(
+            *(group.ledgers, group.states, self._scratch, self._lanes, group.steps, group.goals),
+            *(group.statuses, self._most, tuple(self._scheme.fractions), self._kernels.parameters),
+        )
+
+    def _keep_off(
+        self, scenes: list[Scene], group: "_Group", argued: NDArray[np.int64]
+    ) -> list["_Seen | None"]:
+        """Look ahead, as ``LookAhead.keeps_off`` does for one."""
+        bond, ledgers = self._bond, group.ledgers
+        seen: list[_Seen | None] = []
+        coasting: list[tuple[int, int, float, float, float, float]] = []
+        for place, s in enumerate(argued.tolist()):
+            ledger = ledgers[s]
+            now, last = float(ledger["steps"] * group.steps[s]), float(ledger["last_contact"])
+            distance = float(ledger["wall_distance"])
+            certain = certain_at(
+                *(bond, float(ledger["impact_velocity"]), float(ledger["momentum"])),
+                *(distance, group.states[0][s], now, last),
+            )
+            if certain == math.inf:
+                seen.append(None)
+                continue
+            seen.append(_Seen(certain <= now, now))
+            clearance = required_clearance(scenes[s], distance)
+            if certain > now and clearance is not None:
+                coarse = coarse_step(bond, float(ledger["strain_min"]))
+                coasting.append((place, s, now, certain, coarse, clearance))
+        if coasting:
+            self._coast(group, coasting, seen)
+        return seen
+
+    def _coast(
+        self,
+        group: "_Group",
+        coasting: list[tuple[int, int, float, float, float, float]],
+        seen: list["_Seen | None"],
+    ) -> None:
+        rows = np.array([s for _, s, *_ in coasting])
+        ledgers, strains, velocities = group.ledgers[rows], *(a[rows] for a in group.states[:2])
+        ledgers["strain_ceiling"] = coarse_ceiling(self._bond)
+        ledgers["strain_max"] = np.max(strains, axis=1)
+        steps = np.array([coarse for *_, coarse, _ in coasting])
+        clearances = np.array([clearance for *_, clearance in coasting])
+        ways = [certain - now for _, _, now, certain, _, _ in coasting]
+        counts = np.array([max(1, math.ceil(w / h)) for w, h in zip(ways, steps, strict=True)])
+        taken = np.zeros(len(rows), np.int64)
+        self._kernels.coast(
+            *(ledgers, strains, velocities, steps, counts, clearances, taken),
+            self._kernels.parameters,
+        )
+        group.ledgers["evaluations"][rows] = ledgers["evaluations"]
+        for (place, _, now, *_), count, done, step in zip(
+            coasting, counts, taken.tolist(), steps.tolist(), strict=True
+        ):
+            seen[place] = _Seen(done == count, now + done * step)
+
+    def _outcomes(
+        self, scenes: list[Scene], group: "_Group", settled: NDArray[np.bool_], seconds: float
+    ) -> ManyRuns:
+        ledgers = group.ledgers
+        _, _, strains, velocities, contacts = group.states
+        speeds = ledgers["impact_velocity"]
+        with np.errstate(all="ignore"):
+            bonds = np.asarray(self._bond.energy(strains))
+            energies = np.sum(bonds, axis=1)
+            whole = energies + 0.5 * np.sum(velocities**2, axis=1)
+            bounded = whole <= MOST_ENERGY_GROWTH * 0.5 * self._particles * speeds**2
+        return ManyRuns(
+            settled=settled & bounded,
+            durations=group.durations,
+            evaluations=ledgers["evaluations"],
+            strains=strains,
+            velocities=velocities,
+            contacts=contacts,
+            counts=ledgers["contacts"],
+            bond_min=1.0 + ledgers["contact_min"],
+            bond_max=1.0 + ledgers["contact_max"],
+            energies=energies,
+            seconds=np.full(len(settled), seconds / len(settled)),
+        )
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Whether a chain keeps off the wall, and when that was seen, or until when nothing is."""
+
+    off: bool
+    time: float
+
+
+class _Group:
+    """Chains in motion: as ``Chain``, with a row for each."""
+
+    def __init__(self, started: tuple[Chain, Array], steps: Array) -> None:
+        first, speeds = started
+        count = len(speeds)
+        self.steps = np.asarray(steps, dtype=float)
+        self.ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count)
+        self.ledgers["impact_velocity"] = speeds
+        n = len(first.velocity)
+        self.ledgers["momentum"] = (2 - n) * speeds
+        strain = np.zeros((count, n - 1))
+        velocity = np.repeat(-speeds[:, None], n, axis=1)
+        velocity[:, 0] = speeds
+        contacts = np.zeros((count, *first.arrays.contacts.shape))
+        contacts[:, 1, 0] = speeds
+        self.states = strain, velocity, strain.copy(), velocity.copy(), contacts
+        self.goals = np.zeros(count, np.int64)
+        self.statuses = np.full(count, MOVING)
+        self.durations = np.zeros(count)

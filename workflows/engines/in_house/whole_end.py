@@ -1,0 +1,75 @@
+r"""
+The end of a chain that cannot break: from when on energy alone keeps it off the wall.
+
+After the last contact the mean velocity V and the energy I that is not in it are kept. Once the
+mean displacement D is larger than particle 1 can be behind it with that energy (``ending``), no
+contact comes. When that is can be told beforehand, as D grows by V t; what is left to see is that
+particle 1 stays off the wall until then, and coarse steps show that (``look_ahead``).
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.piece_bounds import Lever, breaking_energy, reach
+
+# Steps of a run keep the energy to far less than this part of it.
+ENERGY_MARGIN = 0.01
+# Where the coarse motion came near the wall before that time, the next look is not before it, nor
+# before this times the way since the last contact.
+LOOK_GROWTH = 1.4
+
+
+def certain_at(
+    bond: Potential,
+    impact_velocity: float,
+    momentum: float,
+    wall_distance: float,
+    strains: NDArray[np.float64],
+    now: float,
+    last_contact: float,
+) -> float:
+    """
+    Return from when on energy keeps a chain of unit masses off the wall, if it stays off till then.
+
+    Parameters
+    ----------
+    bond : Potential
+        Its bonds.
+    impact_velocity : float
+        With which it came, cold: that is all its energy.
+    momentum : float
+        It has now; positive.
+    wall_distance : float
+        Of particle 1.
+    strains : ndarray of shape (n - 1,)
+        Bond lengths less one.
+    now, last_contact : float
+        Since the first contact.
+
+    Returns
+    -------
+    float
+        `now` where it is certain already; inf where it never is, or not as long as collisions are
+        followed: a bond may break, or the chain is too slow.
+    """
+    particles = len(strains) + 1
+    speed = momentum / particles
+    inner = 0.5 * particles * ((1.0 + ENERGY_MARGIN) * impact_velocity**2 - speed**2)
+    if not speed > 0.0 or inner >= breaking_energy(bond):
+        return math.inf
+    lever = Lever.of_equal(particles)
+    free = inner - 0.5 * speed * speed * lever.whole / lever.rest * lever.mass
+    shares = np.arange(particles - 1, 0, -1) / particles
+    displacement = wall_distance + float(np.sum(shares * strains))
+    certain = now + max(reach(bond, free, lever) - displacement, 0.0) / speed
+    followed = longest_collision(particles, bond.stiffness, last_contact)
+    return certain if certain <= followed else math.inf
+
+
+def next_look(now: float, last_contact: float, seen: float) -> float:
+    """Return when to look again; the chain was `seen` near the wall after `now`."""
+    return max(seen, last_contact + LOOK_GROWTH * (now - last_contact))
