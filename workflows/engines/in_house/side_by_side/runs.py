@@ -14,7 +14,9 @@ from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.chain import Chain
 from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.in_house.side_by_side.compiled import many_kernels_for
+from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.motion import Glide
+from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
 from chaincor.workflows.engines.in_house.side_by_side.loop import MOVING
 from chaincor.workflows.engines.in_house.whole_end import certain_at, next_look
@@ -100,21 +102,15 @@ class ChainRunner:
     def __init__(self, scene: Scene, scheme: str) -> None:
         self._scene, self._bond = scene, scene.bond
         self._scheme = STEP_SCHEMES[scheme]
-        kernels = many_kernels_for(self._bond, self._scheme)
-        assert kernels is not None, "its force compiles"
-        self._kernels = kernels
+        self._kernels = kernels_for(self._bond, self._scheme)
         n = self._particles = scene.particles
         self._most = steps_at_once(self._scheme.evaluations * n)
-        reach = min(n - 1, self._scheme.reach)
-        self._scratch = (
-            (np.empty(n - 1), np.empty(n)),
-            (np.empty(reach), np.empty(reach + 1)),
-            (np.empty(n - 1), np.empty(n)),
-        )
-        lanes = Lanes.of(n).unnamed()
-        if n > LONGEST_IN_LANES:
-            lanes = *lanes[:3], *(array[:0] for array in lanes[3:])
-        self._lanes = lanes
+        self._in_lanes = n <= LONGEST_IN_LANES
+        if self._in_lanes:
+            self._carry_lanes = carry_for(self._bond, self._scheme)
+            self._lanes = Lanes.of(n).unnamed()
+            near = min(n - 1, self._scheme.reach)
+            self._near = tuple((np.empty(near), np.empty(near + 1)) for _ in range(3))
 
     def follow(self, scenes: list[Scene], steps: Array) -> ManyRuns:
         """Carry collisions to their ends, as far as these can be proved by energy alone."""
@@ -162,10 +158,31 @@ class ChainRunner:
         return first, np.array([scene.impact_velocity for scene in scenes])
 
     def _carry(self, group: "_Group") -> None:
-        self._kernels.carry(
-            *(group.ledgers, group.states, self._scratch, self._lanes, group.steps, group.goals),
-            *(group.statuses, self._most, tuple(self._scheme.fractions), self._kernels.parameters),
-        )
+        """Take steps until something needs the caller, or Python has waited for long enough."""
+        numbers = tuple(self._scheme.fractions), self._kernels.parameters
+        if self._in_lanes:
+            assert self._carry_lanes is not None, "its force compiles"
+            self._carry_lanes(
+                *(group.ledgers, group.states, self._near, self._lanes, group.steps),
+                *(group.goals, group.statuses, self._most, *numbers),
+            )
+            return
+        near, trial = group.first.arrays.near, group.first.arrays.trial
+        scratch = tuple(group.first.arrays.kept), tuple(near), tuple(trial)
+        for s in np.flatnonzero(group.statuses == MOVING).tolist():
+            strains, velocities, last_strains, last_velocities, contacts = group.states
+            arrays = (
+                (strains[s], velocities[s]),
+                (last_strains[s], last_velocities[s]),
+                *scratch,
+                contacts[s],
+            )
+            ledger, step, goal = group.ledgers[s], float(group.steps[s]), int(group.goals[s])
+            while group.statuses[s] == MOVING:
+                until = min(goal, int(ledger.steps) + self._most)
+                status = self._kernels.advance(ledger, arrays, until, step, *numbers)
+                if status != motion.DONE or ledger.steps >= goal:
+                    group.statuses[s] = status
 
     def _keep_off(
         self, scenes: list[Scene], group: "_Group", argued: NDArray[np.int64]
@@ -204,20 +221,14 @@ class ChainRunner:
         ledgers, strains, velocities = group.ledgers[rows], *(a[rows] for a in group.states[:2])
         ledgers["strain_ceiling"] = coarse_ceiling(self._bond)
         ledgers["strain_max"] = np.max(strains, axis=1)
-        steps = np.array([coarse for *_, coarse, _ in coasting])
-        clearances = np.array([clearance for *_, clearance in coasting])
-        ways = [certain - now for _, _, now, certain, _, _ in coasting]
-        counts = np.array([max(1, math.ceil(w / h)) for w, h in zip(ways, steps, strict=True)])
-        taken = np.zeros(len(rows), np.int64)
-        self._kernels.coast(
-            *(ledgers, strains, velocities, steps, counts, clearances, taken),
-            self._kernels.parameters,
-        )
-        group.ledgers["evaluations"][rows] = ledgers["evaluations"]
-        for (place, _, now, *_), count, done, step in zip(
-            coasting, counts, taken.tolist(), steps.tolist(), strict=True
-        ):
+        for k, (place, _, now, certain, step, clearance) in enumerate(coasting):
+            count = max(1, math.ceil((certain - now) / step))
+            glide = Glide(count, step, clearance, first=True, last=True)
+            done = self._kernels.coast(
+                ledgers[k], (strains[k], velocities[k]), tuple(glide), self._kernels.parameters
+            )
             seen[place] = _Seen(done == count, now + done * step)
+        group.ledgers["evaluations"][rows] = ledgers["evaluations"]
 
     def _outcomes(
         self, scenes: list[Scene], group: "_Group", settled: NDArray[np.bool_], seconds: float
@@ -257,10 +268,12 @@ class _Group:
     """Chains in motion: as ``Chain``, with a row for each."""
 
     def __init__(self, started: tuple[Chain, Array], steps: Array) -> None:
-        first, speeds = started
+        self.first, speeds = started
+        first = self.first
         count = len(speeds)
         self.steps = np.asarray(steps, dtype=float)
         self.ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count)
+        self.ledgers = self.ledgers.view(np.recarray)
         self.ledgers["impact_velocity"] = speeds
         n = len(first.velocity)
         self.ledgers["momentum"] = (2 - n) * speeds
