@@ -263,19 +263,27 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     float
         Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
     """
+    return float(compressed_strains(bond, np.array([energy]))[0])
+
+
+def compressed_strains(bond: Potential, energies: Array) -> Array:
+    """Return the same for many energies, of the shape (energies,); each as by itself."""
     floor = max(bond.strain_min, -1.0)
     # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
-    low, high = -700.0, 0.0
+    low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
     for _ in range(60):
         middle = 0.5 * (low + high)
-        strain = floor * -math.expm1(middle)
+        strains = floor * -_expm1(middle)
         with np.errstate(all="ignore"):
-            held = float(bond.energy(strain))
-        if held > energy or not math.isfinite(held):
-            low = middle
-        else:
-            high = middle
-    return floor * -math.expm1(high)
+            held = np.broadcast_to(bond.energy(strains), strains.shape)
+        beyond = (held > energies) | ~np.isfinite(held)
+        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+    return floor * -_expm1(high)
+
+
+def _expm1(exponents: Array) -> Array:
+    # NumPy's own rounds otherwise than that of the system, by which numbers have been found so far.
+    return np.array([math.expm1(exponent) for exponent in exponents.tolist()])
 
 
 _GRID = 64

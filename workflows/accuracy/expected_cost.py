@@ -27,6 +27,8 @@ _LAMMPS_RUNS = 1.5
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
 _IN_HOUSE_RUNS = 3.5
+# Many at once: what each takes beside the loops, and what these take of that time.
+_TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.3
 # A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
 # as particles. Measured for 1000 to 4000.
 _MODAL_PAIR = 7e-8
@@ -65,6 +67,14 @@ def expected_seconds(scene: Scene) -> float:
     run = cost_model().integration(scene, numerics, duration)
     choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
     return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice + modal
+
+
+def expected_seconds_together(scene: Scene) -> float:
+    """Estimate the same where many collisions of one kind are carried out at once."""
+    duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
+    asked = asked_tolerance(scene)
+    assert asked is not None
+    return _TOGETHER_SECONDS + _TOGETHER_SHARE * _in_house_seconds(scene, duration, asked)
 
 
 def refuse_endless(scene: Scene, most_seconds: float) -> None:

@@ -10,10 +10,16 @@ from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
 from chaincor.workflows.accuracy.answer import Answer, answer
-from chaincor.workflows.accuracy.by_in_house import COARSER, SHARPEST_FIXED, first_step, usual_scheme
+from chaincor.workflows.accuracy.by_in_house import (
+    COARSER,
+    SHARPEST_FIXED,
+    first_step,
+    usual_scheme,
+)
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE, spreads, table_error
+from chaincor.workflows.accuracy.expected_cost import expected_seconds_together
 from chaincor.workflows.accuracy.meet import decade_within
-from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
+from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import LastContact, finish
@@ -24,6 +30,10 @@ from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error, 
 
 # Longer chains are met one by one: their steps leave nothing to be gained.
 LONGEST_TOGETHER = 400
+# Fewer of a kind are met one by one: lanes would stay empty, and their loop has to be loaded.
+LEAST_TOGETHER = 16
+# So many at most, and so many seconds of work, so that progress is seen and little is lost.
+_MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,42 @@ def kind_of(scene: Scene) -> Kind | None:
     return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
 
 
+def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
+    """
+    Share collisions out: those to be carried out together, and each of the others by itself.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        The collisions.
+    parts : int
+        Into how many parts those of a kind are divided at least, if they are enough.
+
+    Returns
+    -------
+    list of list of int
+        Their places. What comes of a collision does not depend on it.
+    """
+    foresee_sharpness(scenes)
+    kinds: dict[Kind, list[int]] = {}
+    found = []
+    for place, scene in enumerate(scenes):
+        kind = kind_of(scene)
+        if kind is None:
+            found.append([place])
+        else:
+            kinds.setdefault(kind, []).append(place)
+    for places in kinds.values():
+        if len(places) < LEAST_TOGETHER:
+            found += [[place] for place in places]
+            continue
+        quick = int(_SECONDS_TOGETHER / expected_seconds_together(scenes[places[0]]))
+        size = min(-(-len(places) // parts), quick, _MOST_TOGETHER)
+        size = max(size, LEAST_TOGETHER)
+        found += [places[k : k + size] for k in range(0, len(places), size)]
+    return found
+
+
 def _goal_of(scene: Scene) -> float:
     asked = asked_tolerance(scene)
     assert asked is not None
@@ -95,6 +141,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
         What ``accuracy.meet.meet`` returns for each, to the last bit; None where it must be asked.
         None depends on which others there are.
     """
+    foresee_sharpness(scenes)
     kind = kind_of(scenes[0])
     assert kind is not None
     runner = ChainRunner(scenes[0], kind.scheme)
@@ -118,7 +165,10 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
     errors = COARSER_SHARE[kind.scheme] * apart
     quiet = quiet_time(kind.particles, scenes[0].slow_stiffness)
     bond = scenes[0].bond
-    energies = [mode_energies(run.displacements, run.velocities, bond.stiffness) for run in (fine, coarse[0])]
+    energies = [
+        mode_energies(run.displacements, run.velocities, bond.stiffness)
+        for run in (fine, coarse[0])
+    ]
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
         times = fine.contacts[k, 0, : fine.counts[k]]

@@ -3,6 +3,7 @@
 import math
 import platform
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -86,3 +87,22 @@ def carry_out(scene: Scene) -> Attempt:
     except (ChaincorError, *MACHINE_FAILURES) as error:
         return Attempt(scene, None, Failure.from_error(error), host_name())
     return Attempt(scene, collision, None, host_name())
+
+
+def carry_out_together(scenes: Sequence[Scene]) -> list[Attempt | None]:
+    """
+    Carry out collisions of one kind at once; None for those that have to be carried out alone.
+
+    Any failure leaves all of them to be carried out alone, where it gets its name.
+    """
+    from chaincor.workflows.collision import collide_together
+
+    try:
+        with _one_at_a_time:
+            found = collide_together(scenes)
+    except (ChaincorError, *MACHINE_FAILURES):
+        return [None] * len(scenes)
+    return [
+        None if result is None else Attempt(scene, result, None, host_name())
+        for scene, result in zip(scenes, found, strict=True)
+    ]

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.accuracy.expected_cost import expected_seconds, expected_seconds_together
+from chaincor.workflows.accuracy.together import companies
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 from chaincor.workflows.given import scenes_given
 from chaincor.workflows.processes.pool import ProcessPool
@@ -23,6 +24,7 @@ from chaincor.workflows.store.attempt import (
     Attempt,
     Failure,
     carry_out,
+    carry_out_together,
     host_name,
 )
 from chaincor.workflows.store.results_store import Store
@@ -156,36 +158,68 @@ def run_plan(
     """
     started = time.perf_counter()
     store.check_writable()
-    costs = {scene.collision_sha256: expected_seconds(scene) for scene in plan.todo}
-    queue = deque(_longest_first(plan.todo, costs))
-    pending: dict[Future, Scene] = {}
+    tasks, costs = _tasks(plan.todo, in_flight)
+    queue = deque(tasks)
+    pending: dict[Future, _Task] = {}
     summary = SweepSummary(found=plan.found, known_failures=plan.known_failures)
-    with progress_bar(progress, len(queue), sum(costs.values())) as advance:
+    with progress_bar(progress, len(plan.todo), sum(costs.values())) as advance:
         try:
             while queue or pending:
                 while queue and len(pending) < in_flight:
-                    scene = queue.popleft()
-                    if not replace and store.has(scene, arrays=arrays):
-                        # Another sweep has computed it meanwhile.
-                        summary = dataclasses.replace(summary, found=summary.found + 1)
-                        advance(costs[scene.collision_sha256])
-                    else:
-                        pending[executor.submit(carry_out, scene)] = scene
+                    task = queue.popleft()
+                    if not replace:
+                        # Another sweep may have computed some of it meanwhile.
+                        left = tuple(s for s in task if not store.has(s, arrays=arrays))
+                        for scene in set(task) - set(left):
+                            summary = dataclasses.replace(summary, found=summary.found + 1)
+                            advance(costs[scene.collision_sha256])
+                        task = left
+                    if len(task) > 1:
+                        pending[executor.submit(carry_out_together, task)] = task
+                    elif task:
+                        pending[executor.submit(carry_out, *task)] = task
                 done = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
-                attempts = [_attempt_of(future, pending[future]) for future in done]
+                attempts = []
+                for future in done:
+                    ended, alone = _attempts_of(future, pending[future])
+                    attempts += ended
+                    # What takes long by itself is not left for the end.
+                    queue.extendleft((scene,) for scene in alone)
                 store.record(attempts, arrays=arrays, replace=replace)
-                for future, attempt in zip(done, attempts, strict=True):
+                for future in done:
                     del pending[future]
+                for attempt in attempts:
                     summary = _counted(summary, attempt)
                     advance(costs[attempt.scene.collision_sha256])
         except BaseException:
             # Whatever was finished when the interruption came is kept too.
-            done = {future for future in pending if future.done()}
+            ended = [future for future in pending if future.done()]
             executor.shutdown(wait=False, cancel_futures=True)
-            results = [f.result() for f in done if not f.cancelled() and f.exception() is None]
-            store.record(results, arrays=arrays, replace=replace)
+            results = [f.result() for f in ended if not f.cancelled() and f.exception() is None]
+            store.record(_attempts_in(results), arrays=arrays, replace=replace)
             raise
     return dataclasses.replace(summary, seconds=time.perf_counter() - started)
+
+
+# What a worker is handed: one collision, or several of a kind that are carried out together.
+_Task = tuple[Scene, ...]
+
+
+def _tasks(todo: Sequence[Scene], in_flight: int) -> tuple[list[_Task], dict[str, float]]:
+    """Return what to hand out, the longest first, and what each collision is expected to take."""
+    alone, tasks = [], []
+    costs = {}
+    for places in companies(todo, in_flight):
+        scenes = [todo[place] for place in places]
+        expected = expected_seconds if len(scenes) == 1 else expected_seconds_together
+        costs |= {scene.collision_sha256: expected(scene) for scene in scenes}
+        if len(scenes) == 1:
+            alone += scenes
+        else:
+            tasks.append(tuple(scenes))
+    # Two sweeps at once come to different ones first.
+    random.shuffle(tasks)
+    return tasks + [(scene,) for scene in _longest_first(alone, costs)], costs
 
 
 def _longest_first(scenes: Sequence[Scene], costs: dict[str, float]) -> list[Scene]:
@@ -199,16 +233,30 @@ def _longest_first(scenes: Sequence[Scene], costs: dict[str, float]) -> list[Sce
     return sorted(shuffled, key=lambda scene: -round(math.log2(costs[scene.collision_sha256])))
 
 
-def _attempt_of(future: Future, scene: Scene) -> Attempt:
+def _attempts_of(future: Future, task: _Task) -> tuple[list[Attempt], list[Scene]]:
+    """Return what came of a task, and which of its collisions have to be carried out alone."""
     try:
-        return future.result()
+        result = future.result()
     except CancelledError:
         raise SchedulerError(
             "the cluster dropped a collision that was handed to it; what is finished is in the "
             "store: run the same command again"
         ) from None
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
-        return Attempt(scene, None, Failure.from_error(error), host_name())
+        if len(task) > 1:
+            return [], list(task)  # the one that it is about will tell
+        return [Attempt(task[0], None, Failure.from_error(error), host_name())], []
+    attempts = _attempts_in([result])
+    ended = {attempt.scene.collision_sha256 for attempt in attempts}
+    return attempts, [scene for scene in task if scene.collision_sha256 not in ended]
+
+
+def _attempts_in(results: Iterable[Attempt | list[Attempt | None]]) -> list[Attempt]:
+    found: list[Attempt] = []
+    for result in results:
+        several = result if isinstance(result, list) else [result]
+        found += [attempt for attempt in several if attempt is not None]
+    return found
 
 
 def _counted(summary: SweepSummary, attempt: Attempt) -> SweepSummary:

@@ -65,7 +65,9 @@ class Trips(NamedTuple):
     high: Array
 
 
-def build_carry(force: Callable, near_leap: Callable, leap: Callable, register: Callable) -> Callable:
+def build_carry(
+    force: Callable, near_leap: Callable, leap: Callable, register: Callable
+) -> Callable:
     """
     Return the loop over chains.
 
@@ -95,9 +97,7 @@ def build_carry(force: Callable, near_leap: Callable, leap: Callable, register: 
     @register
     def probe(time: float, search: LaneSearch) -> PathPoint:
         near, bonds = search.near, search.kept.strain.shape[0]
-        x = near_leap(
-            search.distance, search.kept, near, search.trial, bonds, 1, time, search.rule
-        )
+        x = near_leap(search.distance, search.kept, near, search.trial, bonds, 1, time, search.rule)
         return x, near.velocity[0], -force(near.strain[0], search.rule.parameters)
 
     find_contact = build_contact_search(probe=probe, register=register)

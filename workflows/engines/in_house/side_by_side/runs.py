@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.in_house import motion
