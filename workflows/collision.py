@@ -20,11 +20,11 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
+from chaincor.workflows.accuracy.at_once.together import meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
-from chaincor.workflows.accuracy.together import meet_together
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -191,7 +191,7 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
 
 def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
     """
-    Carry out collisions of one kind at once, see ``accuracy.together``.
+    Carry out collisions of one kind at once, see ``accuracy.at_once.together``.
 
     Each result is what :func:`collide` gives, but for the seconds it took; None where it has to be
     asked.

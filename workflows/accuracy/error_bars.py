@@ -117,10 +117,12 @@ def spreads(
     v0, stiffness = scene.impact_velocity, scene.bond.stiffness
     masses = None if scene.line is None else scene.line.chain_masses
     energy = 0.5 * v0**2 * (scene.particles if masses is None else float(np.sum(masses)))
-    both = mode_energies_of_both or tuple(
-        mode_energies(run.displacements, run.velocities, stiffness, masses)
-        for run in (first, second)
-    )
+    both = mode_energies_of_both
+    if both is None:
+        both = (
+            mode_energies(first.displacements, first.velocities, stiffness, masses),
+            mode_energies(second.displacements, second.velocities, stiffness, masses),
+        )
     pairs = {
         "contact_times": (
             first.contact_times,

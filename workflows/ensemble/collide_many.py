@@ -17,8 +17,8 @@ from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_bodies import seed_of
 from chaincor.lammps_inputs.scene_identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
+from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
-from chaincor.workflows.accuracy.many import ManyMeetings
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.collision import MOST_SECONDS
 from chaincor.workflows.durations import format_duration

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.at_once.together import companies
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, expected_seconds_together
-from chaincor.workflows.accuracy.together import companies
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 from chaincor.workflows.given import scenes_given
 from chaincor.workflows.processes.pool import ProcessPool
@@ -193,9 +193,9 @@ def run_plan(
                     advance(costs[attempt.scene.collision_sha256])
         except BaseException:
             # Whatever was finished when the interruption came is kept too.
-            ended = [future for future in pending if future.done()]
+            over = [future for future in pending if future.done()]
             executor.shutdown(wait=False, cancel_futures=True)
-            results = [f.result() for f in ended if not f.cancelled() and f.exception() is None]
+            results = [f.result() for f in over if not f.cancelled() and f.exception() is None]
             store.record(_attempts_in(results), arrays=arrays, replace=replace)
             raise
     return dataclasses.replace(summary, seconds=time.perf_counter() - started)
@@ -207,8 +207,9 @@ _Task = tuple[Scene, ...]
 
 def _tasks(todo: Sequence[Scene], in_flight: int) -> tuple[list[_Task], dict[str, float]]:
     """Return what to hand out, the longest first, and what each collision is expected to take."""
-    alone, tasks = [], []
-    costs = {}
+    alone: list[Scene] = []
+    tasks: list[_Task] = []
+    costs: dict[str, float] = {}
     for places in companies(todo, in_flight):
         scenes = [todo[place] for place in places]
         expected = expected_seconds if len(scenes) == 1 else expected_seconds_together

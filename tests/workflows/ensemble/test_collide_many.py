@@ -8,7 +8,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.many import ManyMeetings
+from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.lines.ensemble import StartStates
 from chaincor.workflows.ensemble.collide_many import collide_many
@@ -145,7 +145,7 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     line = WARM.line
     starts, v = StartStates.of([line]), np.array([0.08])
     good = meetings.meet(starts, v)
-    monkeypatch.setattr("chaincor.workflows.accuracy.many._LARGEST_STEP", 1.1)
+    monkeypatch.setattr("chaincor.workflows.accuracy.at_once.many._LARGEST_STEP", 1.1)
     monkeypatch.setattr(ManyMeetings, "_rung_at", lambda *_: 0)
     coarse = ManyMeetings(WARM).meet(starts, v)
     assert not coarse.met[0] or coarse.timesteps[0] < 0.8

@@ -24,8 +24,8 @@ from chaincor.workflows.engines.in_house.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.in_house.lines.running import run_line
-from chaincor.workflows.engines.in_house.whole_end import certain_at, next_look
 from chaincor.workflows.engines.outcome import Frames, Outcome
+from chaincor.workflows.engines.whole_end import certain_at, next_look
 
 
 def run(
@@ -149,10 +149,9 @@ class _Collision:
                 return known.ending, now, int(ledger.evaluations)
             certain = math.inf
             if status == motion.ARGUE:
-                certain = certain_at(
-                    *(bond, float(ledger.impact_velocity), float(ledger.momentum)),
-                    *(float(ledger.wall_distance), chain.strain, now, last),
-                )
+                speed, momentum = float(ledger.impact_velocity), float(ledger.momentum)
+                distance = float(ledger.wall_distance)
+                certain = certain_at(bond, speed, momentum, distance, chain.strain, now, last)
             if certain < math.inf:
                 off, seen, evaluations = self.look_ahead.keeps_off(certain)
                 if off:

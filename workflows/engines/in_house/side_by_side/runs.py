@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.in_house.kernels import kernels_for
@@ -18,11 +18,12 @@ from chaincor.workflows.engines.in_house.motion import Glide
 from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
 from chaincor.workflows.engines.in_house.side_by_side.loop import MOVING
-from chaincor.workflows.engines.in_house.whole_end import certain_at, next_look
+from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, required_clearance
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.engines.whole_end import certain_at, next_look
 
 Array = NDArray[np.float64]
 
@@ -158,30 +159,18 @@ class ChainRunner:
 
     def _carry(self, group: "_Group") -> None:
         """Take steps until something needs the caller, or Python has waited for long enough."""
-        numbers = tuple(self._scheme.fractions), self._kernels.parameters
         if self._in_lanes:
+            numbers = tuple(self._scheme.fractions), self._kernels.parameters
             assert self._carry_lanes is not None, "its force compiles"
             self._carry_lanes(
                 *(group.ledgers, group.states, self._near, self._lanes, group.steps),
                 *(group.goals, group.statuses, self._most, *numbers),
             )
             return
-        near, trial = group.first.arrays.near, group.first.arrays.trial
-        scratch = tuple(group.first.arrays.kept), tuple(near), tuple(trial)
+        stepper = Stepper(self._kernels, self._scheme, math.nan)
         for s in np.flatnonzero(group.statuses == MOVING).tolist():
-            strains, velocities, last_strains, last_velocities, contacts = group.states
-            arrays = (
-                (strains[s], velocities[s]),
-                (last_strains[s], last_velocities[s]),
-                *scratch,
-                contacts[s],
-            )
-            ledger, step, goal = group.ledgers[s], float(group.steps[s]), int(group.goals[s])
-            while group.statuses[s] == MOVING:
-                until = min(goal, int(ledger.steps) + self._most)
-                status = self._kernels.advance(ledger, arrays, until, step, *numbers)
-                if status != motion.DONE or ledger.steps >= goal:
-                    group.statuses[s] = status
+            step, goal = float(group.steps[s]), int(group.goals[s])
+            group.statuses[s] = group.chain(s).advance(stepper.of_size(step), goal)
 
     def _keep_off(
         self, scenes: list[Scene], group: "_Group", argued: NDArray[np.int64]
@@ -194,10 +183,9 @@ class ChainRunner:
             ledger = ledgers[s]
             now, last = float(ledger["steps"] * group.steps[s]), float(ledger["last_contact"])
             distance = float(ledger["wall_distance"])
-            certain = certain_at(
-                *(bond, float(ledger["impact_velocity"]), float(ledger["momentum"])),
-                *(distance, group.states[0][s], now, last),
-            )
+            speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            strains = group.states[0][s]
+            certain = certain_at(bond, speed, momentum, distance, strains, now, last)
             if certain == math.inf:
                 seen.append(None)
                 continue
@@ -267,8 +255,7 @@ class _Group:
     """Chains in motion: as ``Chain``, with a row for each."""
 
     def __init__(self, started: tuple[Chain, Array], steps: Array) -> None:
-        self.first, speeds = started
-        first = self.first
+        first, speeds = started
         count = len(speeds)
         self.steps = np.asarray(steps, dtype=float)
         self.ledgers = np.repeat(np.array([first.ledger], first.ledger.dtype), count)
@@ -282,6 +269,17 @@ class _Group:
         contacts = np.zeros((count, *first.arrays.contacts.shape))
         contacts[:, 1, 0] = speeds
         self.states = strain, velocity, strain.copy(), velocity.copy(), contacts
+        self._first = first
         self.goals = np.zeros(count, np.int64)
         self.statuses = np.full(count, MOVING)
         self.durations = np.zeros(count)
+
+    def chain(self, s: int) -> Chain:
+        """Return one of them, to be changed in place."""
+        strains, velocities, last_strains, last_velocities, contacts = self.states
+        arrays = self._first.arrays._replace(
+            now=State(strains[s], velocities[s]),
+            last=State(last_strains[s], last_velocities[s]),
+            contacts=contacts[s],
+        )
+        return Chain(self.ledgers[s], arrays)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import restitution
+from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
 from chaincor.workflows.accuracy.answer import Answer, answer
@@ -156,11 +156,14 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
     if len(places) == 0:
         return found
     fine = fine.chosen(places)
-    followed = [scenes[place] for place in places]
+    followed = [scenes[place] for place in places.tolist()]
     lasts, steps = fine.last_contact_times, steps[places]
     coarse = [runner.compare(followed, times * steps, lasts) for times in COARSER]
     speeds = np.array([scene.impact_velocity for scene in followed])
-    eta, *others = (restitution(run.velocities, speeds) for run in (fine, *coarse))
+    # As `restitution` gives it for each.
+    eta, *others = (
+        np.square(centre_of_mass_velocity(run.velocities) / speeds) for run in (fine, *coarse)
+    )
     apart = np.max(np.abs(np.array(others) - eta), axis=0)
     errors = COARSER_SHARE[kind.scheme] * apart
     quiet = quiet_time(kind.particles, scenes[0].slow_stiffness)

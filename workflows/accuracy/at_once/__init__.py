@@ -1,0 +1,1 @@
+"""Tolerances for many collisions at once."""
