@@ -37,5 +37,11 @@ def processor() -> str:
         if key.strip() == "model name" and value.strip():
             name = value.strip()
             break
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return f"{name}, {cores} cores"
+    return f"{name}, {cores_allowed()} cores"
+
+
+def cores_allowed() -> int:
+    """Return how many cores this program may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

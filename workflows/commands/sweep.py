@@ -76,12 +76,18 @@ def sweep(
     keep_jobs: Path | None,
     as_json: bool,
 ) -> None:
-    """
+    r"""
     Run many collisions into a store.
 
     What is in the store already is not computed again: after an interruption, run the same
-    command once more. SWEEP.toml has a base [scene] and [axes] over its fields; see
-    docs/sweeps.md.
+    command once more. SWEEP.toml has a base [scene] and [axes] over its fields, such as
+
+    \b
+    [scene]
+    particles = 100
+    [axes]
+    potential = ["lj", "toda"]
+    speed = { from = 0.1, to = 1.0, points = 10 }
     """
     from chaincor.workflows.store.results_store import Store
     from chaincor.workflows.sweep import file as files
@@ -191,9 +197,12 @@ def _forecast(
         for scene in scenes
     ]
     if as_json:
+        from chaincor.workflows.sweep.cost import share_of_core
+
         forecast = dataclasses.asdict(cost) | {
             "workers": workers,
-            "wall_seconds": cost.wall_seconds(workers),
+            "wall_seconds": cost.wall_seconds(workers, share_of_core(workers)),
+            "wall_seconds_idle": cost.wall_seconds(workers, share_of_core(workers, others=0.0)),
         }
         return json_text({"points": points, "store": str(path), "to_compute": forecast})
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
@@ -207,12 +216,24 @@ def _forecast(
             "",
             f"points       {len(scenes)} ({sizes})",
             f"to compute   {cost.points}, into {path}",
-            f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
-            f"workers on idle cores; the collisions {format_duration(cost.seconds)} of one core, "
-            f"the longest {format_duration(cost.longest)}",
+            f"time         about {_time_now(cost, workers)}; the collisions "
+            f"{format_duration(cost.seconds)} of one core, the longest "
+            f"{format_duration(cost.longest)}",
             f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
         ]
     )
+
+
+def _time_now(cost: "SweepCost", workers: int) -> str:
+    """Say how long it takes, and how long it would if nobody else used the machine."""
+    from chaincor.workflows.sweep.cost import share_of_core
+
+    now = format_duration(cost.wall_seconds(workers, share_of_core(workers)))
+    idle = format_duration(cost.wall_seconds(workers, share_of_core(workers, others=0.0)))
+    with_workers = f"with {workers} worker{'s' if workers > 1 else ''}"
+    if now == idle:
+        return f"{now} {with_workers}"
+    return f"{now} {with_workers} beside what else runs, {idle} if nothing did"
 
 
 def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_json: bool) -> str:

@@ -50,7 +50,7 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     Returns
     -------
     pandas.DataFrame
-        One row a collision, with the columns of docs/sweeps.md.
+        One row a collision, with the columns of ``chaincor show``.
 
     Raises
     ------

@@ -144,7 +144,7 @@ class Store:
         self, query: str, parameters: Sequence[Any] | dict[str, Any] = ()
     ) -> tuple[list[str], list[tuple[Any, ...]]]:
         """
-        Ask the tables directly; see docs/sweeps.md for the schema.
+        Ask the tables directly; the schema is in ``store/schema.py``.
 
         Parameters
         ----------

@@ -46,7 +46,7 @@ def sweep(
     Returns
     -------
     pandas.DataFrame
-        A row for each point, in their order: the axes, then the columns of docs/sweeps.md. Where a
+        A row for each point, in their order: the axes, then the columns of a store. Where a
         collision has no result, ``failure`` says why.
 
     Raises
