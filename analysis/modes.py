@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
+from chaincor.analysis.wave_transforms import cosine_transform, sine_transform
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 
@@ -63,9 +64,7 @@ def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
     numpy.ndarray of shape (..., n)
         Amplitudes q_j or p_j.
     """
-    from scipy.fft import dct
-
-    return dct(np.asarray(values, dtype=float), type=2, norm="ortho", axis=-1)
+    return cosine_transform(np.asarray(values, dtype=float))
 
 
 def mode_energies(
@@ -103,15 +102,13 @@ def mode_energies(
         vibrational energy; for others see :func:`anharmonic_remainder`. Where bonds are stretched
         far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`.
     """
-    from scipy.fft import dst
-
     if masses is not None and not _are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
     mass = 1.0 if masses is None else float(np.asarray(masses, dtype=float)[0])
     energies = 0.5 * mass * mode_amplitudes(velocities) ** 2
     if energies.shape[-1] > 1:
         strains = bond_strains(displacements)
-        energies[..., 1:] += 0.5 * stiffness * dst(strains, type=1, norm="ortho", axis=-1) ** 2
+        energies[..., 1:] += 0.5 * stiffness * sine_transform(strains) ** 2
     return energies
 
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.clamped_spline import clamped_spline
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import TableStyle
@@ -303,10 +304,7 @@ def interpolate(
     """
     if style == "linear":
         return np.interp(asked, lengths, forces)
-    from scipy.interpolate import CubicSpline
-
-    low, high = edge_slopes
-    return CubicSpline(lengths, forces, bc_type=((1, low), (1, high)))(asked)
+    return clamped_spline(lengths, forces, edge_slopes, asked)
 
 
 def _probe(bond: Potential, span: tuple[float, float], style: TableStyle) -> tuple[float, float]:

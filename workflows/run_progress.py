@@ -4,12 +4,8 @@ import contextlib
 import threading
 import time
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 # What is over sooner needs no word.
 _QUIET_SECONDS = 2.0
@@ -24,12 +20,8 @@ def show_elapsed(expected: float) -> Iterator[None]:
     Nothing is shown for the first two seconds, and where standard error is no terminal a line a
     minute.
     """
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    show = _show if console.is_terminal else _write_lines
     done = threading.Event()
-    thread = threading.Thread(target=show, args=(console, expected, done), daemon=True)
+    thread = threading.Thread(target=_show, args=(expected, done), daemon=True)
     thread.start()
     try:
         yield
@@ -38,11 +30,18 @@ def show_elapsed(expected: float) -> Iterator[None]:
         thread.join()
 
 
-def _show(console: "Console", expected: float, done: threading.Event) -> None:
+def _show(expected: float, done: threading.Event) -> None:
+    started, line = time.monotonic(), LineAMinute()
+    if done.wait(_QUIET_SECONDS):
+        return
+    # Most runs are over before these would have been imported.
+    from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
-    started = time.monotonic()
-    if done.wait(_QUIET_SECONDS):
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        while not done.wait(LINE_SECONDS):
+            line.tell(f"running, about {format_duration(expected)} expected,")
         return
     columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
@@ -53,12 +52,6 @@ def _show(console: "Console", expected: float, done: threading.Event) -> None:
             bar.refresh()
             if done.wait(_REFRESH_SECONDS):
                 return
-
-
-def _write_lines(_console: "Console", expected: float, done: threading.Event) -> None:
-    line = LineAMinute()
-    while not done.wait(LINE_SECONDS):
-        line.tell(f"running, about {format_duration(expected)} expected,")
 
 
 def _told(elapsed: float, expected: float) -> str:

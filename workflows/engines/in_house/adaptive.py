@@ -13,12 +13,6 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, quiet_time
-from chaincor.workflows.engines.in_house import adaptive_loops as adaptive
-from chaincor.workflows.engines.in_house.adaptive_rates import (
-    array_rates,
-    looped_rates,
-    strain_bond,
-)
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
@@ -31,6 +25,12 @@ from chaincor.workflows.engines.in_house.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.in_house.loops import adaptive_loops as adaptive
+from chaincor.workflows.engines.in_house.loops.adaptive_rates import (
+    array_rates,
+    looped_rates,
+    strain_bond,
+)
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import RunError, TimestepError
@@ -160,7 +160,7 @@ def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
     kernel = register(function)
     bond = kernel if logarithmic else register(strain_bond(kernel))
     rates = register(looped_rates(bond))
-    return compiler.compile(adaptive.build_flight(rates, compiler.register_long))
+    return compiler.compile_allocating(adaptive.build_flight(rates, compiler.register_long))
 
 
 class _Flight:

@@ -2,21 +2,20 @@
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import CellType, FunctionType
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numba.core.types import Number
-from numba.extending import register_jitable
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
 
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
 # time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
-
+# What allocates nothing needs no count of references; what Python does not call, no wrappers.
+_LEAN = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 # Tells apart the loops of users' forces, which may share a name.
 _COUNT = itertools.count()
@@ -61,6 +60,9 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
     user_force = bond.users_force
     if not isinstance(user_force, FunctionType):
         return None
+    from numba import njit
+    from numba.core.types import Number
+
     single = njit(user_force, **OPTIONS)
     strains = np.linspace(-0.25, 0.25, 11)
     try:
@@ -83,7 +85,9 @@ class LoopCompiler:
     """
     Compiles loops whose inner functions are plain Python functions.
 
-    Numba's cache on disk is looked up by what a compiled function closes over. A function of a
+    Numba is imported when a loop must be compiled, and told then what was registered.
+
+    Its cache on disk is looked up by what a compiled function closes over. A function of a
     module would be pickled by its name, which stays the same when the code behind it changes; a
     copy is pickled by its code. And what is loaded from the cache is linked by symbols made of
     qualified names: with equal names the loops of one potential would call those of another.
@@ -98,6 +102,7 @@ class LoopCompiler:
 
     label: str
     keep: bool
+    _registered: list[tuple[FunctionType, bool]] = field(default_factory=list, init=False)
 
     @classmethod
     def for_force(cls, force: ScalarForce) -> "LoopCompiler":
@@ -133,7 +138,7 @@ class LoopCompiler:
             A plain copy, to be called from compiled functions.
         """
         # Inlined: a call that hands arrays over costs as much as a short loop.
-        return register_jitable(**OPTIONS, forceinline=True)(self._own(function))
+        return self._noted(function, inline=True)
 
     def register_long(self, function: Callable) -> Callable:
         """
@@ -141,11 +146,37 @@ class LoopCompiler:
 
         Written out wherever it is called, it would take the compiler twice the time.
         """
-        return register_jitable(**OPTIONS)(self._own(function))
+        return self._noted(function, inline=False)
 
-    def compile(self, function: Callable, threaded: bool = False) -> Callable:
+    def compile(self, function: Callable) -> Callable:
         """
         Compile a function that Python calls.
+
+        Parameters
+        ----------
+        function : callable
+            Closes over registered functions only. Neither it nor these allocate anything.
+
+        Returns
+        -------
+        callable
+            Compiled at its first call, or loaded. Other threads of Python run meanwhile.
+        """
+        own = self._own(function)
+
+        def dispatcher() -> Any:
+            from numba import njit
+
+            self._tell_numba(_LEAN)
+            # As what it calls, which would be compiled once more otherwise.
+            options: dict[str, Any] = OPTIONS | _LEAN
+            return njit(own, forceinline=True, **options)
+
+        return KeptLoop(own, dispatcher, self.keep)
+
+    def compile_allocating(self, function: Callable, threaded: bool = False) -> Callable:
+        """
+        Compile a function that Python calls, and that takes memory, which Numba alone can do.
 
         Parameters
         ----------
@@ -159,7 +190,22 @@ class LoopCompiler:
         callable
             Compiled at its first call, or loaded.
         """
+        from numba import njit
+
+        self._tell_numba({})
         return njit(self._own(function), cache=self.keep, nogil=threaded, **OPTIONS)
+
+    def _noted(self, function: Callable, inline: bool) -> FunctionType:
+        own = self._own(function)
+        self._registered.append((own, inline))
+        return own
+
+    def _tell_numba(self, options: dict[str, bool]) -> None:
+        from numba.extending import register_jitable
+
+        while self._registered:
+            function, inline = self._registered.pop(0)
+            register_jitable(**OPTIONS, **options, forceinline=inline)(function)
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)

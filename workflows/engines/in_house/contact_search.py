@@ -11,7 +11,7 @@ means no contact, one exactly one; with more, the step is halved until it is one
 departure from the wall at s = 0 is not counted, for zeros have no sign.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 # Position, velocity and acceleration of particle 1.
 PathPoint = tuple[float, float, float]
+Quintic = tuple[float, float, float, float, float, float]
 
 # Parts of a step that are not cut further. A visit to the wall as short as this changes the
 # velocity of particle 1 by a part in 1e6 of what its acceleration does in a step.
@@ -72,7 +73,7 @@ def count_sign_changes(start: PathPoint, end: PathPoint, step: float) -> int:
     return changes
 
 
-def first_root(coefficients: NDArray[np.float64], end: float) -> float:
+def first_root(coefficients: Sequence[float] | NDArray[np.float64], end: float) -> float:
     """
     Return the first zero of a polynomial that starts positive, by steps that cannot pass it.
 
@@ -81,7 +82,7 @@ def first_root(coefficients: NDArray[np.float64], end: float) -> float:
 
     Parameters
     ----------
-    coefficients : ndarray
+    coefficients : tuple of float or ndarray
         Of rising powers. A zero constant term is a departure, and divided out.
     end : float
         Where the search ends.
@@ -93,19 +94,19 @@ def first_root(coefficients: NDArray[np.float64], end: float) -> float:
         time before it.
     """
     first = 1 if coefficients[0] == 0.0 else 0
-    terms = coefficients[first:]
+    degree = len(coefficients) - 1 - first
     curvature = 0.0
-    for m in range(terms.shape[0] - 1, 1, -1):
-        curvature = curvature * end + m * (m - 1) * abs(terms[m])
+    for m in range(degree, 1, -1):
+        curvature = curvature * end + m * (m - 1) * abs(coefficients[first + m])
     time = 0.0
     for _ in range(MOST_MOVES):
         if not time <= end:
             return -1.0
         value = 0.0
         slope = 0.0
-        for m in range(terms.shape[0] - 1, -1, -1):
+        for m in range(degree, -1, -1):
             slope = slope * time + value
-            value = value * time + terms[m]
+            value = value * time + coefficients[first + m]
         if value <= 0.0:
             return time
         reach = np.sqrt(slope * slope + 2.0 * curvature * value)
@@ -121,7 +122,7 @@ def first_root(coefficients: NDArray[np.float64], end: float) -> float:
     return time
 
 
-def fit_path(start: PathPoint, end: PathPoint, step: float) -> NDArray[np.float64]:
+def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
     """
     Fit a quintic to the path of particle 1 between two moments.
 
@@ -134,8 +135,8 @@ def fit_path(start: PathPoint, end: PathPoint, step: float) -> NDArray[np.float6
 
     Returns
     -------
-    ndarray of shape (6,)
-        Coefficients of rising powers of the time since the start over the step.
+    tuple of float
+        Six coefficients, of rising powers of the time since the start over the step.
     """
     x0, v0, a0 = start
     x1, v1, a1 = end
@@ -143,9 +144,9 @@ def fit_path(start: PathPoint, end: PathPoint, step: float) -> NDArray[np.float6
     a0, a1 = 0.5 * a0 * step * step, 0.5 * a1 * step * step
     # What is left to position, velocity and acceleration by the first three terms.
     x, v, a = x1 - x0 - v0 - a0, v1 - v0 - 2.0 * a0, a1 - a0
-    return np.array(
-        [x0, v0, a0, 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a]
-    )
+    # No array, which would be taken from the heap at every contact.
+    a3, a4, a5 = 10.0 * x - 4.0 * v + a, -15.0 * x + 7.0 * v - 2.0 * a, 6.0 * x - 3.0 * v + a
+    return x0, v0, a0, a3, a4, a5
 
 
 def build_contact_search(probe: Callable, register: Callable) -> Callable:

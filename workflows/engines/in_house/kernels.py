@@ -102,4 +102,4 @@ def _compile_move(function: Callable, keep: bool, build_leap: Callable) -> Calla
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)
     leap = compiler.register(build_leap(stages))
-    return compiler.compile(build_move(leap, stages), threaded=True)
+    return compiler.compile(build_move(leap, stages))

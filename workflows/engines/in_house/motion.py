@@ -122,7 +122,7 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
         `fractions` of the scheme, unnamed as well, `parameters` of the potential. With a log it
         also comes back, with `DONE`, when there may be no room for the leaps of another step.
     """
-    copy, count_outside = stages.copy, stages.count_outside
+    copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
 
     @register
     def probe(time: float, search: Search) -> PathPoint:
@@ -196,14 +196,15 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
                 ledger.last_contact = begin + (step - left)
                 ledger.argue_after = ledger.patience * ledger.last_contact / ledger.contacts
                 copy(strain, velocity, last, bonds)
-                ledger.contact_min = min(ledger.strain_min, np.min(strain[:bonds]))
-                ledger.contact_max = max(ledger.strain_max, np.max(strain[:bonds]))
+                low, high = extremes(strain, bonds)
+                ledger.contact_min = min(ledger.strain_min, low)
+                ledger.contact_max = max(ledger.strain_max, high)
                 contacts[0, ledger.contacts] = ledger.last_contact
                 contacts[1, ledger.contacts] = speed
                 ledger.contacts += 1
             ledger.steps += 1
             if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
-                low, high = np.min(strain[:bonds]), np.max(strain[:bonds])
+                low, high = extremes(strain, bonds)
                 ledger.strain_min = min(ledger.strain_min, low)
                 ledger.strain_max = max(ledger.strain_max, high)
                 if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
@@ -258,7 +259,8 @@ def build_coast(stages: Stages) -> Callable:
         returns how many, fewer than asked for where particle 1 comes too near to the wall or a
         strain is not allowed; the state is half a step off then. State and glide are unnamed.
     """
-    stage, drift, count_outside = stages.stage, stages.drift, stages.count_outside
+    stage, drift, extremes = stages.stage, stages.drift, stages.extremes
+    count_outside = stages.count_outside
 
     def coast(ledger: Any, state: tuple, glide: tuple, parameters: Parameters) -> int:
         strain, velocity = state
@@ -273,7 +275,7 @@ def build_coast(stages: Stages) -> Callable:
             if not ledger.wall_distance > clearance:
                 return taken
             if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
-                low, high = np.min(strain), np.max(strain)
+                low, high = extremes(strain, bonds)
                 ledger.strain_min = min(ledger.strain_min, low)
                 ledger.strain_max = max(ledger.strain_max, high)
                 if not (low > ledger.strain_floor and high < ledger.strain_ceiling):

@@ -64,6 +64,8 @@ class Stages(NamedTuple):
     count_outside : callable
         ``count_outside(strain, bonds, low, high)``: strains outside a range; what is not a number
         is outside.
+    extremes : callable
+        ``extremes(strain, bonds)``: smallest and largest strain; no number where one is none.
     """
 
     start: Callable
@@ -72,6 +74,7 @@ class Stages(NamedTuple):
     copy: Callable
     mix: Callable
     count_outside: Callable
+    extremes: Callable
 
 
 def looped_stages(force: Callable, register: Callable) -> Stages:
@@ -164,7 +167,18 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
             outside += not (low <= strain[i] <= high)
         return outside
 
-    return Stages(start, stage, drift, copy, mix, count_outside)
+    @register
+    def extremes(strain: Array, bonds: int) -> tuple[float, float]:
+        low = high = strain[0]
+        for i in range(1, bonds):
+            # Also true of what is not a number, which stays.
+            if not low <= strain[i] and low == low:
+                low = strain[i]
+            if not high >= strain[i] and high == high:
+                high = strain[i]
+        return low, high
+
+    return Stages(start, stage, drift, copy, mix, count_outside, extremes)
 
 
 def array_stages(bond: Potential) -> Stages:
@@ -226,4 +240,7 @@ def array_stages(bond: Potential) -> Stages:
         strain = strain[:bonds]
         return int(np.count_nonzero(~((strain >= low) & (strain <= high))))
 
-    return Stages(start, stage, drift, copy, mix, count_outside)
+    def extremes(strain: Array, bonds: int) -> tuple[float, float]:
+        return float(np.min(strain[:bonds])), float(np.max(strain[:bonds]))
+
+    return Stages(start, stage, drift, copy, mix, count_outside, extremes)

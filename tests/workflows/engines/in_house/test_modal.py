@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.contact_search import first_root
-from chaincor.workflows.engines.in_house.mode_flight import TERMS, expand_path
+from chaincor.workflows.engines.in_house.loops.mode_loops import TERMS, expand_path
 
 
 def harmonic(particles, velocity=0.1):

@@ -40,7 +40,7 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
         allowed, and the strain from which a bond has begun to move. What it tells goes into
         `found`.
     """
-    copy, count_outside = stages.copy, stages.count_outside
+    copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
 
     def move(
         old: tuple,
@@ -78,8 +78,9 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
                 if begin == 0:
                     velocity[0] = abs(velocity[0])
                 if k == last_contact:
-                    found[CONTACT_LOW] = min(low, np.min(mine))
-                    found[CONTACT_HIGH] = max(high, np.max(mine))
+                    smallest, largest = extremes(mine, end - first)
+                    found[CONTACT_LOW] = min(low, smallest)
+                    found[CONTACT_HIGH] = max(high, largest)
                     for i in range(first, end):
                         last[0][i] = strain[i - begin]
                         last[1][i] = velocity[i - begin]
@@ -87,7 +88,7 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
                         last[1][end] = velocity[end - begin]
                 continue
             if count_outside(mine, end - first, low, high) > 0:
-                smallest, largest = np.min(mine), np.max(mine)
+                smallest, largest = extremes(mine, end - first)
                 low, high = min(low, smallest), max(high, largest)
                 if not (smallest > floor and largest < ceiling):
                     found[OUTSIDE] = 1.0

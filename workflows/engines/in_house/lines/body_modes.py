@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.modes import free_modes, mode_amplitudes, mode_frequencies
+from chaincor.analysis.modes import free_modes, mode_frequencies
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,9 @@ class BodyModes:
         # The translation is in no mode: without it, a body at rest in itself is exactly so.
         about = velocities - velocities[0]
         if self._modes is None:
-            return self.masses[0] ** 0.5 * mode_amplitudes(about)[1:]
+            from scipy.fft import dct
+
+            return self.masses[0] ** 0.5 * dct(about, type=2, norm="ortho")[1:]
         return (np.sqrt(self.masses) * about) @ self._modes.particles
 
     def strains(self, amplitudes: Array) -> Array:

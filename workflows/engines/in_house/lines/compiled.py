@@ -92,4 +92,4 @@ def _compile_carry(
     lanes = compiler.register_long(build_lane_leap(kernel, composed, register))
     over = compiler.register_long(is_over)
     carry = build_carry(kernel, advance, lanes, over, register)
-    return compiler.compile(carry, threaded=True)
+    return compiler.compile_allocating(carry, threaded=True)

@@ -26,12 +26,6 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house.lines.body_modes import BodyModes, body_modes
-from chaincor.workflows.engines.in_house.lines.modal_loop import (
-    MORE,
-    bounce,
-    load_loop,
-    taylor_window,
-)
 from chaincor.workflows.engines.in_house.mode_flight import ModalGap
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -83,6 +77,8 @@ def run(scene: Scene, line: Line, frame_interval: float | None = None) -> Outcom
     UnfinishedCollisionError
         If the bodies neither meet nor part in any time that can be followed.
     """
+    from chaincor.workflows.engines.in_house.lines.modal_loop import load_loop
+
     load_loop()  # compiling is no integration
     started = time.perf_counter()
     collision = _Collision(scene, line, frame_interval)
@@ -229,6 +225,8 @@ class _Collision:
     def run(self) -> Ending:
         """Fly until the end and return it."""
         self._start()
+        from chaincor.workflows.engines.in_house.lines.modal_loop import MORE, bounce
+
         gap = self._gap
         # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
         # contact makes or takes energy, of which many would add up.
@@ -288,6 +286,8 @@ class _Collision:
                 "initial has particle 1 at rest on the target while the rest of the chain presses "
                 "it there, which is no collision of hard particles; expected it to come, or a gap"
             )
+        from chaincor.workflows.engines.in_house.lines.modal_loop import taylor_window
+
         # Roundings must not tell which way it goes.
         self.time = _FIRST_MOVE * taylor_window(
             gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, 0.0

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.mode_flight import TERMS, fly
+from chaincor.workflows.engines.in_house.loops.mode_loops import TERMS, fly
 
 Array = NDArray[np.float64]
 

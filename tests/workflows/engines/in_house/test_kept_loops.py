@@ -1,0 +1,172 @@
+"""Compiled loops kept as object code: found, trusted, and told apart."""
+
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from chaincor.workflows.engines.in_house.compile import LoopCompiler
+from chaincor.workflows.engines.in_house.loops.code_prints import print_of
+
+ROOT = Path(__file__).parents[4]
+SHARE = 0.5
+
+
+class Pair(NamedTuple):
+    first: np.ndarray
+    second: np.ndarray
+
+
+def doubled(x):
+    return 2.0 * x
+
+
+def build(scale):
+    def add(pair, weights, table, count, is_on, record):
+        first, second = pair
+        total = 0.0
+        for i in range(count):
+            first[i] += scale(second[i]) * weights[0][0] + table[1, i]
+            total += math.exp(first[i])
+        record.times += 1
+        return total if is_on else -1.0
+
+    return add
+
+
+def arguments():
+    record = np.zeros(1, [("size", "f8"), ("times", "i8")]).view(np.recarray)[0]
+    pair = Pair(np.arange(3.0), np.ones(3))
+    return pair, (np.full(2, 0.5), 7), np.full((2, 3), 0.25), 3, True, record
+
+
+def loop(folder, monkeypatch, scale=doubled, name="a"):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
+    compiler = LoopCompiler(name, keep=True)
+    return compiler.compile(build(compiler.register(scale)))
+
+
+def test_arguments_of_every_kind_arrive_and_what_was_kept_gives_the_same(tmp_path, monkeypatch):
+    results = []
+    for compiled in (1, 0):
+        kernel = loop(tmp_path, monkeypatch)
+        given = arguments()
+        results.append((kernel(*given), given[0].first.tobytes(), int(given[-1].times)))
+        assert kernel.compiled == compiled
+    plain = arguments()
+    expected = build(doubled)(*plain)
+    # Three sums of exponentials, each rounded a few times.
+    assert results[0][0] == pytest.approx(expected, rel=1e-14)
+    assert np.array_equal(np.frombuffer(results[0][1]), plain[0].first)
+    assert results[0] == results[1]
+    assert results[0][2] == 1
+    off = arguments()
+    assert kernel(*off[:4], False, off[5]) == -1.0
+
+
+@pytest.mark.parametrize("damage", ["cut", "changed", "other", "empty"])
+def test_what_is_damaged_is_compiled_again(tmp_path, monkeypatch, damage):
+    expected = loop(tmp_path, monkeypatch)(*arguments())
+    (path,) = tmp_path.glob("*.loop")
+    whole = path.read_bytes()
+    changed = bytearray(whole)
+    changed[-100] ^= 1
+    path.write_bytes(
+        {"cut": whole[:-50], "changed": bytes(changed), "other": b"[1]\n" + whole, "empty": b""}[
+            damage
+        ]
+    )
+    again = loop(tmp_path, monkeypatch)
+    assert again(*arguments()) == expected
+    assert again.compiled == 1
+    mended = loop(tmp_path, monkeypatch)
+    assert mended(*arguments()) == expected
+    assert mended.compiled == 0
+
+
+def test_of_other_code_nothing_is_taken(tmp_path, monkeypatch):
+    first = loop(tmp_path, monkeypatch)(*arguments())
+
+    def tripled(x):
+        return 3.0 * x
+
+    tripled.__qualname__ = doubled.__qualname__
+    other = loop(tmp_path, monkeypatch, tripled)
+    assert other(*arguments()) > first
+    assert other.compiled == 1
+    assert len(list(tmp_path.glob("*.loop"))) == 1  # what was stale is written over
+
+
+def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
+    kernel = loop(tmp_path, monkeypatch)
+    pair, weights, table, *rest = arguments()
+    kernel(pair, weights, table, *rest)
+    # Every second column: strides tell where they are.
+    wide = np.zeros((2, 6))
+    wide[:, ::2], wide[:, 1::2] = table, 99.0
+    pair = arguments()[0]
+    kernel(pair, weights, wide[:, ::2], *rest)
+    assert np.array_equal(pair.first, np.arange(3.0) + 1.25)
+    assert kernel.compiled == 2
+    with pytest.raises(TypeError, match="expected numbers, arrays or records"):
+        kernel(pair, weights, table, "3", *rest[1:])
+
+
+def test_what_allocates_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    def allocate(x):
+        return np.zeros(3)[0] + x
+
+    with pytest.raises(Exception, match="zeros"):
+        LoopCompiler("b", keep=True).compile(allocate)(1.0)
+
+
+def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    expected = loop(tmp_path, monkeypatch)(*arguments())
+    kernel = loop(tmp_path / "file", monkeypatch)
+    assert kernel(*arguments()) == expected
+
+
+def test_prints_change_with_what_a_function_uses(monkeypatch):
+    def uses_share(x):
+        return SHARE * x
+
+    def shifted(by):
+        return lambda x: x + by
+
+    def nested(x):
+        return shifted(2)(x)
+
+    before = print_of(uses_share)
+    assert print_of(uses_share) == before
+    monkeypatch.setitem(globals(), "SHARE", 0.25)
+    assert print_of(uses_share) != before
+    assert print_of(shifted(1)) != print_of(shifted(2))
+    assert print_of(shifted(1)) == print_of(shifted(1))
+    before = print_of(nested)
+    shifted.__code__ = (lambda by: lambda x: x - by).__code__
+    assert print_of(nested) != before
+    with pytest.raises(TypeError, match="expected functions, numbers or classes"):
+        print_of(shifted([1]))
+
+
+def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():
+    program = (
+        "import sys; from chaincor import Scene, collide\n"
+        "collide(Scene(particles=5, tolerance=1e-4, engine='reference'))\n"
+        "print('numba' in sys.modules, 'scipy' in sys.modules)"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    for _ in range(2):  # the first may have to compile
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+    assert done.stdout.split() == ["False", "False"]

@@ -1,0 +1,68 @@
+"""What a function computes, as a fingerprint that changes with it and with what it uses."""
+
+from collections.abc import Callable
+from hashlib import sha256
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+
+def print_of(function: Callable) -> str:
+    """
+    Return a fingerprint of a function.
+
+    Parameters
+    ----------
+    function : callable
+        Plain Python. It may use modules, numbers, classes and further plain functions.
+
+    Returns
+    -------
+    str
+        Alike for functions that compute alike, wherever they stand.
+
+    Raises
+    ------
+    TypeError
+        If it uses something else, whose changes would not be seen.
+    """
+    parts: list[str] = []
+    _describe(function, parts, set())
+    return sha256("\n".join(parts).encode()).hexdigest()
+
+
+def _describe(value: Any, parts: list[str], seen: set[int]) -> None:
+    """Append what a value is, and all that it uses."""
+    if isinstance(value, FunctionType):
+        if id(value) in seen:
+            return
+        seen.add(id(value))
+        code, defaults = value.__code__, value.__defaults__ or ()
+        cells = [cell.cell_contents for cell in value.__closure__ or ()]
+        _describe_code(code, value.__globals__, parts, seen)
+        for used in (*defaults, *cells):
+            _describe(used, parts, seen)
+    elif isinstance(value, type):
+        parts.append(f"{value.__module__}.{value.__qualname__}{getattr(value, '_fields', '')}")
+    elif isinstance(value, ModuleType):
+        parts.append(value.__name__)
+    elif value is None or isinstance(value, int | float | str):
+        parts.append(repr(value))
+    elif isinstance(value, tuple):
+        for member in value:
+            _describe(member, parts, seen)
+    else:
+        raise TypeError(f"a compiled loop uses {value!r}; expected functions, numbers or classes")
+
+
+def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[int]) -> None:
+    parts.append(f"{code.co_code.hex()}{code.co_names}{code.co_varnames}{code.co_freevars}")
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            _describe_code(constant, names, parts, seen)
+        else:
+            parts.append(repr(constant))
+    for name in code.co_names:
+        # Names of attributes are among these; that some are names of globals, too, is no harm.
+        if name in names:
+            parts.append(name)
+            _describe(names[name], parts, seen)
