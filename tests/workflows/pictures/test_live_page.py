@@ -1,0 +1,210 @@
+"""The live page: self-contained, labelled, legible; in a browser it computes what collide does."""
+
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from chaincor.analysis.figures import style
+from chaincor.workflows.pictures.live_page import live_page
+from tests.workflows.pictures.browser import Browser, find_chromium
+from tests.workflows.pictures.live_scenes import PROMISE, SCENES, page_scene, reference
+
+needs_browser = pytest.mark.skipif(find_chromium() is None, reason="no Chromium on this machine")
+
+
+@pytest.fixture(scope="module")
+def page():
+    return live_page(12)
+
+
+@pytest.fixture(scope="module")
+def browser(page, tmp_path_factory):
+    path = tmp_path_factory.mktemp("live") / "page.html"
+    path.write_text(page, encoding="utf-8")
+    with Browser() as browser:
+        browser.path = path
+        yield browser
+
+
+@pytest.fixture
+def opened(browser):
+    """The page, opened from its file, which must not complain."""
+
+    def open_page(fragment="", width=1280, height=900, dark=False):
+        browser.complaints.clear()
+        browser.show(width, height, dark)
+        browser.open(browser.path, fragment)
+        return browser
+
+    yield open_page
+    assert browser.complaints == []
+
+
+class Elements(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.found = []
+
+    def handle_starttag(self, tag, attrs):
+        self.found.append((tag, dict(attrs)))
+
+
+def test_nothing_is_loaded_from_elsewhere(page):
+    assert not re.search(r"(src|href)\s*=\s*[\"']|url\(|https?://|import\s|fetch\(", page)
+
+
+def test_every_control_has_a_label_and_every_picture_a_name(page):
+    elements = Elements()
+    elements.feed(page)
+    labels = {attrs["for"] for tag, attrs in elements.found if tag == "label"}
+    controls = [attrs for tag, attrs in elements.found if tag in ("input", "select")]
+    assert len(controls) > 10
+    for attrs in controls:
+        assert attrs["id"] in labels or attrs.get("aria-label"), attrs
+    names = {attrs["id"] for _, attrs in elements.found if "id" in attrs}
+    pictures = [attrs for tag, attrs in elements.found if tag == "canvas"]
+    assert len(pictures) == 6
+    for attrs in pictures:
+        assert attrs["role"] == "img"
+        assert {attrs["aria-labelledby"], attrs["aria-describedby"]} <= names
+    assert ("html", {"lang": "en"}) in elements.found
+
+
+def luminance(colour):
+    """Relative luminance of #rrggbb, after WCAG 2."""
+    parts = [int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_text_stands_out_in_light_and_dark(page):
+    themes = re.findall(r"\{([^{}]*--ink:[^}]*)\}", page)
+    assert len(themes) == 3
+    # Dark by choice is dark by the system's.
+    assert themes[1].split() == themes[2].split()
+    for theme in themes:
+        colours = dict(re.findall(r"--([\w-]+): (#\w{6})", theme))
+        for ground in ("paper", "panel"):
+            for name in ("ink", "faint", "accent", "mark"):
+                pair = luminance(colours[ground]), luminance(colours[name])
+                # WCAG 2 asks 4.5 of text.
+                assert (max(pair) + 0.05) / (min(pair) + 0.05) >= 4.5, (name, ground)
+
+
+def test_colours_are_those_of_the_figures(page):
+    for name in ("blue", "orange", "green", "vermilion", "purple", "sky"):
+        assert f"--{name}: {getattr(style, name.upper())};" in page
+
+
+IDLE = "document.body.dataset.state === 'idle' && shown.curve.length > 0"
+
+
+def text_of(browser, name):
+    return browser.evaluate(f"find({name!r}).textContent")
+
+
+@needs_browser
+@pytest.mark.slow
+def test_the_page_computes_from_its_file(opened):
+    browser = opened("#potential=toda&particles=6&speed=0.5&toda_b=4")
+    browser.wait(IDLE)
+    assert re.match(r"0\.[\d\u2009]+ ± \d·10⁻", text_of(browser, "eta"))
+    assert "proved" in text_of(browser, "ending")
+    assert text_of(browser, "command") == (
+        "chaincor run --engine reference --potential toda --toda-b 4 --particles 6 --speed 0.5"
+    )
+    assert browser.evaluate("shown.curve.length") == 40
+    eta = browser.evaluate("shown.run.restitution")
+    on_curve = browser.evaluate("shown.curve.find((p) => p.speed === 0.5).restitution")
+    assert on_curve == pytest.approx(eta, abs=2e-6)
+
+
+@needs_browser
+@pytest.mark.slow
+def test_keys_move_time_and_the_address_follows(opened):
+    browser = opened("#potential=lj&particles=5&speed=0.5")
+    browser.wait(IDLE)
+    browser.evaluate("play(false); document.activeElement.blur(); seek(shown.run.film.times[0])")
+    browser.press("End", 35)
+    assert browser.evaluate("state.time === shown.run.film.times.at(-1)")
+    browser.press("ArrowLeft", 37)
+    assert browser.evaluate("state.time < shown.run.film.times.at(-1)")
+    browser.press(" ", 32, " ")
+    assert browser.evaluate("state.playing")
+    browser.press(" ", 32, " ")
+    assert not browser.evaluate("state.playing")
+    browser.evaluate("find('speed').value = 0.25; change()")
+    browser.wait("location.hash.includes('speed=0.25')")
+    browser.evaluate("find('theme').click()")
+    assert browser.evaluate("document.documentElement.dataset.theme") == "dark"
+    browser.evaluate("find('theme').click()")
+    assert browser.evaluate("document.documentElement.dataset.theme") == "light"
+    browser.evaluate("localStorage.clear()")
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_long_computation_can_be_stopped(opened):
+    browser = opened("#potential=lj&particles=500&speed=1.6")
+    browser.wait("document.body.dataset.state === 'working'")
+    browser.evaluate("find('stop').click()")
+    assert text_of(browser, "progress") == "Stopped."
+    assert browser.evaluate("document.body.dataset.state") == "idle"
+
+
+@needs_browser
+@pytest.mark.slow
+def test_what_cannot_be_is_said(opened):
+    browser = opened("#potential=harmonic&particles=8&velocity=0.9")
+    browser.wait("!find('refusal').hidden")
+    assert "pass through each other" in text_of(browser, "refusal")
+    browser.evaluate("find('speed').value = 'x'; change()")
+    browser.wait("find('refusal').textContent.startsWith('Impact speed is')")
+    browser.evaluate("find('speed').value = 0.2; change()")
+    browser.wait("find('refusal').hidden && find('eta').textContent.includes('±')")
+
+
+@needs_browser
+@pytest.mark.slow
+def test_bonds_that_break_look_broken(opened):
+    browser = opened("#potential=lj&particles=20&speed=1.5")
+    browser.wait(IDLE)
+    assert browser.evaluate("shown.run.fragments") == 2
+    assert not browser.evaluate("find('break-key').hidden")
+    assert "breaks at 1 bond" in text_of(browser, "verdict")
+
+
+@needs_browser
+@pytest.mark.slow
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_phone_need_not_scroll_sideways(opened, dark):
+    browser = opened("#particles=5&temperature=0.001&target_particles=3", 390, 844, dark)
+    browser.wait(IDLE)
+    assert browser.evaluate("document.documentElement.scrollWidth") == 390
+    ground = browser.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert ground == ("rgb(20, 23, 28)" if dark else "rgb(255, 255, 255)")
+
+
+@needs_browser
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_thirty_scenes_against_collide(browser, name):
+    if browser.evaluate("location.protocol") != "file:":
+        browser.open(browser.path)
+    scene = json.dumps(page_scene(SCENES[name]))
+    found = browser.evaluate(
+        "new Promise((resolve, refuse) => { const worker = makeWorker();"
+        "worker.onmessage = ({ data }) => { if (data.kind === 'refused') refuse(data.message);"
+        "if (data.done) { worker.terminate(); resolve({ eta: data.run.restitution,"
+        "error: data.run.error, contacts: data.run.contacts.length }); } };"
+        f"worker.postMessage({{ id: 1, task: 'collide', scene: {scene} }}); }})"
+    )
+    expected = reference(name)
+    # Far below what is asked of the page.
+    assert expected.restitution_error < 0.03 * PROMISE
+    difference = abs(found["eta"] - expected.restitution)
+    assert difference <= PROMISE
+    assert difference <= found["error"] + expected.restitution_error
+    assert found["contacts"] == expected.contacts

@@ -1,0 +1,316 @@
+// From a scene to its restitution and an error bar: runs with steps that halve until two agree.
+
+const USUAL_GOAL = 1e-9; // of eta, and the step that meets it in 1/frequency of the fastest bond
+const USUAL_STEP = 0.25;
+const MOST_HALVINGS = 6;
+const ORDER_TRUSTED = 64; // errors fall 256 times; what they are said to is less
+const MOST_EVALUATIONS = 2e9; // of bond forces in a run, half a minute or so
+const SHORTEST = 1e-4; // bonds that may get shorter lose too many digits of 1 + s
+const PATIENCE = 6; // a collision is followed for so many times its length, while no end is known
+const CURVE = { goal: 1e-6, most: 1e8, patience: 2, film: false };
+const STEADY = 1e-3; // runs that differ by less have the same end
+const MARGIN = 5; // times of contacts differ by less from run to run
+const QUIET = 2.2; // sound crosses a body and comes back, and a tenth
+const FRAMES = 600;
+const TELL_EVERY = 250; // milliseconds
+
+/** Numbers of a list, repeated along a body. */
+const repeated = (masses, count) => Array.from({ length: count }, (_, i) => masses[i % masses.length]);
+
+/** Line, bond, speed and first state of a scene. */
+function prepare(scene) {
+  const bond = bondOf(scene), unit = naturalSpeed(bond);
+  const speed = scene.velocity ?? (scene.speed ?? 0.4) * (unit ?? NaN);
+  if (!(speed > 0)) throw new Refusal("Speed must be more than 0.");
+  const chain = repeated(scene.masses?.length ? scene.masses : [1], scene.particles);
+  const free = scene.target_particles > 0;
+  const target = free
+    ? repeated(scene.target_masses?.length ? scene.target_masses : [1], scene.target_particles)
+    : [Infinity];
+  const line = new Line([...target.reverse(), ...chain], target.length);
+  let state = scene.state;
+  if (!state && scene.temperature > 0) {
+    if (speed < 1e-4 * Math.sqrt(scene.temperature))
+      throw new Refusal("Too slow for this temperature: it would hardly ever arrive.");
+    state = drawState(line, bond, scene.temperature, scene.seed ?? 1, speed);
+  }
+  state ??= {
+    strains: new Float64Array(line.masses.length - 1),
+    velocities: Float64Array.from(line.masses, (_, i) => (i < line.first ? 0 : -speed)),
+  };
+  return { scene, bond, unit, line, state, speed };
+}
+
+const TOO_SHORT = "Bonds get too short for steps of one size: the program has a method for these, " +
+  "see the command below. Choose a lower speed.";
+const TOO_LONG = "This collision takes too long for a page: it is stiff, hot or slow. " +
+  "Let the program itself carry it out, with the command below.";
+
+/** A step that resolves the fastest bond when two particles meet in it at twice their speed. */
+function firstStep({ line, bond, state }, goal) {
+  let fastest = 0, energy = 0, shortest = 0, lightest = Infinity;
+  for (const v of state.velocities) fastest = Math.max(fastest, Math.abs(v));
+  for (let i = 0; i + 1 < line.masses.length; i++) {
+    if (i === line.gap) continue;
+    const [a, b] = [line.masses[i], line.masses[i + 1]];
+    energy = Math.max(energy, 2 * a * b / (a + b) * fastest ** 2);
+    shortest = Math.min(shortest, state.strains[i]);
+    lightest = Math.min(lightest, a, b);
+  }
+  shortest = Math.min(shortest, strainAt(bond, energy, -1));
+  if (bond.floor === -1 && shortest < SHORTEST - 1) throw new Refusal(TOO_SHORT);
+  const step = USUAL_STEP * (goal / USUAL_GOAL) ** (1 / 8);
+  return step * Math.sqrt(lightest / Math.max(1, bond.curvature(shortest)));
+}
+
+/** What can be drawn: displacements, velocities and energies at regular times. */
+class Film {
+  constructor(setup, stride, until) {
+    Object.assign(this, { setup, stride, until, times: [], frames: [] });
+  }
+
+  note(motion) {
+    if (motion.steps % this.stride || motion.time > this.until) return;
+    this.times.push(motion.time);
+    this.frames.push([Float32Array.from(motion.displacements()), motion.now.velocity.slice()]);
+    if (this.times.length < 2 * FRAMES) return;
+    this.stride *= 2; // every other one will do
+    this.times = this.times.filter((_, k) => k % 2 === 0);
+    this.frames = this.frames.filter((_, k) => k % 2 === 0);
+  }
+
+  /** Frames from soon before the first contact to soon after the last one, in one array each. */
+  cut(begin, end) {
+    const { state, line, speed } = this.setup, lead = 0.06 * (end - begin);
+    const first = this.times[0] - begin;
+    const [u0, v0] = this.frames[0];
+    const times = [], u = [], v = [], step = this.times[1] - this.times[0];
+    for (let t = -lead; t < first - step / 2 && first === 0; t += step) {
+      // A cold chain in flight, before it touches the wall.
+      times.push(t);
+      u.push(u0.map((x, i) => x + state.velocities[i] * t));
+      v.push(Float64Array.from(state.velocities));
+    }
+    this.times.forEach((time, k) => {
+      if (time < begin - lead || time > end) return;
+      times.push(time - begin);
+      u.push(this.frames[k][0]);
+      v.push(this.frames[k][1]);
+    });
+    const count = line.masses.length, flat = (list, unit) => {
+      const all = new Float32Array(times.length * count);
+      list.forEach((one, k) => all.set(unit === 1 ? one : one.map((x) => x / unit), k * count));
+      return all;
+    };
+    const energies = u.map((_, k) => partition(this.setup, u[k], v[k]));
+    return { times, displacements: flat(u, 1), velocities: flat(v, speed), energies };
+  }
+}
+
+/** Translation, inner motion and bonds of the chain, and the same of a free target, over K_i. */
+function partition({ line, bond, speed }, u, v) {
+  const split = (begin, end) => {
+    const mean = line.meanVelocity(v, begin, end);
+    let mass = 0, motion = 0, held = 0;
+    for (let i = begin; i < end; i++) {
+      mass += line.masses[i];
+      motion += 0.5 * line.masses[i] * (v[i] - mean) ** 2;
+      if (i + 1 < end) held += bond.energy(u[i + 1] - u[i]);
+    }
+    return [0.5 * mass * mean * mean, motion, held];
+  };
+  const particles = line.masses.length;
+  let mass = 0;
+  for (const m of line.chain) mass += m;
+  const parts = split(line.first, particles);
+  if (!line.rigid) parts.push(...split(0, line.first));
+  return parts.map((part) => part / (0.5 * mass * speed * speed));
+}
+
+/**
+ * Carry out a collision with one step. `known` is a run with another step, of which the end holds
+ * for this one, if `steady`.
+ */
+function follow(setup, step, { film, most, patience, known, steady, tell = () => {} }) {
+  const { line, bond, state, speed } = setup;
+  const motion = new Motion(line, bond, state, step);
+  const until = known ? known.end : Infinity;
+  const stride = known ? Math.max(1, Math.round((until - known.begin) / FRAMES / step)) : 1;
+  const reel = film && new Film(setup, stride, until);
+  const sizes = [line.chain.length, line.rigid ? 1 : line.target.length], span = Math.max(...sizes);
+  const heaviness = line.chain.reduce((a, b) => a + b) / line.chain.length;
+  const slow = Math.sqrt(line.rigid || line.first === 1 ? heaviness
+    : Math.max(heaviness, line.target.reduce((a, b) => a + b) / line.first));
+  const mostSteps = most / (KICKS.length * line.masses.length);
+  // Sound has to cross at least.
+  if (span * slow > 2 * mostSteps * step) throw new Refusal(TOO_LONG);
+  let look = 0, calmSince = 0, counted = 0, ending = null, told = Date.now();
+  let shortest = 0, longest = 0;
+  reel && reel.note(motion);
+  while (!ending) {
+    motion.advance();
+    reel && reel.note(motion);
+    const now = motion.time, contacts = motion.contacts;
+    for (let i = 0; i < motion.now.strain.length; i++) {
+      if (i === line.gap) continue;
+      shortest = Math.min(shortest, motion.now.strain[i]);
+      longest = Math.max(longest, motion.now.strain[i]);
+    }
+    if (motion.steps % 64 === 0 && Date.now() - told > TELL_EVERY) {
+      told = Date.now();
+      tell({ time: now, contacts: contacts.length, step });
+    }
+    if (motion.steps > mostSteps) throw new Refusal(TOO_LONG);
+    if (now < look || !contacts.length) continue;
+    const begin = contacts[0][0], last = contacts[contacts.length - 1][0];
+    if (steady) {
+      if (now > Math.max(until, known.begin + known.contacts.at(-1)[0] + MARGIN * slow))
+        ending = known.ending;
+      continue;
+    }
+    if (contacts.length !== counted) [counted, calmSince] = [contacts.length, last];
+    look = Math.max(last + 1.4 * (now - last), now + Math.min(2, 0.2 * span) * slow);
+    const risk = meetingRisk(motion);
+    if (risk === 0) ending = "proved";
+    if (risk > RISK_ALLOWED) calmSince = now;
+    else if (!ending && now - calmSince > QUIET * span * slow) ending = "argued";
+    const crossing = (span + 5) * slow;
+    const followed = Math.min(patience * (last - begin) + 4 * crossing, 200 * crossing);
+    if (!ending && now - begin > followed) ending = "open";
+  }
+  const begin = motion.contacts[0][0], { strain, velocity } = motion.last;
+  const lastTime = motion.contacts[motion.contacts.length - 1][0] - begin;
+  const end = begin + 1.15 * lastTime + Math.max(2, 0.25 * span) * slow;
+  const broken = brokenBonds(bond, line.gap, line.masses, (i) => motion.now.strain[i],
+    (i) => motion.now.velocity[i + 1] - motion.now.velocity[i], strain.length);
+  const u = new Float64Array(line.masses.length);
+  for (let i = 0; i < strain.length; i++) u[i + 1] = u[i] + strain[i];
+  return {
+    restitution: (line.separation(velocity) / speed) ** 2,
+    separation: line.separation(velocity) / speed,
+    contacts: motion.contacts.map(([time, closing]) => [time - begin, closing / speed]),
+    ending,
+    watched: steady ? known.watched : motion.time - begin - lastTime,
+    fragments: steady ? known.fragments : 1 + broken.reduce((a, b) => a + b, 0),
+    begin,
+    end,
+    step,
+    steps: motion.steps,
+    shortest,
+    longest,
+    energies: partition(setup, u, velocity),
+    final: { strain: Array.from(strain), velocity: Array.from(velocity) },
+    displacements: u,
+    film: reel ? reel.cut(begin, end) : null,
+  };
+}
+
+/** The words for a step with which the bonds did what they must not. */
+function refusalOf({ scene, bond }, reason) {
+  if (reason === "barrier")
+    return "A bond is stretched beyond its barrier, where U falls without bound: such a bond " +
+      "has no motion to follow. Choose a lower speed.";
+  if (bond.floor === -1) return TOO_SHORT;
+  return `Particles would pass through each other: a ${scene.potential} bond does not keep them ` +
+    "apart at this speed, and what a chain is would be lost. Choose a lower speed.";
+}
+
+/**
+ * Carry out a collision with an error bar: `goal` is asked of the difference between two steps.
+ * `tell` hears how far it is, `show` of each run that can be shown.
+ */
+function collide(scene, options = {}) {
+  const { goal = USUAL_GOAL, most = MOST_EVALUATIONS, patience = PATIENCE, film = true } = options;
+  const { tell, show = () => {} } = options;
+  const setup = prepare(scene), { line, bond } = setup;
+  const started = Date.now(), modes = film ? modesOf(line.chain) : null;
+  let step = firstStep(setup, goal), before = null, error = null, refused = null, steady = false;
+  for (let halving = 0; halving <= MOST_HALVINGS; halving++, step /= 2) {
+    let run;
+    try {
+      run = follow(setup, step, { film, most, patience, known: before, steady, tell });
+    } catch (problem) {
+      if (!(problem instanceof RangeError)) {
+        // What is known stays.
+        if (error !== null && problem instanceof Refusal) break;
+        throw problem;
+      }
+      refused = problem.message; // it may be the step
+      before = error = null;
+      steady = false;
+      if (halving >= 2 && bond.floor !== -1) break;
+      continue;
+    }
+    refused = null;
+    steady = true;
+    if (before) {
+      const change = Math.abs(run.restitution - before.restitution);
+      // Rounding walks at random; two runs may agree by chance.
+      const rounding = 2 ** -48 * Math.sqrt(run.steps);
+      steady = change < STEADY;
+      error = Math.max(change, (error ?? 0) / ORDER_TRUSTED, rounding);
+    }
+    before = Object.assign(run, {
+      error,
+      seconds: (Date.now() - started) / 1000,
+      speed: setup.speed,
+      unit: setup.unit,
+      masses: Array.from(line.masses),
+      first: line.first,
+      ...(film ? spectrumOf(setup, run, modes) : {}),
+    });
+    if (error !== null && error <= goal) break;
+    show(before, false);
+  }
+  if (!before) throw new Refusal(refusalOf(setup, refused));
+  show(before, true);
+  return before;
+}
+
+/** Energies of the chain's modes after the last contact, over K_i, and the modes. */
+function spectrumOf({ line, speed }, run, modes) {
+  // Of a chain that broke, modes of motion alone mean something.
+  const u = run.displacements.slice(line.first).map((x) => (run.fragments > 1 ? 0 : x));
+  const v = run.final.velocity.slice(line.first), whole = line.chain.reduce((a, b) => a + b);
+  const spectrum = modeEnergies(modes, line.chain, u, v).map((e) => e / (0.5 * whole * speed ** 2));
+  return { spectrum, modes: { omega: modes.omega, shapes: Float32Array.from(modes.shapes) } };
+}
+
+/** Speeds of the curve, in an order that shows its shape early. */
+function curveSpeeds(scene) {
+  const linear = BONDS[scene.potential](scene).linear;
+  if (linear && !(scene.temperature > 0)) return [0.1];
+  const count = 40, largest = linear ? 0.5 : 2, order = [];
+  for (let stride = 8, k; stride >= 1; stride /= 2)
+    for (k = stride; k <= count; k += stride) if (!order.includes(k)) order.push(k);
+  return order.map((k) => largest * k / count);
+}
+
+/** What the worker does: one collision, or a curve of them, told piece by piece. */
+function serve(scope) {
+  scope.onmessage = ({ data: { id, task, scene } }) => {
+    const post = (kind, content) => scope.postMessage({ id, kind, ...content });
+    try {
+      if (task === "collide") {
+        const tell = (progress) => post("progress", { progress });
+        collide(scene, { tell, show: (run, done) => post("run", { run, done }) });
+        return;
+      }
+      const linear = BONDS[scene.potential](scene).linear;
+      for (const speed of curveSpeeds(scene)) {
+        const own = { ...scene, ...(linear ? { velocity: speed } : { speed, velocity: undefined }) };
+        try {
+          const run = collide(own, CURVE);
+          post("point", { point: { speed, restitution: run.restitution, error: run.error,
+                                   ending: run.ending, fragments: run.fragments } });
+        } catch (problem) {
+          if (!(problem instanceof Refusal)) throw problem;
+          post("point", { point: { speed, refused: problem.message } });
+        }
+      }
+      post("end", {});
+    } catch (problem) {
+      post("refused", { message: problem.message, expected: problem instanceof Refusal });
+    }
+  };
+}

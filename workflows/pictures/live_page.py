@@ -1,0 +1,79 @@
+"""The live page: one HTML file in which a browser computes collisions while one watches."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from chaincor.analysis.figures import style
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.versions import versions
+
+MOST_PARTICLES = 500
+_FOLDER = Path(__file__).parent / "live"
+# Parts of the kernel, which the page and its workers share, and those of the page alone.
+_KERNEL = ("bonds", "line", "ending", "warm", "modes", "collide")
+_PAGE = ("figures", "pictures", "page")
+
+
+def kernel_source() -> str:
+    """
+    Return what computes collisions, in JavaScript, for browsers and Node.
+
+    Returns
+    -------
+    str
+        Declarations of ``collide(scene)``, ``prepare(scene)`` and what they need, with the weights
+        of the composition of order 8.
+    """
+    fractions = STEP_SCHEMES["order8"].fractions
+    weights = {"KICKS": fractions.kicks.tolist(), "DRIFTS": fractions.drifts.tolist()}
+    constants = [f"const {name} = {json.dumps(values)};" for name, values in weights.items()]
+    return "\n".join(['"use strict";', *constants, *map(_part, _KERNEL)])
+
+
+def live_page(particles: int = 50) -> str:
+    """
+    Return the page, which needs no server, no network and no other file.
+
+    Parameters
+    ----------
+    particles : int
+        Of the chain that it shows at first.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
+    settings = {
+        "particles": particles,
+        "mostParticles": MOST_PARTICLES,
+        "version": versions()["chaincor"],
+    }
+    colours = {
+        name: getattr(style, name.upper())
+        for name in ("blue", "orange", "green", "vermilion", "purple", "sky", "grey")
+    }
+    return _template().render(
+        style=(_FOLDER / "page.css").read_text(encoding="utf-8"),
+        colours=colours,
+        settings=json.dumps(settings),
+        kernel=kernel_source(),
+        page="\n".join(map(_part, _PAGE)),
+        most_particles=MOST_PARTICLES,
+    )
+
+
+def _part(name: str) -> str:
+    return (_FOLDER / f"{name}.js").read_text(encoding="utf-8")
+
+
+@cache
+def _template() -> Any:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_FOLDER), undefined=StrictUndefined, autoescape=False
+    )
+    return environment.get_template("page.html.j2")
