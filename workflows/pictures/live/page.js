@@ -96,6 +96,9 @@ function arrange() {
   find("speed-slider").max = linear ? 0.7 : 2.5;
   find("speed-slider").value = find("speed").value;
   find("particles-slider").value = find("particles").value;
+  const masses = find("masses").value.replaceAll(" ", ""), count = Number(find("particles").value);
+  find("pattern").value =
+    Object.keys(PRESETS).find((name) => PRESETS[name](count) === masses) ?? "own";
   for (const row of document.querySelectorAll(".of-target"))
     row.hidden = find("target").value !== "free";
   find("seed").parentElement.hidden = !(Number(find("temperature").value) > 0);
@@ -373,7 +376,7 @@ const PRESETS = {
   equal: () => "1",
   alternating: () => "1,2",
   light: () => "1,0.5",
-  first: (n) => [3, ...Array(n - 1).fill(1)].join(","),
+  first: (n) => [3, ...Array(Math.max(0, n - 1)).fill(1)].join(","),
   middle: (n) => Array.from({ length: n }, (_, i) => (i === n >> 1 ? 3 : 1)).join(","),
 };
 
