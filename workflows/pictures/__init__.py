@@ -1,1 +1,1 @@
-"""A collision to look at: recorded, in the terminal, behind sliders."""
+"""A collision to look at: recorded, in the terminal, on a live page."""

@@ -194,6 +194,7 @@ function curveText() {
 
 /** Compute a curve, unless the one there is for the same scene at other speeds. */
 function startCurve() {
+  if (embedded) return null; // there it is not shown
   const { speed, velocity, ...others } = state.scene, key = JSON.stringify(others);
   if (key === state.curveKey) return curvePicture.draw();
   state.curveKey = key;
