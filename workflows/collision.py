@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from typing import Any, cast, overload
 
 import numpy as np
@@ -20,11 +20,16 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import spread_of
-from chaincor.workflows.accuracy.at_once.together import meet_together
+from chaincor.workflows.accuracy.at_once.together import companies, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
-from chaincor.workflows.accuracy.expected_cost import expected_seconds, refuse_endless
+from chaincor.workflows.accuracy.expected_cost import (
+    expected_seconds,
+    expected_seconds_together,
+    refuse_endless,
+)
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.accuracy.step_guess import foresee_sharpness
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -135,34 +140,61 @@ def _collide_each(
     if tolerance is not None:
         scenes = [scene.replace(tolerance=tolerance) for scene in scenes]
     refuse_shared_outputs(scenes)
+    foresee_sharpness(scenes)
     for scene in scenes:
         refuse_unusable_outputs(scene)
         refuse_endless(scene, most_seconds)
-    costs = [expected_seconds(scene) for scene in scenes]
     found: list[Collision | None] = [None] * len(scenes)
-    one = partial(_collide, tolerance=None, most_seconds=math.inf)
+    tasks = companies(scenes, 2 * workers)
+    costs = [0.0] * len(scenes)
+    for places in tasks:
+        expected = expected_seconds if len(places) == 1 else expected_seconds_together
+        for place in places:
+            costs[place] = expected(scenes[place])
     with progress_bar(progress, len(scenes), sum(costs)) as advance:
+
+        def keep(places: list[int], results: Iterable[Collision | None]) -> list[list[int]]:
+            """Take results over; return which collisions are left to be carried out alone."""
+            alone = []
+            for place, result in zip(places, results, strict=True):
+                found[place] = result
+                if result is None:
+                    alone.append([place])
+                else:
+                    advance(costs[place])
+            return alone
+
         if workers < 2 or sum(costs) < _SOONER_HERE:
-            for number, scene in enumerate(scenes):
-                with _named(number, scenes):
-                    found[number] = one(scene)
-                advance(costs[number])
+            while tasks:
+                places = tasks.pop(0)
+                with _named(places, scenes):
+                    tasks = keep(places, _collide_task([scenes[k] for k in places])) + tasks
         else:
             with ProcessPool(workers) as pool:
-                for number, future in as_they_end(pool, one, scenes, 2 * workers):
-                    with _named(number, scenes):
-                        found[number] = future.result()
-                    advance(costs[number])
+                while tasks:
+                    given = [[scenes[k] for k in places] for places in tasks]
+                    left = []
+                    for number, future in as_they_end(pool, _collide_task, given, 2 * workers):
+                        with _named(tasks[number], scenes):
+                            left += keep(tasks[number], future.result())
+                    tasks = left
     return [result for result in found if result is not None]
 
 
+def _collide_task(scenes: list[Scene]) -> Sequence[Collision | None]:
+    if len(scenes) == 1:
+        return [_collide(scenes[0], None, math.inf)]
+    return collide_together(scenes)
+
+
 @contextmanager
-def _named(number: int, scenes: list[Scene]) -> Iterator[None]:
+def _named(places: list[int], scenes: list[Scene]) -> Iterator[None]:
     """Say of which scene an error is, and of a named one nothing else."""
     try:
         yield
     except ChaincorError as error:
-        error.__notes__ = [f"scene {number + 1} of {len(scenes)}: {scenes[number]!r}"]
+        first = places[0]
+        error.__notes__ = [f"scene {first + 1} of {len(scenes)}: {scenes[first]!r}"]
         raise error.with_traceback(None) from None
 
 

@@ -28,6 +28,19 @@ def test_results_come_in_the_order_of_the_scenes():
         assert result.scene.sha256 == scene.replace(tolerance=1e-5).sha256
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("place")
+def test_those_of_a_kind_are_carried_out_together_and_are_what_they_are_alone():
+    speeds = [0.1 + 0.01 * k for k in range(20)] + [1.5, 1.6]
+    scenes = [Scene(particles=8, speed=speed, engine="reference") for speed in speeds]
+    found = collide(scenes, workers=2)
+    assert [result.speed for result in found] == pytest.approx(speeds)
+    for scene, result in zip(scenes, found, strict=True):
+        alone = collide(scene)
+        assert result.restitution == alone.restitution
+        assert result.contact_times.tolist() == alone.contact_times.tolist()
+
+
 @pytest.mark.usefixtures("place")
 def test_the_first_that_fails_is_named():
     # Bonds of the harmonic chain in LAMMPS cross at this speed.
