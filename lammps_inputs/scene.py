@@ -354,7 +354,7 @@ class Scene(BaseModel):
         """Particles of both bodies."""
         return self.particles + (self.target_particles or 0)
 
-    @property
+    @cached_property
     def explicit(self) -> bool:
         """Whether the numerics are given, not to be chosen from a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)

@@ -58,11 +58,11 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
 
 def plain_fields(scene: "Scene") -> dict[str, Any]:
     """Return the fields that were set, as TOML and JSON know them, with paths as text."""
-    values = {key: getattr(scene, key) for key in type(scene).model_fields}
+    given = scene.model_fields_set
     return {
         key: _plain(value)
-        for key, value in values.items()
-        if key in scene.model_fields_set and value is not None
+        for key in type(scene).model_fields
+        if key in given and (value := getattr(scene, key)) is not None
     }
 
 

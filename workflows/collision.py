@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any, cast, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import momentum_residual
@@ -232,13 +233,15 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
     answers = meet_together(scenes)
     whole = time.perf_counter() - started
     found: list[Collision | None] = []
-    for scene, met in zip(scenes, answers, strict=True):
-        if met is None:
+    for scene, answered in zip(scenes, answers, strict=True):
+        if answered is None:
             found.append(None)
             continue
+        met, energies = answered
         begun = time.perf_counter() - whole / len(scenes)
         asked = scene.tolerance or DEFAULT_TOLERANCE
-        found.append(_result(scene, met.outcome, met.bar, asked, met.reason, met.details, begun))
+        asked_and_why = asked, met.reason, met.details, begun
+        found.append(_result(scene, met.outcome, met.bar, *asked_and_why, energies))
     return found
 
 
@@ -279,7 +282,12 @@ def _result(
     reason: str | None,
     found: dict[str, Any],
     started: float,
+    energies: NDArray[np.float64] | None = None,
 ) -> Collision:
+    if energies is None:
+        masses = None if scene.line is None else scene.line.chain_masses
+        stiffness = scene.bond.stiffness
+        energies = mode_energies(outcome.displacements, outcome.velocities, stiffness, masses)
     v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
     eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
@@ -334,14 +342,7 @@ def _result(
         versions=_all_versions(),
         contact_times=outcome.contact_times,
         contact_speeds=outcome.contact_speeds,
-        mode_energies=np.asarray(
-            mode_energies(
-                outcome.displacements,
-                outcome.velocities,
-                scene.bond.stiffness,
-                None if line is None else line.chain_masses,
-            )
-        ),
+        mode_energies=energies,
         velocities=outcome.velocities,
         displacements=outcome.displacements,
         details=outcome.details | found,

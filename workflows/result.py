@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, fields
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -195,11 +196,8 @@ class Collision(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
-        rare = (*BODY_FIELDS, *BOND_FIELDS)
-        names = [f.name for f in fields(self) if f.name not in (*_NOT_PLAIN, *rare)]
-        names += [
-            name for name in rare if name not in TARGET_ARRAYS and getattr(self, name) is not None
-        ]
+        usual, rare = _names_told()
+        names = [*usual, *(name for name in rare if getattr(self, name) is not None)]
         plain = {name: getattr(self, name) for name in names}
         plain["error_parts"] = {
             f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
@@ -217,8 +215,21 @@ class Collision(Shown):
             write_arrays(aside, self.arrays())
 
 
+@cache
+def _names_told() -> tuple[list[str], list[str]]:
+    """Return the fields that every result tells, and those told where there is something."""
+    rare = (*BODY_FIELDS, *BOND_FIELDS)
+    usual = [f.name for f in fields(Collision) if f.name not in (*_NOT_PLAIN, *rare)]
+    return usual, [name for name in rare if name not in TARGET_ARRAYS]
+
+
+_AS_THEY_ARE = (str, int, bool)
+
+
 def finite(value: Any) -> Any:
     """Return a plain value as JSON knows it: with None for numbers that are not finite."""
+    if value is None or type(value) in _AS_THEY_ARE:
+        return value
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):

@@ -1,8 +1,9 @@
 """
 A plain judge for many scenes: small fixed steps of another scheme, simply run on.
 
-    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1] [--draw late|breaking]
-        [--tolerance 1e-6] [--engine reference|lammps] [--processes 1]
+    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1]
+        [--draw late|breaking|loose|together] [--tolerance 1e-6] [--engine reference|lammps]
+        [--processes 1]
 
 The state is particle 1's distance from the wall, the strains and the velocities. Steps are Blanes
 and Moan's composition of order 4 for Hamiltonians that are quadratic in the momenta (2002).
@@ -27,7 +28,9 @@ from numba import njit
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.collision import collide
+from chaincor.workflows.accuracy.at_once.together import kind_of
+from chaincor.workflows.collision import collide, collide_together
+from chaincor.workflows.result import Collision
 
 # J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
@@ -237,7 +240,45 @@ def draw_loose(seed: int, index: int, engine: str) -> Scene:
     return Scene(potential=name, particles=n, engine=engine, **speed, **numerics)
 
 
-DRAWS = {"late": draw_late, "breaking": draw_breaking, "loose": draw_loose}
+def draw_together(seed: int, index: int, engine: str) -> Scene:
+    """Return a scene that sweeps carry out with others: tiny speeds, lj 0.7 to 1.6 v*, any."""
+    random = np.random.default_rng([seed, index, 13])
+    turn = index % 4
+    name = (
+        ("lj", "lj", "toda", "log")[turn] if turn else str(random.choice(["lj", "toda", "power"]))
+    )
+    n = round(math.exp(random.uniform(math.log(2.0), math.log(100.0))))
+    fields: dict[str, Any] = {"potential": name, "particles": n, "engine": engine}
+    speed = math.exp(random.uniform(math.log(0.01), math.log(1.5)))
+    if turn == 0:
+        speed = math.exp(random.uniform(math.log(1e-6), math.log(1e-2)))
+    elif turn == 1:
+        speed = random.uniform(0.7, 1.6)
+        fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(20.0))))
+    if name == "toda":
+        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
+    elif name == "power":
+        fields |= {"power_order": 4, "power_c": 1.0}
+    tolerance = float(10.0 ** random.uniform(-7.0, -3.0))
+    return Scene(**fields, speed=float(speed), tolerance=tolerance)
+
+
+def collide_in_company(scene: Scene) -> tuple[Collision, bool]:
+    """Return the result of a scene as a sweep gets it, and whether it was together with others."""
+    others = [scene.replace(speed=factor * (scene.speed or 1.0)) for factor in (0.9, 0.95, 1.05)]
+    company = [other for other in others if kind_of(other) == kind_of(scene)]
+    found = None
+    if kind_of(scene) is not None:
+        found = collide_together([*company, scene])[-1]
+    return (collide(scene), False) if found is None else (found, True)
+
+
+DRAWS = {
+    "late": draw_late,
+    "breaking": draw_breaking,
+    "loose": draw_loose,
+    "together": draw_together,
+}
 
 
 def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str) -> dict[str, Any]:
@@ -255,8 +296,12 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
     }
     begun = time.process_time()
     try:
-        given = scene.explicit or scene.tolerance is not None
-        found = collide(scene) if given else collide(scene, tolerance=tolerance)
+        if draw == "together":
+            found, row["together"] = collide_in_company(scene)
+        elif scene.explicit or scene.tolerance is not None:
+            found = collide(scene)
+        else:
+            found = collide(scene, tolerance=tolerance)
     except ChaincorError as error:
         return row | {"verdict": "refused", "reason": f"{type(error).__name__}: {error}"[:200]}
     row |= {
@@ -292,6 +337,9 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
 def report(rows: list[dict[str, Any]]) -> None:
     """Print the figures."""
     print(f"scenes: {len(rows)}")
+    if together := sum(row.get("together", False) for row in rows):
+        inside = sum(row.get("together", False) and row["verdict"] == "inside" for row in rows)
+        print(f"  carried out together with others: {together}, of which inside {inside}")
     for (verdict, ending), count in sorted(
         Counter((row["verdict"], row.get("ending", "-")) for row in rows).items()
     ):

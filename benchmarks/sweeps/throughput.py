@@ -7,8 +7,8 @@ Collisions a second of an in-house sweep: cold chains together, over one by one.
 
 Speeds are spread evenly in their logarithm. In turns, in one run, each in a process of its own that
 sweeps into a new store: `together` as sweeps are carried out, `alone` with every collision by
-itself, and `before` so by an older checkout of the project at PATH. Workers are up and their code is
-loaded when the clock starts. Printed are collisions a second by the clock, processor time of a
+itself, and `before` so by an older checkout of the project at PATH. Workers are up, with their code
+loaded, when the clock starts. Printed are collisions a second by the clock, processor time of a
 collision, main process and workers, and the ratios to `together`; in the last column, how many
 results of `together` differ from those of `alone` at the same speeds by a single bit.
 """

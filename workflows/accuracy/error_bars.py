@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
@@ -100,45 +99,47 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     )
 
 
-def spreads(
-    first: Outcome,
-    second: Outcome,
-    scene: Scene,
-    floor: float,
-    mode_energies_of_both: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
-) -> dict[str, float]:
+def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict[str, float]:
     """
     Return how far the arrays of two runs at different steps lie apart, floors included.
 
     `floor` is the relative error from causes that both runs share: tables and rounding. By array,
     the largest absolute difference of contact times and speeds, velocities and mode energies; inf
-    where the numbers of contacts differ. Mode energies are worked out where they are not given.
+    where the numbers of contacts differ.
     """
-    v0, stiffness = scene.impact_velocity, scene.bond.stiffness
+    stiffness = scene.bond.stiffness
     masses = None if scene.line is None else scene.line.chain_masses
-    energy = 0.5 * v0**2 * (scene.particles if masses is None else float(np.sum(masses)))
-    both = mode_energies_of_both
-    if both is None:
-        both = (
+    pairs = {
+        "contact_times": (first.contact_times, second.contact_times),
+        "contact_speeds": (first.contact_speeds, second.contact_speeds),
+        "velocities": (first.velocities, second.velocities),
+        "target_velocities": (first.target_velocities, second.target_velocities),
+        "mode_energies": (
             mode_energies(first.displacements, first.velocities, stiffness, masses),
             mode_energies(second.displacements, second.velocities, stiffness, masses),
-        )
-    pairs = {
-        "contact_times": (
-            first.contact_times,
-            second.contact_times,
-            scene.span / scene.slow_stiffness**0.5,
         ),
-        "contact_speeds": (first.contact_speeds, second.contact_speeds, v0),
-        "velocities": (first.velocities, second.velocities, v0),
-        "target_velocities": (first.target_velocities, second.target_velocities, v0),
-        "mode_energies": (*both, energy),
     }
-    found = {}
-    for name, (one, other, scale) in pairs.items():
-        if len(one) != len(other):
-            found[name] = math.inf
-            continue
-        difference = float(np.max(np.abs(one - other), initial=0.0))
-        found[name] = difference + ARRAY_SENSITIVITY * floor * scale
-    return found
+    apart = {}
+    for name, (one, other) in pairs.items():
+        apart[name] = math.inf
+        if len(one) == len(other):
+            apart[name] = float(np.max(np.abs(one - other), initial=0.0))
+    return with_floors(apart, scene, floor)
+
+
+def with_floors(apart: dict[str, float], scene: Scene, floor: float) -> dict[str, float]:
+    """Return differences of arrays with what both runs err by together, see :func:`spreads`."""
+    v0, masses = scene.impact_velocity, None if scene.line is None else scene.line.chain_masses
+    scales = {
+        "contact_times": scene.span / scene.slow_stiffness**0.5,
+        "contact_speeds": v0,
+        "velocities": v0,
+        "target_velocities": v0,
+        "mode_energies": 0.5
+        * v0**2
+        * (scene.particles if masses is None else float(np.sum(masses))),
+    }
+    return {
+        name: difference + ARRAY_SENSITIVITY * floor * scales[name]
+        for name, difference in apart.items()
+    }

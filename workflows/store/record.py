@@ -1,6 +1,7 @@
 """Writing attempts into a results store."""
 
 import sqlite3
+from functools import lru_cache
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
@@ -104,11 +105,15 @@ def _write_result(
 
 
 def _upsert(connection: sqlite3.Connection, columns: dict[str, Any]) -> None:
+    connection.execute(_upsertion(tuple(columns)), columns)
+
+
+@lru_cache(maxsize=16)
+def _upsertion(columns: tuple[str, ...]) -> str:
     names = ", ".join(f'"{name}"' for name in columns)
     values = ", ".join(f":{name}" for name in columns)
     updates = ", ".join(f'"{name}" = excluded."{name}"' for name in columns)
-    connection.execute(
+    return (
         f"INSERT INTO collisions ({names}) VALUES ({values}) "
-        f"ON CONFLICT (collision_sha256) DO UPDATE SET {updates}",
-        columns,
+        f"ON CONFLICT (collision_sha256) DO UPDATE SET {updates}"
     )

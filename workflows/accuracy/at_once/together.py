@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
@@ -16,7 +17,12 @@ from chaincor.workflows.accuracy.by_in_house import (
     first_step,
     usual_scheme,
 )
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, LEAST_SHARE, spreads, table_error
+from chaincor.workflows.accuracy.error_bars import (
+    COARSER_SHARE,
+    LEAST_SHARE,
+    table_error,
+    with_floors,
+)
 from chaincor.workflows.accuracy.expected_cost import expected_seconds_together
 from chaincor.workflows.accuracy.meet import decade_within
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
@@ -27,6 +33,8 @@ from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error, rounding_of
+
+Array = NDArray[np.float64]
 
 # Longer chains are met one by one: their steps leave nothing to be gained.
 LONGEST_TOGETHER = 400
@@ -123,7 +131,7 @@ def _writes(scene: Scene) -> bool:
     return any(key in scene.model_fields_set for key in OUTPUT_KEYS if key != "error")
 
 
-def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
+def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     """
     Meet the tolerances of scenes of one kind, as far as that is done at once.
 
@@ -137,9 +145,9 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
 
     Returns
     -------
-    list of Answer or None
-        What ``accuracy.meet.meet`` returns for each, to the last bit; None where it must be asked.
-        None depends on which others there are.
+    list of (Answer, ndarray) or None
+        What ``accuracy.meet.meet`` returns for each, to the last bit, and the energies of its modes
+        afterwards; None where it must be asked. Nothing of this depends on which others there are.
     """
     foresee_sharpness(scenes)
     kind = kind_of(scenes[0])
@@ -150,7 +158,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
     steps = np.array(
         [first_step(s, kind.scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
     )
-    found: list[Answer | None] = [None] * len(scenes)
+    found: list[tuple[Answer, Array] | None] = [None] * len(scenes)
     fine = runner.follow(list(scenes), steps)
     places = np.flatnonzero(fine.settled)
     if len(places) == 0:
@@ -167,11 +175,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
     apart = np.max(np.abs(np.array(others) - eta), axis=0)
     errors = COARSER_SHARE[kind.scheme] * apart
     quiet = quiet_time(kind.particles, scenes[0].slow_stiffness)
-    bond = scenes[0].bond
-    energies = [
-        mode_energies(run.displacements, run.velocities, bond.stiffness)
-        for run in (fine, coarse[0])
-    ]
+    energies, *apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
         times = fine.contacts[k, 0, : fine.counts[k]]
@@ -179,18 +183,35 @@ def meet_together(scenes: Sequence[Scene]) -> list[Answer | None]:
         if not (settled and error + floor <= goal) or np.max(np.diff(times), initial=0.0) > quiet:
             continue
         outcome = _outcome(scene, fine, k, kind.scheme, float(steps[k]))
-        proof = _outcome(scene, coarse[0], k, kind.scheme, COARSER[0] * float(steps[k]))
-        tries = [{"timestep": float(steps[k]), "step_error": error}]
         rounding = table_error(outcome, scene) + rounding_of(outcome, scene)
-        pair = energies[0][k], energies[1][k]
+        differences = {name: float(each[k]) for name, each in zip(_ARRAYS, apart, strict=True)}
         details = {
-            "choice": {"tries": tries},
-            "spread": spreads(outcome, proof, scene, rounding, pair),
+            "choice": {"tries": [{"timestep": float(steps[k]), "step_error": error}]},
+            "spread": with_floors(differences, scene, rounding),
         }
         met = answer(scene, outcome, max(error, LEAST_SHARE * goal), details)
         if met.bar.total is not None and met.bar.total <= goal:
-            found[place] = met
+            found[place] = met, energies[k]
     return found
+
+
+# What two runs are compared in, as ``error_bars.spreads`` does; there is no target.
+_ARRAYS = ("contact_times", "contact_speeds", "velocities", "target_velocities", "mode_energies")
+
+
+def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ...]:
+    """Return the mode energies of the fine runs, and by how much each array differs."""
+    listed = np.arange(fine.contacts.shape[2]) < fine.counts[:, None]
+    alike = fine.counts == coarse.counts
+    contacts = np.where(listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
+    times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)
+    velocities = np.max(np.abs(fine.velocities - coarse.velocities), axis=1)
+    energies, others = (
+        mode_energies(run.displacements, run.velocities, scene.bond.stiffness)
+        for run in (fine, coarse)
+    )
+    modes = np.max(np.abs(energies - others), axis=1)
+    return energies, times, speeds, velocities, np.zeros(len(modes)), modes
 
 
 def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
