@@ -1,6 +1,7 @@
 """Named errors whose messages say what was given, what was expected and what to do."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 # What people call things elsewhere.
 _ELSEWHERE = {
@@ -59,6 +60,17 @@ class SceneError(InputError):
         found = cls("\n  ".join((f"{where}{len(lines)} mistakes:", *lines)))
         found.mistakes = lines
         return found
+
+
+@contextmanager
+def mistakes_in(source: object) -> Iterator[None]:
+    """Let a SceneError that tells of several mistakes name where they are."""
+    try:
+        yield
+    except SceneError as error:
+        if not error.mistakes:
+            raise
+        raise SceneError.of_several(error.mistakes, str(source)) from None
 
 
 class PotentialError(InputError):

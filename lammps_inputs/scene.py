@@ -1,7 +1,7 @@
 """A scene: the validated, frozen description of one collision and of what is wanted from it."""
 
 from collections.abc import Iterable
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -17,17 +17,10 @@ from pydantic import (
 )
 
 from chaincor.lammps_inputs.bonds.formula_text import check_parameters
+from chaincor.lammps_inputs.bonds.named import named_bond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import (
-    NAMED_POTENTIALS,
-    Harmonic,
-    LennardJones,
-    Logarithmic,
-    Morse,
-    Power,
-    Toda,
-)
-from chaincor.lammps_inputs.errors import SceneError, meant
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
+from chaincor.lammps_inputs.errors import SceneError, meant, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene_bodies import chain_masses, line_of, read_masses
@@ -41,7 +34,7 @@ from chaincor.lammps_inputs.scene_identity import (
     plain_fields,
     shown_fields,
 )
-from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, Mistakes, check_together
+from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together, told
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
 PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
@@ -195,7 +188,7 @@ class Scene(BaseModel):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            raise _told(error) from None
+            raise told(error, type(self).model_fields) from None
 
     @field_validator("potential", mode="before")
     @classmethod
@@ -293,9 +286,7 @@ class Scene(BaseModel):
 
             assert self.energy is not None
             return formula_bond(self.energy, tuple((self.parameters or {}).items()))
-        return _named_bond(
-            self.potential, self.toda_b, self.morse_a, self.power_order, self.power_c
-        )
+        return named_bond(self.potential, self.toda_b, self.morse_a, self.power_order, self.power_c)
 
     @property
     def impact_velocity(self) -> float:
@@ -413,7 +404,8 @@ class Scene(BaseModel):
         SceneError
             If the text is not TOML or not a scene.
         """
-        return scene_of(parse_toml(text, source), source)
+        with mistakes_in(source):
+            return cls(**parse_toml(text, source))
 
     @classmethod
     def from_file(cls, path: Path | str) -> "Scene":
@@ -435,7 +427,8 @@ class Scene(BaseModel):
         SceneError
             If the file cannot be read or is not a scene.
         """
-        return scene_of(read_scene_fields(path), path)
+        with mistakes_in(path):
+            return cls(**read_scene_fields(path))
 
     def to_toml(self) -> str:
         """
@@ -472,65 +465,3 @@ class Scene(BaseModel):
     def collision_sha256(self) -> str:
         """Hash of the same without the tolerance: one collision, however exactly it is asked."""
         return hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
-
-
-def scene_of(fields: dict[str, Any], source: Path | str) -> Scene:
-    """Return a scene; SceneError, which names the source where it tells of several mistakes."""
-    try:
-        return Scene(**fields)
-    except SceneError as error:
-        if not error.mistakes:
-            raise
-        raise SceneError.of_several(error.mistakes, str(source)) from None
-
-
-@cache
-def _named_bond(
-    name: str,
-    toda_b: float | None,
-    morse_a: float | None,
-    power_order: int | None,
-    power_c: float | None,
-) -> Potential:
-    """Return a shared bond: finding v* takes longer than the rest of making a scene."""
-    if name == "toda":
-        return Toda() if toda_b is None else Toda(toda_b)
-    if name == "morse":
-        return Morse() if morse_a is None else Morse(morse_a)
-    if name == "power":
-        assert power_order is not None
-        assert power_c is not None
-        return Power(power_order, power_c)
-    plain = {"harmonic": Harmonic(), "lj": LennardJones(), "log": Logarithmic()}
-    return plain[name]
-
-
-def _told(error: ValidationError) -> SceneError:
-    """Say all that is wrong with a scene, one line each."""
-    lines: dict[Any, str] = {}
-    for problem in error.errors():
-        found = problem.get("ctx", {}).get("error")
-        if isinstance(found, Mistakes):
-            lines |= {line: line for line in found.lines}
-        else:
-            # Of a field that may be of two kinds, one of them is enough.
-            key = problem["loc"][0] if problem["loc"] else problem["msg"]
-            lines.setdefault(key, _one_line(problem))
-    if len(lines) > 1:
-        return SceneError.of_several(list(lines.values()))
-    return SceneError(*lines.values())
-
-
-def _one_line(problem: Any) -> str:
-    message = problem["msg"].removeprefix("Value error, ")
-    if problem["type"] == "extra_forbidden":
-        key = str(problem["loc"][0])
-        near = meant(key, Scene.model_fields)
-        if near is not None:
-            return f"unknown key '{key}'; did you mean '{near}'?"
-        return f"unknown key '{key}'; expected one of {', '.join(Scene.model_fields)}"
-    if not problem["loc"]:
-        return message
-    given = problem.get("input")
-    shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
-    return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"

@@ -1,15 +1,17 @@
 """What the fields of a scene must fulfil together."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
-from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 if TYPE_CHECKING:
+    from pydantic import ValidationError
+
     from chaincor.lammps_inputs.scene import Scene
 
 # What only bonds of one potential have.
@@ -50,6 +52,37 @@ class Mistakes(ValueError):
     def __init__(self, lines: list[str]) -> None:
         super().__init__("; ".join(lines))
         self.lines = lines
+
+
+def told(error: "ValidationError", known: Iterable[str]) -> SceneError:
+    """Say all that is wrong with a scene, one line each; `known` are the keys it may have."""
+    lines: dict[Any, str] = {}
+    for problem in error.errors():
+        found = problem.get("ctx", {}).get("error")
+        if isinstance(found, Mistakes):
+            lines |= {line: line for line in found.lines}
+        else:
+            # Of a field that may be of two kinds, one of them is enough.
+            key = problem["loc"][0] if problem["loc"] else problem["msg"]
+            lines.setdefault(key, _one_line(problem, tuple(known)))
+    if len(lines) > 1:
+        return SceneError.of_several(list(lines.values()))
+    return SceneError(*lines.values())
+
+
+def _one_line(problem: Any, known: Sequence[str]) -> str:
+    message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "extra_forbidden":
+        key = str(problem["loc"][0])
+        near = meant(key, known)
+        if near is not None:
+            return f"unknown key '{key}'; did you mean '{near}'?"
+        return f"unknown key '{key}'; expected one of {', '.join(known)}"
+    if not problem["loc"]:
+        return message
+    given = problem.get("input")
+    shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
+    return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"
 
 
 def check_together(scene: "Scene") -> None:

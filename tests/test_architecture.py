@@ -60,6 +60,7 @@ FLOORS = {
         {"contact_search", "stages"},
     ],
     "lammps_inputs/bonds": [
+        {"named"},
         {"equilibrium", "formula", "potentials", "table_file"},
         {"formula_rest", "user_bond"},
         {"formula_code"},

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.errors import meant
-from chaincor.lammps_inputs.scene import Scene, scene_of
+from chaincor.lammps_inputs.errors import meant, mistakes_in
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_file import read_scene_fields
 from chaincor.lammps_inputs.scene_rules import BOND_KEYS
 
@@ -183,5 +183,6 @@ def scene_from(
     if "potential" in given and given["potential"] != fields.get("potential"):
         fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
     if scene_file is not None:
-        return scene_of(fields | given, scene_file)
+        with mistakes_in(scene_file):
+            return Scene(**fields | given)
     return Scene(**given)
