@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_bodies import seed_of
 from chaincor.lammps_inputs.scene_identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
@@ -227,8 +227,8 @@ def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None
 
 
 def _refuse_outputs(scene: Scene) -> None:
-    for key in OUTPUT_KEYS:
-        if key != "error" and getattr(scene, key) is not None and key in scene.model_fields_set:
+    for key in FILE_KEYS:
+        if getattr(scene, key) is not None and key in scene.model_fields_set:
             raise InputError(
                 f"{key} is given, and every sample would write to it; expected none: run the "
                 "collision of one seed to keep its motion"

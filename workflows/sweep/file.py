@@ -1,13 +1,14 @@
 """A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_file import MASSES_READ, from_folder, read_scene_fields
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints, merged
@@ -83,12 +84,7 @@ def read_sweep(path: Path | str) -> Sweep:
             "scene go under [scene] or [axes]"
         )
     base, axes = _table(fields, "scene"), _table(fields, "axes")
-    for key in OUTPUT_KEYS:
-        if key != "error" and (key in base or key in axes):
-            raise SweepError(
-                f"'{key}' in a sweep would write every point to one place; expected none: "
-                "use arrays = true beside [scene], or --keep-jobs DIR"
-            )
+    refuse_outputs({**base, **axes}, "use arrays = true beside [scene], or --keep-jobs DIR")
     base = from_folder(base, path.parent)
     inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
     axes |= {f"{PARAMETER_AXIS}{name}": axis for name, axis in inner.items()}
@@ -112,6 +108,15 @@ def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise SweepError(f"{key} is {table!r}; expected a table [{key}]")
     return dict(table)
+
+
+def refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
+    """Refuse keys that name files: all points would write them; SweepError says what to do."""
+    for key in FILE_KEYS:
+        if given.get(key) is not None:
+            raise SweepError(
+                f"'{key}' in a sweep would write every point to one place; expected none: {instead}"
+            )
 
 
 def axis_values(name: str, axis: Any) -> list[dict[str, Any]]:

@@ -5,13 +5,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.given import scene_given, workers_given
 from chaincor.workflows.store.export import require_pandas, to_pandas
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.sweep.execution import run_scenes
-from chaincor.workflows.sweep.file import axis_values
+from chaincor.workflows.sweep.file import axis_values, refuse_outputs
 from chaincor.workflows.sweep.points import SweepPoints
 
 if TYPE_CHECKING:
@@ -74,12 +74,7 @@ def _sweep(
     require_pandas()
     workers = workers_given(workers)
     base = {key: getattr(scene, key) for key in scene.model_fields_set}
-    for key in OUTPUT_KEYS:
-        if key != "error" and (key in axes or base.get(key) is not None):
-            raise SweepError(
-                f"'{key}' in a sweep would write every point to one place; expected none: "
-                "give a store, which keeps all results"
-            )
+    refuse_outputs({**base, **axes}, "give a store, which keeps all results")
     groups = [axis_values(name, _listed(name, axis)) for name, axis in axes.items()]
     points = list(SweepPoints(base, groups, Path()))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:

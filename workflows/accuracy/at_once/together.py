@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.numerics import StepSchemeName
-from chaincor.lammps_inputs.scene import OUTPUT_KEYS, Scene
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.workflows.accuracy.answer import Answer, answer
 from chaincor.workflows.accuracy.by_in_house import (
     COARSER,
@@ -128,7 +128,7 @@ def _goal_of(scene: Scene) -> float:
 
 
 def _writes(scene: Scene) -> bool:
-    return any(key in scene.model_fields_set for key in OUTPUT_KEYS if key != "error")
+    return any(key in scene.model_fields_set for key in FILE_KEYS)
 
 
 def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
