@@ -15,6 +15,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
+from chaincor.workflows.scripted.printed import printed_numbers
 from chaincor.workflows.store.attempt import Attempt, Failure, host_name
 from chaincor.workflows.versions import versions
 
@@ -24,7 +25,10 @@ _WORDS = re.compile(
     r"|BEHIND THE WALL: .*|MISMATCHED: .*)$",
     re.MULTILINE,
 )
-_NAMES = ("restitution", "contacts", "last_contact_time", "momentum_change", "wall_impulse")
+_NAMES = (
+    *("restitution", "restitution_error", "contacts", "last_contact_time"),
+    *("momentum_change", "wall_impulse"),
+)
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
 
 
@@ -91,8 +95,8 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
     if not everything.strip():
         return CollectedJob(name, "missing", "it has no log: submit it", None)
     said = _WORDS.search(everything)
-    found = _results(log)
-    if found is not None and said is None:
+    found = printed_numbers(log, _NAMES)
+    if {"restitution", "restitution_error"} <= set(found) and said is None:
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
         known = known | ({} if made is None else {"lammps": made[1]})
         result = _collision(asked, as_run, found, log, known)
@@ -109,20 +113,6 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return ""
-
-
-def _results(log: str) -> dict[str, float] | None:
-    """Return the numbers that a finished job prints; None where one is not there."""
-    found: dict[str, float] = {}
-    for name in _NAMES:
-        values = re.findall(rf"^{name} = (\S+)$", log, re.MULTILINE)
-        if values:
-            found[name] = float(values[-1])
-    errors = re.findall(r"^restitution_error = (\S+)$", log, re.MULTILINE)
-    if "restitution" not in found or not errors:
-        return None
-    found["restitution_error"] = math.nan if errors[-1] == "null" else float(errors[-1])
-    return found
 
 
 def _collision(

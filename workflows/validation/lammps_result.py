@@ -1,7 +1,6 @@
 """A LAMMPS result of the user's own: a job's folder, a dump, or a log that says the restitution."""
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +9,9 @@ from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.engines.ending import argue_end
+from chaincor.workflows.scripted.printed import printed_numbers
 from chaincor.workflows.validation.comparison import Comparison, Validation, judge_for
 
-_NUMBER = r"^\s*{} = ([-+.\deE]+)\s*$"
 _MOST_BYTES = 4_000_000
 
 
@@ -130,15 +129,8 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
     if not head.startswith((b"LAMMPS (", b"Log of LAMMPS")) and "restitution = " not in text:
         return None
-    found: dict[str, float] = {}
-    for name in ("restitution", "restitution_error", "contacts"):
-        matches = re.findall(_NUMBER.format(name), text, re.MULTILINE)
-        try:
-            value = float(matches[-1]) if matches else math.nan
-        except ValueError:
-            value = math.nan
-        if math.isfinite(value):
-            found[name] = value
+    said = printed_numbers(text, ("restitution", "restitution_error", "contacts"))
+    found = {name: value for name, value in said.items() if math.isfinite(value)}
     if "restitution" not in found:
         raise InputError(
             f"the log {str(path)!r} holds no line 'restitution = NUMBER'; expected one: let the "
