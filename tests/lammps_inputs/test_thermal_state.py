@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 from scipy.integrate import quad
 
+from benchmarks.warm_draws import POTENTIALS
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
@@ -18,16 +19,6 @@ from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.in_house.lines import modal
 
 NONE = np.zeros(0)
-POTENTIALS = {
-    "harmonic": {"potential": "harmonic"},
-    "lj": {"potential": "lj"},
-    "toda": {"potential": "toda"},
-    "morse": {"potential": "morse"},
-    "log": {"potential": "log"},
-    "cubic": {"potential": "power", "power_order": 3, "power_c": -1.0},
-    "quartic": {"potential": "power", "power_order": 4, "power_c": 10.0},
-    "formula": {"potential": "formula", "energy": "cosh(4*s)/16"},
-}
 TEMPERATURES = (1e-6, 1e-4, 1.5e-3)
 # Fixed seeds: a p-value below this is a wrong distribution, as of the 48 only one in twenty sets
 # of seeds would have one.
