@@ -70,7 +70,14 @@ class Constant:
 # and graze (coarser shares), long chains that break (tables), finer steps and slower chains
 # (rounding), chains of 1000 (jitter), 130 scenes of the trade-off (promises).
 _PROMISED = {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
-_COARSER = {"verlet": 1.5, "order4": 0.6, "order6": 0.45, "order8": 0.4, "extrapolated14": 0.032}
+_COARSER = {
+    "verlet": 1.5,
+    "order4": 0.6,
+    "order6": 0.45,
+    "order8": 0.4,
+    "extrapolated14": 0.032,
+    "extrapolated12": 0.032,
+}
 CONSTANTS = {
     "proof_share": Constant(bar_studies.proof_share, 0.995, 1.2),
     "coarser_share": Constant(bar_studies.coarser_share, 0.995, 1.5, 0.3, _COARSER),
@@ -80,6 +87,7 @@ CONSTANTS = {
     ),
     "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3, 6.0),
     "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2, 15.0),
+    "extrapolated_sensitivity": Constant(bar_studies.extrapolated_sensitivity, 1.0, 1.2, 0.3),
     "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2, 6.0),
     "arithmetic_floor": Constant(bar_studies.arithmetic_floor, 1.0, 1.2, 0.3),
     "array_sensitivity": Constant(bar_studies.array_sensitivity, 0.99, 2.0, 0.2),

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes, jitter
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
@@ -19,6 +19,7 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.rounding import SHORT_DRIFT, rounding_error, rounding_of
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import RunError
 
 Samples = dict[str, list[float]]
@@ -93,7 +94,7 @@ def proof_share(random: Random, count: int) -> Samples:
 
 def coarser_share(random: Random, count: int) -> Samples:
     """Error at a step over the larger difference to twice the step and one a little below."""
-    names: tuple[StepSchemeName, ...] = (*COMPOSITIONS, "extrapolated14")
+    names: tuple[StepSchemeName, ...] = (*SCHEME_ORDERS, "extrapolated14", "extrapolated12")
     found: Samples = {name: [] for name in names}
     for name, samples in found.items():
         while len(samples) < count:
@@ -166,24 +167,30 @@ def table_sensitivity(random: Random, count: int) -> Samples:
     return found
 
 
+def _slow_scene(random: Random) -> tuple[Scene, float]:
+    """Return a slow harmonic chain, and the rounding of its coordinates over its motion."""
+    while True:
+        particles = round(10 ** random.uniform(1, 2.5))
+        velocity = float(10 ** random.uniform(-11, -4))
+        unit = particles * sys.float_info.epsilon / velocity
+        # No digit of eta, or none lost, is left to compare.
+        if 1e-9 < unit < 1e-2:
+            return Scene(potential="harmonic", particles=particles, velocity=velocity), unit
+
+
 def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
     grain = sys.float_info.epsilon
     samples: list[float] = []
     while len(samples) < count:
-        particles = round(10 ** random.uniform(1, 2.5))
-        velocity = float(10 ** random.uniform(-11, -4))
-        scene = Scene(potential="harmonic", particles=particles, velocity=velocity)
-        unit = particles * grain / velocity
-        # No digit of eta, or none lost, is left to compare.
-        if not 1e-9 < unit < 1e-2:
-            continue
+        scene, unit = _slow_scene(random)
         scheme = str(random.choice(["order6", "order8"]))
         # Finer steps than rounding lets count are not taken for a tolerance; with explicit ones
         # the runs that prove them also differ by their rounding.
         goal = max(0.1 * unit, 1e-10)
         numerics = Numerics(scheme=scheme, timestep=guess_step(scene, scheme, goal))
         stage = numerics.timestep * min(abs(w) for w in COMPOSITIONS[scheme].weights)
-        if (velocity * stage < SHORT_DRIFT * particles * grain) is not short:
+        drift = scene.impact_velocity * stage
+        if (drift < SHORT_DRIFT * scene.particles * grain) is not short:
             continue
         error = abs(eta_of(scene, lammps.run(scene, numerics)) - find_truth(scene).restitution)
         samples.append(max(error - goal, 0.0) / unit)
@@ -198,6 +205,21 @@ def rounding_sensitivity(random: Random, count: int) -> Samples:
 def short_drift_sensitivity(random: Random, count: int) -> Samples:
     """Error of slow harmonic chains in LAMMPS over n eps/v0, where a drift is short."""
     return {"": _slow_samples(random, count, short=True)}
+
+
+def extrapolated_sensitivity(random: Random, count: int) -> Samples:
+    """Error of slow harmonic chains in LAMMPS, extrapolated, over n eps/v0 and the weights' sum."""
+    samples: list[float] = []
+    for _ in range(count):
+        scene, unit = _slow_scene(random)
+        name: StepSchemeName = "extrapolated12"
+        goal = max(0.1 * unit, 1e-10)
+        # Also at steps finer than the goal asks for.
+        step = guess_step(scene, name, goal) * float(10 ** random.uniform(-0.7, 0.0))
+        run = lammps.run(scene, Numerics(scheme=name, timestep=step))
+        error = abs(eta_of(scene, run) - find_truth(scene).restitution)
+        samples.append(max(error - goal, 0.0) / (unit * STEP_SCHEMES[name].amplification))
+    return {"": samples}
 
 
 def jitter_sensitivity(random: Random, count: int) -> Samples:

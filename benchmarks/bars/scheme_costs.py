@@ -10,7 +10,11 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.bars.samples import Random, draw_scene
-from chaincor.workflows.accuracy.by_lammps import choose_numerics
+from chaincor.workflows.accuracy.by_lammps import (
+    LAMMPS_SCHEMES,
+    choose_numerics,
+    serves_in_lammps,
+)
 from chaincor.workflows.accuracy.convergence import converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
@@ -23,7 +27,6 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 
 GOALS = tuple(10.0**-k for k in range(2, 12))
-LAMMPS_SCHEMES = tuple(COMPOSITIONS)
 IN_HOUSE_SCHEMES = (*(name for name in COMPOSITIONS if name != "verlet"), "extrapolated14")
 # What a scheme that cannot meet an error, or that is foreseen to take as many times longer than
 # another, is charged for it.
@@ -39,6 +42,8 @@ def lammps_costs(random: Random, goal: float) -> dict[str, float]:
     model = shipped_cost_model()
     numerics = {}
     for scheme in LAMMPS_SCHEMES:
+        if not serves_in_lammps(scene, scheme, goal):
+            continue
         try:
             numerics[scheme] = choose_numerics(scene, goal, truth, scouting, schemes=(scheme,))
         except RunError:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
-from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
@@ -36,7 +36,7 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
 
 def usual_error(random: Random, count: int) -> Samples:
     """Error of eta in-house at the usual step of a scheme, in chains of 50 to 200 particles."""
-    schemes: tuple[StepSchemeName, ...] = (*COMPOSITIONS, "extrapolated14")
+    schemes: tuple[StepSchemeName, ...] = (*SCHEME_ORDERS, "extrapolated14", "extrapolated12")
     found: Samples = {scheme: [] for scheme in schemes}
     while len(found["verlet"]) < count:
         scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))

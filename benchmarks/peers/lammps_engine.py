@@ -28,7 +28,7 @@ ERROR = 1e-10
 LIMIT = 5.0  # the quicker of ours over heyoka, both with a look ahead
 OURS = {
     "lammps": ("order8", (0.2, 0.17, 0.15, 0.14, 0.12, 0.1, 0.085, 0.07)),
-    "lammps_extrapolated": ("extrapolated14", (0.67, 0.56, 0.48, 0.4, 0.34, 0.28)),
+    "lammps_extrapolated": ("extrapolated12", (0.6, 0.5, 0.43, 0.37, 0.32, 0.28, 0.24)),
 }
 PEERS = {"heyoka": HeyokaChain, "dop853": Dop853Chain}
 MORE = 4

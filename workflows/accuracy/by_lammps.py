@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
-from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Scene, Scheme, TableStyle
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene, TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.error_bars import (
@@ -23,13 +23,19 @@ from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     effective_order,
     guess_step,
+    largest_step,
     sharpness,
 )
 from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.rounding import jitter_error, rounding_error
+from chaincor.workflows.engines.rounding import (
+    coarsening,
+    jitter_error,
+    rounding_error,
+    rounding_of_steps,
+)
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
 from chaincor.workflows.measured import measured
@@ -40,9 +46,16 @@ _TABLE_SHARE = 0.01
 SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
+# What a tolerance may choose: all that a script can have, and steps that need Python.
+SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(SCHEME_ORDERS)
+LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
+_ALWAYS: StepSchemeName = "order8"
 # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
 LAMMPS_OVER_IN_HOUSE = 2.0
 _MOST_REFINEMENTS = 5
+# Extrapolated steps amplify rounding; they may use this share of the tolerance for it. It decides
+# costs only, as the sum is proved.
+_ROUNDING_SHARE = 0.4
 # Past kinks a tolerance is bought with Verlet steps alone: a minute of them, at some 20 ns a bond
 # and 1 us a step.
 _MOST_BOND_STEPS = 1e9
@@ -72,26 +85,41 @@ class Choice:
     reachable: float
 
 
-def choose(scene: Scene, goal: float, noise: float) -> Choice:
-    """Choose numerics for a goal, with the in-house integrator alone; for `noise` see below."""
+def choose(
+    scene: Scene,
+    goal: float,
+    noise: float,
+    schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+) -> Choice:
+    """
+    Choose numerics for a goal, with the in-house integrator alone; for `noise` see below.
+
+    `schemes` are those that may be chosen.
+    """
     floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
     # Below the rounding floor a finer step buys nothing.
     reachable = max(goal - floor, floor)
     truth = _yardstick(scene, reachable)
     scouting = scouting_from(truth, scene)
-    numerics = choose_numerics(scene, reachable, truth, scouting)
+    usual = _usual_schemes(scene, reachable, schemes, noise)
+    numerics = choose_numerics(scene, reachable, truth, scouting, usual)
     return Choice(numerics, truth, scouting, floor, reachable)
 
 
-def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
+def meet_with_lammps(
+    scene: Scene,
+    goal: float,
+    noise: float,
+    schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
+) -> Answer:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
 
     The number is from a step h, its error from a run at 2h and from the choice of h. `noise` is the
-    jitter of the in-house eta, where that matters.
+    jitter of the in-house eta, where that matters; `schemes` may be chosen.
     """
     started = time.perf_counter()
-    choice = choose(scene, goal, noise)
+    choice = choose(scene, goal, noise, schemes)
     numerics, truth, scouting = choice.numerics, choice.truth, choice.scouting
     floor, reachable = choice.floor, choice.reachable
     chosen = time.perf_counter() - started
@@ -134,6 +162,10 @@ def meet_with_lammps(scene: Scene, goal: float, noise: float) -> Answer:
             numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
         elif numerics.force_error is not None:
             numerics = replace(numerics, force_error=0.1 * numerics.force_error)
+    assert bar.total is not None
+    if bar.total > goal and numerics.scheme not in COMPOSITIONS:
+        # More exact at a price: rounding is not amplified.
+        return meet_with_lammps(scene, goal, noise, SCRIPTED_SCHEMES)
     details = scouting_details(scouting)
     details["spread"] = spread_of(scene, fine, coarse)
     details["choice"] = {
@@ -166,13 +198,13 @@ def choose_numerics(
     tolerance: float,
     truth: Converged,
     scouting: Scouting,
-    schemes: Sequence[Scheme] | None = None,
+    schemes: Sequence[StepSchemeName],
 ) -> Numerics:
     """
-    Return the scheme that is usually cheapest for a tolerance, with the step and table it needs.
+    Return a scheme for a tolerance, with the step and table it needs.
 
-    `schemes` are tried in turn; by default those of the measured table, the usually cheapest first.
-    Returns those of the first that meets the tolerance.
+    `schemes` are tried in turn, of warm chains in that of their costs here. Returns the first that
+    meets the tolerance.
     """
     force_error = None
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
@@ -181,11 +213,10 @@ def choose_numerics(
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
-    usual = schemes or _usual_schemes(tolerance)
-    goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in usual}
-    if scene.temperature is not None and schemes is None:
-        usual = _cheapest_first(scene, goals, truth)
-    for scheme in usual:
+    goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in schemes}
+    if scene.temperature is not None:
+        schemes = _cheapest_first(scene, goals, truth)
+    for scheme in schemes:
         start = estimate_step(scene, scheme, goals[scheme], truth)
         coarse = None
         if start is not None:
@@ -203,14 +234,16 @@ def choose_numerics(
     )
 
 
-def _cheapest_first(scene: Scene, goals: dict[Scheme, float], truth: Converged) -> list[Scheme]:
+def _cheapest_first(
+    scene: Scene, goals: dict[StepSchemeName, float], truth: Converged
+) -> list[StepSchemeName]:
     """
     Return schemes by the steps that one run of each lets expect.
 
     Long flights of a warm chain between its contacts amplify errors: what usually costs least, low
     orders, may cost most.
     """
-    costs: dict[Scheme, float] = {}
+    costs: dict[StepSchemeName, float] = {}
     for scheme, goal in goals.items():
         step = estimate_step(scene, scheme, goal, truth)
         if step is not None:
@@ -245,8 +278,34 @@ def _least_step(scene: Scene, scouting: Scouting) -> float:
     return scouting.last_contact_time * particles / _MOST_BOND_STEPS
 
 
-def _usual_schemes(tolerance: float) -> list[Scheme]:
-    """Return the schemes, that which is usually cheapest for a tolerance first."""
+def usual_scheme(scene: Scene, tolerance: float) -> StepSchemeName:
+    """Return the scheme that usually meets a tolerance most cheaply."""
+    return _usual_schemes(scene, tolerance, LAMMPS_SCHEMES)[0]
+
+
+def _usual_schemes(
+    scene: Scene, tolerance: float, schemes: Sequence[StepSchemeName], noise: float = 0.0
+) -> list[StepSchemeName]:
+    """Return those of the schemes that serve, the usually cheapest for a tolerance first."""
+    serving = [scheme for scheme in schemes if serves_in_lammps(scene, scheme, tolerance, noise)]
     table = measured("lammps_schemes")
-    usual = [scheme for scheme, least in table.items() if tolerance > least]
-    return usual[:1] + [name for name in COMPOSITIONS if name not in usual[:1]]
+    usual = [name for name in serving if tolerance > table.get(name, math.inf)]
+    # As the table has them, loose to tight.
+    first = max(usual, key=lambda name: table[name], default=_ALWAYS)
+    return [first, *(name for name in SCRIPTED_SCHEMES if name != first)]
+
+
+def serves_in_lammps(
+    scene: Scene, scheme: StepSchemeName, tolerance: float, noise: float = 0.0
+) -> bool:
+    """
+    Return whether a scheme may be chosen for a tolerance.
+
+    Extrapolated steps are for cold chains at a wall, which they were measured with, and where the
+    rounding that they amplify leaves room; for `noise` see :func:`meet_with_lammps`.
+    """
+    if scheme in COMPOSITIONS:
+        return True
+    rounding = rounding_of_steps(scene, scheme, largest_step(scheme, scene.fast_stiffness))
+    jitter = jitter_error("lammps", coarsening(scheme) * noise, scene)
+    return scene.line is None and max(rounding, jitter) <= _ROUNDING_SHARE * tolerance

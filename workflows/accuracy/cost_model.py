@@ -11,7 +11,7 @@ from platformdirs import user_config_path
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 _FILE = "cost_model.json"
 
@@ -30,7 +30,8 @@ class CostModel:
     harmonic_bond, linear_bond, spline_bond : float
         One bond in one step, by kind of bond.
     stage : float
-        Added by one stage of a composition: a ``timestep`` and a ``run 1`` command.
+        Added by one stage of a composition, or one part of an extrapolated step: a ``timestep`` and
+        a ``run`` command.
     contact : float
         Added by one contact with Verlet: blind windows, the shortened step, the reversal.
     """
@@ -51,13 +52,13 @@ class CostModel:
         """
         harmonic = scene.label == "harmonic"
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
-        stages = COMPOSITIONS[numerics.scheme].stages
-        per_stage = self.step + per_bond * (scene.particles - 1)
-        evaluations = stages * duration / numerics.timestep
+        scheme = STEP_SCHEMES[numerics.scheme]
+        per_step = scheme.evaluations * (self.step + per_bond * (scene.particles - 1))
+        steps = duration / numerics.timestep
         if numerics.scheme == "verlet":
-            return evaluations * per_stage + 0.9 * scene.particles * self.contact
-        # A contact costs about one more composed step.
-        return (evaluations + 0.9 * scene.particles * stages) * (per_stage + self.stage)
+            return steps * per_step + 0.9 * scene.particles * self.contact
+        # A contact costs about one more step.
+        return (steps + 0.9 * scene.particles) * (per_step + scheme.runs * self.stage)
 
     def save(self, path: Path) -> None:
         """Write the model; the file's folder is made."""

@@ -9,7 +9,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import jitter_error, rounding_of
+from chaincor.workflows.engines.rounding import coarsening, jitter_error, rounding_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 from chaincor.workflows.result import ErrorBar
@@ -90,6 +90,8 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     """
     if scene.line is not None and outcome.scheme in STEP_SCHEMES:
         jitter *= STEP_SCHEMES[outcome.scheme].amplification
+    elif outcome.engine == "lammps":
+        jitter *= coarsening(outcome.scheme)
     rounding = max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene))
     return ErrorBar(
         step=step,

@@ -5,10 +5,10 @@ import math
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE, usual_scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
-from chaincor.workflows.accuracy.step_guess import guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -63,7 +63,11 @@ def expected_seconds(scene: Scene) -> float:
         return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
     if sharp > SHARPEST_LAMMPS:
         return _LAMMPS_SECONDS  # refused at once
-    numerics = Numerics(scheme="order8", timestep=0.5 * _order8_step(scene, 0.5 * goal))
+    scheme = usual_scheme(scene, goal)
+    if scheme == "verlet":  # which is taken where it is cheaper than this
+        scheme = "order8"
+    step = guess_step(scene, scheme, STEP_SHARE * goal / COARSER_SHARE[scheme])
+    numerics = Numerics(scheme=scheme, timestep=0.5 * step)
     run = cost_model().integration(scene, numerics, duration)
     choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
     return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice + modal

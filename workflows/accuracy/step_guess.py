@@ -24,12 +24,17 @@ STEP_SHARE = 0.5
 # A stage of weight w is stable while 2 |w| H < 2 for the fastest mode; stay a tenth below.
 _STABILITY_SHARE = 0.9
 # A bond that is compressed to a curvature k needs steps shorter by sqrt(k). The steps of
-# DEFAULT_TIMESTEPS, and one that only the in-house engine can take, with the errors of eta that
-# chains of about 100 have with them; only the first guess depends on these.
-USUAL_STEPS: dict[str, float] = {**DEFAULT_TIMESTEPS, "extrapolated14": 0.8}
+# DEFAULT_TIMESTEPS, and those that a scene cannot name, with the errors of eta that chains of about
+# 100 have with them; only the first guess depends on these.
+USUAL_STEPS: dict[str, float] = {
+    **DEFAULT_TIMESTEPS,
+    "extrapolated12": 0.6,
+    "extrapolated14": 0.8,
+}
 _USUAL_ERROR: dict[str, float] = measured("usual_error")
-# Up to where extrapolated steps are stable.
-_LARGEST_EXTRAPOLATED = 1.2
+# Up to where extrapolated steps are stable; and up to where the longest of their Verlet steps, in
+# LAMMPS, leaves bonds within a table that is not much longer for it.
+_LARGEST_EXTRAPOLATED = {"extrapolated12": 0.7, "extrapolated14": 1.2}
 
 
 def sharpness(scene: Scene) -> float:
@@ -125,7 +130,7 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     `stiffness` is U''(1) over the smallest mass.
     """
     if scheme not in COMPOSITIONS:
-        return _LARGEST_EXTRAPOLATED / stiffness**0.5
+        return _LARGEST_EXTRAPOLATED[scheme] / stiffness**0.5
     heaviest = max(abs(w) for w in COMPOSITIONS[scheme].weights)
     return _STABILITY_SHARE / (heaviest * stiffness**0.5)
 

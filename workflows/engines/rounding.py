@@ -4,6 +4,7 @@ import sys
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
@@ -14,6 +15,8 @@ from chaincor.workflows.measured import measured
 ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity")
 SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity")
 SHORT_DRIFT = 1e3
+# The mixture of an extrapolated step amplifies rounding, by its worst case times this.
+EXTRAPOLATED_SENSITIVITY: float = measured("extrapolated_sensitivity")
 # Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
 # tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
 # error over jitter.
@@ -101,7 +104,18 @@ def rounding_of(outcome: Outcome, scene: Scene) -> float:
 def rounding_of_steps(scene: Scene, scheme: str, timestep: float) -> float:
     """Return the error of eta due to rounding in LAMMPS, with a scheme and a step."""
     steps = STEP_SCHEMES[scheme]
-    return steps.amplification * rounding_error("lammps", scene, steps.shortest_stage(timestep))
+    if scheme in COMPOSITIONS:
+        return rounding_error("lammps", scene, steps.shortest_stage(timestep))
+    arithmetic = rounding_error("reference", scene)
+    return arithmetic + coarsening(scheme) * (rounding_error("lammps", scene) - arithmetic)
+
+
+def coarsening(scheme: str) -> float:
+    """Return how many times more rounding costs in LAMMPS than with composed steps."""
+    if scheme in COMPOSITIONS:
+        return 1.0
+    sensitivity = EXTRAPOLATED_SENSITIVITY * STEP_SCHEMES[scheme].amplification
+    return max(1.0, sensitivity / ROUNDING_SENSITIVITY)
 
 
 def jitter_error(engine: str, jitter: float, scene: Scene) -> float:

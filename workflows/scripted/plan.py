@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.script import ScriptedBar
-from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, choose
+from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
     COARSER_SHARE,
@@ -143,7 +143,7 @@ def _for_tolerance(
     scene: Scene, tolerance: float, table_range: tuple[float, float] | None
 ) -> ScriptPlan:
     goal, noise = goal_of(scene, tolerance)
-    choice = choose(scene, goal, noise)
+    choice = choose(scene, goal, noise, SCRIPTED_SCHEMES)
     truth, numerics = choice.truth, choice.numerics
     scouting = scouting_from(truth, scene, flown_on(scene))
     numerics = replace(numerics, bond_range=None)

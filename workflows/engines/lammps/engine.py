@@ -4,7 +4,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -100,6 +100,26 @@ def _keep_job(target: Path, folder: Path) -> None:
             shutil.copy2(file, aside / file.name)
 
 
+@dataclass(frozen=True)
+class _Runs:
+    """
+    What runs with one table came to.
+
+    Attributes
+    ----------
+    outcomes : list of Outcome
+        Of the steps that were run to their end.
+    longest_seen : list of float
+        The longest bond that each of them saw, the flight after the last contact included.
+    stopped : BondRangeError or LostAtomsError or None
+        Why the next one was not.
+    """
+
+    outcomes: list[Outcome]
+    longest_seen: list[float]
+    stopped: BondRangeError | LostAtomsError | None
+
+
 def _write_kept(
     scene: Scene,
     numerics: Numerics,
@@ -166,18 +186,22 @@ def _run_in_folder(
 ) -> tuple[Outcome, ...]:
     bond = scene.bond
 
-    def collide_all(table: BondTable | None) -> tuple[list[Outcome], list[float]]:
+    def collide_all(table: BondTable | None) -> _Runs:
         return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
 
     if bond.is_harmonic or bodies_of(scene).only_meets:
-        return tuple(collide_all(None)[0])
+        runs = collide_all(None)
+        if runs.stopped is not None:
+            raise runs.stopped
+        return tuple(runs.outcomes)
     bond_range = numerics.bond_range or guess_bond_range(scene)
     excused = False
     for _ in range(_MOST_WIDENINGS):
         table = _tabulate(bond, bond_range, numerics)
-        try:
-            outcomes, seen = collide_all(table)
-        except (BondRangeError, LostAtomsError) as error:
+        runs = collide_all(table)
+        error, seen = runs.stopped, max(runs.longest_seen, default=0.0)
+        held = seen < table.longest - _unsure_end(table, numerics)
+        if error is not None:
             length = error.length if isinstance(error, BondRangeError) else np.inf
             if _is_impossible(scene, length):
                 # Within a bin beyond the last row LAMMPS reads what happens to lie in memory, and
@@ -187,13 +211,22 @@ def _run_in_folder(
                         f"{error}; with the energy of this chain no bond can be that long or "
                         "short, so the timestep is too large for a stable integration: use a "
                         "smaller one"
-                    ) from None
+                    )
                 excused, length = True, table.longest
+            if runs.outcomes and held and numerics.bond_range is not None:
+                # Longer steps, which only prove the first, see other bonds than these: they get a
+                # wider table, which holds forces less exactly, for themselves.
+                wider = replace(numerics, bond_range=_widened(bond, table, length))
+                rest = scene.replace(save=None, dump=None)
+                left = timesteps[len(runs.outcomes) :]
+                return (
+                    *runs.outcomes,
+                    *_run_with_table(rest, wider, left, None, ask_every_step),
+                )
+        elif held:
+            return tuple(runs.outcomes)
         else:
-            length = max(seen)
-            if length < table.longest - _unsure_end(table, numerics):
-                return tuple(outcomes)
-            length = max(length, table.longest)
+            length = max(seen, table.longest)
         bond_range = _widened(bond, table, length)
     raise BondRangeError(
         f"bonds still leave a table from {bond_range[0]:g} to {bond_range[1]:g}; expected a "
@@ -271,13 +304,9 @@ def _collide(
     frame_interval: float | None,
     ask_every_step: bool,
     folder: Path,
-) -> tuple[list[Outcome], list[float]]:
-    """
-    Run once for each step; only the first run has frames and a dump.
-
-    Also returns the longest bond that each run saw, the flight after the last contact included.
-    """
-    outcomes, longest_seen = [], []
+) -> _Runs:
+    """Run once for each step, until a bond leaves the table; only the first run has frames."""
+    runs = _Runs([], [], None)
     numerics_first = replace(numerics, timestep=timesteps[0])
     if scene.save is not None:
         _write_kept(scene, numerics_first, table, None, folder)
@@ -295,16 +324,20 @@ def _collide(
             flight = _choose_flight(used, chain, meeting, None if ask_every_step else blind)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
-            collision.carry_out()
+            try:
+                collision.carry_out()
+            except (BondRangeError, LostAtomsError) as error:
+                runs = replace(runs, stopped=error)
+                break
             seconds = time.perf_counter() - started
             outcome = collision.outcome(used, seconds)
-            outcomes.append(replace(outcome, numerics=used, details=details))
-            longest_seen.append(collision.longest_seen)
+            runs.outcomes.append(replace(outcome, numerics=used, details=details))
+            runs.longest_seen.append(collision.longest_seen)
             scene = scene.replace(dump=None)
             frame_interval = None
-    if scene.save is not None:
-        _write_kept(scene, numerics_first, table, outcomes[0], folder)
-    return outcomes, longest_seen
+    if scene.save is not None and runs.outcomes:
+        _write_kept(scene, numerics_first, table, runs.outcomes[0], folder)
+    return runs
 
 
 def _choose_flight(

@@ -117,6 +117,10 @@ class LammpsChain:
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
         self._initial = self.snapshot()
+        # Of an extrapolated step: the state before it, and after each of its parts.
+        self._start = np.empty((3, count))
+        self._parts = np.empty((len(self._counts), 3, count))
+        self._runs = [b"run %d pre no post no" % steps for steps in self._counts]
 
     def __enter__(self) -> Self:
         return self
@@ -229,13 +233,17 @@ class LammpsChain:
             self._raise_failure()
 
     def _encode(self, duration: float) -> list[tuple[bytes, float]]:
-        steps = [w * duration for w in self.weights]
+        """Return the Verlet steps that a step's stages, or its parts, are made of."""
+        if self._counts:
+            steps = [duration / count for count in self._counts]
+        else:
+            steps = [w * duration for w in self.weights]
         return [(b"timestep " + number(h).encode(), h) for h in steps]
 
     def step(self, duration: float | None = None) -> None:
         """Take one composed or extrapolated step, by default the full step H."""
         if self._counts:
-            self._extrapolate(self.timestep if duration is None else duration)
+            self._extrapolate(duration)
         else:
             self._compose(duration)
         if self._failed(self._handle):
@@ -256,17 +264,24 @@ class LammpsChain:
         self._current = current
         self.stages_done += len(stages)
 
-    def _extrapolate(self, duration: float) -> None:
+    def _extrapolate(self, duration: float | None) -> None:
         """Take the step as 1, 2, ... Verlet steps, each time from its start, and mix the ends."""
-        start = np.array(self.snapshot())
-        ends = np.empty((len(self._counts), *start.shape))
-        for count, end in zip(self._counts, ends, strict=True):
-            self.restore(start)
-            self._set_timestep(duration / count)
-            self._send(self._handle, b"run %d pre no post no" % count)
-            end[:] = self.x, self.v, self.f
+        send, handle = self._send, self._handle
+        x, v, f = self.x, self.v, self.f
+        start, parts = self._start, self._parts
+        start[0], start[1], start[2] = x, v, f
+        verlet = self._full_step if duration is None else self._encode(duration)
+        for (command, timestep), run, part in zip(verlet, self._runs, parts, strict=True):
+            x[:], v[:], f[:] = start
+            if timestep != self._current:
+                send(handle, command)
+                self._current = timestep
+            send(handle, run)
+            part[0], part[1], part[2] = x, v, f
         # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
-        self.restore(start + np.tensordot(self.weights, ends - start, axes=1))
+        parts -= start
+        mixed = np.dot(self.weights, parts.reshape(len(parts), -1))
+        self.restore(start + mixed.reshape(start.shape))
         self.stages_done += sum(self._counts)
 
     def _change_tables(self) -> None:

@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
-from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, FILE_KEYS, Scene, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     SCENE_FILE,
@@ -33,6 +33,8 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # Strains of the flight after the last contact are known to some parts in 1e3, for whole chains.
 _MARGIN = 1.2
+# What a script takes where the engine's steps need Python.
+_INSTEAD: Scheme = "order8"
 
 
 def job_script(
@@ -111,8 +113,8 @@ def kept_files(
     """
     Return what makes a kept folder a job: ``lmp -in in.chain`` runs it, and the scene is in it.
 
-    A script takes Verlet steps only. Where the engine composed its steps of several, those of the
-    script are as long as theirs on the average.
+    A script composes its steps as the engine did. Where that extrapolated, those of the script are
+    of order 8, with as many Verlet steps on the average.
 
     A bond table and a data file are among the files where those of the engine do not suit a script,
     which has one table and follows the chain longer. `outcome` is None while it is not known.
@@ -131,12 +133,12 @@ def kept_files(
     scheme, step = numerics.scheme, numerics.timestep
     note = ""
     if scheme not in COMPOSITIONS:
-        numerics = replace(
-            numerics, scheme="verlet", timestep=step / STEP_SCHEMES[scheme].evaluations
-        )
+        share = STEP_SCHEMES[_INSTEAD].evaluations / STEP_SCHEMES[scheme].evaluations
+        numerics = replace(numerics, scheme=_INSTEAD, timestep=share * step)
         note = (
             f"# The engine ran this collision with {scheme} steps of {step:g}, which a script\n"
-            "# cannot take. This one takes as many Verlet steps in all, and is less accurate.\n"
+            f"# cannot take. This one takes as many Verlet steps, in steps of {_INSTEAD}, and is\n"
+            "# less accurate.\n"
         )
     files[SCRIPT_FILE] = note + job_script(scene, numerics, table, scouted)
     if isinstance(scene.potential, str):
