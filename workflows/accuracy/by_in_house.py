@@ -108,6 +108,10 @@ def _meet_with_fixed_steps(
     floor = rounding_error("reference", scene)
     reachable = max(goal, floor)
     step = first_step(scene, scheme, reachable)
+    # A long chain may amplify the last digit beyond the goal. Steps that change eta by no more than
+    # one more change of all roundings may, which the bar has, are not refined.
+    drowned = jitter_error("reference", noise, scene) if scene.line is None else 0.0
+    drowned = drowned if drowned > goal else 0.0
     tries: list[dict[str, float]] = []
     best: tuple[float, Outcome, Outcome] | None = None
     found: list[list[float]] = []
@@ -136,7 +140,7 @@ def _meet_with_fixed_steps(
         tries.append({"timestep": step, "step_error": error})
         if error + floor <= goal or error < 0.3 * floor or step < 1e-5:
             break
-        if stalled == STALLED:
+        if stalled == STALLED or error <= share * drowned:
             break
         wanted = (STEP_SHARE * reachable / error) ** (1.0 / order) if math.isfinite(error) else 0.5
         step *= min(max(wanted, 0.3), 0.8)

@@ -31,7 +31,7 @@ ALIGNED = 64
 # A block has so many times its margin: less, and what is computed twice costs too much.
 LEAST_MARGINS = 8
 # Bonds in motion from which a second core pays.
-LEAST_ACTIVE = 4000
+LEAST_ACTIVE = 6000
 
 
 # See ``blocks.loop``.

@@ -1,0 +1,115 @@
+"""
+Long chains in-house: what a second core gives, and how the time grows with the length.
+
+    python -m benchmarks.long_chains [--particles 5000 20000 100000] [--cores 1 2] [--repeats 9]
+    python -m benchmarks.long_chains --growth 2000 4000 8000 16000
+    python -m benchmarks.long_chains --run 100000
+
+The first compares leaps of chains in motion (lj, 0.4 v*, extrapolated14), in turn on each number of
+cores, by the shortest time of many: the ratio to one core, the processor time that it takes more,
+and whether all bits are equal. The second and the third run whole collisions to 1e-6 on all cores
+and print time, bar and the exponent of the time between neighbours; 100000 particles take about
+an hour of two cores. `OMP_NUM_THREADS`, where set, limits these. Only an idle machine tells.
+"""
+
+import argparse
+import math
+import os
+import time
+
+import numpy as np
+
+from chaincor import collide
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
+
+SCHEME, STEP = "extrapolated14", 0.6
+# Bonds times steps of one timed run: a third of a second.
+WORK = 2e7
+
+
+def scene_of(particles: int) -> Scene:
+    """Return the scene of all figures."""
+    return Scene(potential="lj", particles=particles, speed=0.4, engine="reference")
+
+
+def leap_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Chain]:
+    """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
+    chain = Chain.at_first_contact(scene, stepper.scheme)
+    chain.ledger.active = scene.particles - 1
+    chain.ledger.argue_after = chain.ledger.patience = math.inf
+    started, used = time.perf_counter(), time.process_time()
+    chain.advance(stepper, steps)
+    return time.perf_counter() - started, time.process_time() - used, chain
+
+
+def is_same(one: Chain, other: Chain) -> bool:
+    """Return whether two chains are the same to the last bit."""
+    states = zip(
+        one.arrays.now + one.arrays.last, other.arrays.now + other.arrays.last, strict=True
+    )
+    same = all(np.array_equal(mine, theirs) for mine, theirs in states)
+    return same and np.array_equal(one.contact_times, other.contact_times)
+
+
+def compare(particles: int, cores: list[int], repeats: int) -> None:
+    """Print a row for each number of cores."""
+    scene = scene_of(particles)
+    stepper = Stepper.of(scene.bond, SCHEME, STEP)
+    steps = max(32, int(WORK / particles))
+    best = dict.fromkeys(cores, (math.inf, math.inf))
+    chains: dict[int, Chain] = {}
+    for _ in range(repeats + 1):  # the first loads the loops
+        for count in cores:
+            os.environ["OMP_NUM_THREADS"] = str(count)
+            *times, chains[count] = leap_once(scene, stepper, steps)
+            best[count] = min(best[count], (times[0], times[1]))
+    first = cores[0]
+    for count in cores:
+        seconds, used = best[count]
+        same = "equal" if is_same(chains[count], chains[first]) else "DIFFER"
+        print(
+            f"| {particles} | {count} | {1e6 * seconds / steps:.0f} | "
+            f"{best[first][0] / seconds:.2f} | {used / best[first][1]:.2f} | {same} |",
+            flush=True,
+        )
+
+
+def collide_whole(sizes: list[int]) -> None:
+    """Print time and bar of whole collisions, and by which power the time grows."""
+    print("| n | s | processor s | eta | bar | exponent |\n|---|---|---|---|---|---|")
+    before: tuple[int, float] | None = None
+    for particles in sizes:
+        started, used = time.perf_counter(), time.process_time()
+        result = collide(scene_of(particles), tolerance=1e-6)
+        seconds, used = time.perf_counter() - started, time.process_time() - used
+        grown = ""
+        if before is not None:
+            grown = f"{math.log(used / before[1]) / math.log(particles / before[0]):.2f}"
+        before = particles, used
+        print(
+            f"| {particles} | {seconds:.1f} | {used:.1f} | {result.restitution:.7f} | "
+            f"{result.restitution_error:.1e} | {grown} |",
+            flush=True,
+        )
+
+
+def main() -> None:
+    """Measure what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument("--particles", type=int, nargs="+", default=[5_000, 20_000, 100_000])
+    parser.add_argument("--cores", type=int, nargs="+", default=[1, 2])
+    parser.add_argument("--repeats", type=int, default=9)
+    parser.add_argument("--growth", type=int, nargs="+", metavar="N")
+    parser.add_argument("--run", type=int, metavar="N")
+    arguments = parser.parse_args()
+    if arguments.growth or arguments.run:
+        collide_whole(arguments.growth or [arguments.run])
+        return
+    print("| n | cores | us a step | ratio | processor time | bits |\n|---|---|---|---|---|---|")
+    for particles in arguments.particles:
+        compare(particles, arguments.cores, arguments.repeats)
+
+
+if __name__ == "__main__":
+    main()
