@@ -55,6 +55,8 @@ def _let_the_shell_find_commands() -> None:
     from chaincor.workflows.engines.lammps.library import find_mpi_library
 
     _put_first("PATH", Path(sys.executable).parent)
+    # Jupyter's kernel sets this, and programs would draw progress bars as if on a terminal.
+    os.environ.pop("FORCE_COLOR", None)
     library = find_mpi_library()
     if library is not None:
         _put_first("LD_LIBRARY_PATH", library.parent)

@@ -83,7 +83,7 @@ def _parts(text: str) -> Iterator[str]:
         else:
             if not shows_itself:
                 yield _cell(_SHOW.format(picture))
-            yield f"*{words}*"
+            yield "*{}*".format(words.replace("*", r"\*"))
         place = found.end()
     yield _without_links(text[place:])
 

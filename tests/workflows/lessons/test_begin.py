@@ -36,10 +36,12 @@ def test_a_cell_run_again_goes_no_deeper_and_overwrites_nothing(home):
 def test_the_shell_finds_chaincor_and_lmp(home, monkeypatch):
     monkeypatch.setenv("PATH", os.defpath)
     monkeypatch.setenv("LD_LIBRARY_PATH", "/elsewhere")
+    monkeypatch.setenv("FORCE_COLOR", "1")
     begin("1_lesson")
     begin("1_lesson")
     assert os.environ["PATH"].split(os.pathsep).count(str(Path(sys.executable).parent)) == 1
     assert shutil.which("chaincor")
+    assert "FORCE_COLOR" not in os.environ
     assert "/elsewhere" in os.environ["LD_LIBRARY_PATH"]
     done = subprocess.run(["lmp", "-help"], capture_output=True, text=True, check=False)
     assert "Large-scale" in done.stdout

@@ -40,7 +40,7 @@ X = 1
 axes = result.plot.energy()
 ```
 
-![What the plot of a result shows.](../images/own.png)
+![What the plot at 1 v* shows.](../images/own.png)
 
 ```python
 figure.savefig("other.png")
@@ -104,7 +104,7 @@ def test_cells_of_a_page(page):
     prose = "\n".join(sources(notebook(page), "markdown"))
     assert prose.startswith("# A lesson")
     assert "See [the next](2_tables.ipynb) and how to." in prose
-    assert "*What the plot of a result shows.*" in prose
+    assert r"*What the plot at 1 v\* shows.*" in prose
     assert "```text\nleft as it is\n```" in prose
     assert "<details>" not in prose
     assert "**Solution.**\n\nSo much." in prose
