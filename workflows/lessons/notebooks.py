@@ -1,5 +1,7 @@
 """A lesson's page as a Jupyter notebook, with its solutions or to be handed in."""
 
+import base64
+import mimetypes
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +17,7 @@ _SOLUTION = re.compile(
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
+_ATTACHED = re.compile(r"\]\(attachment:([\w.-]+)\)")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
 
 # What a notebook is besides its cells. The version of Python is the reader's, and left out.
@@ -30,9 +33,9 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
 
     Blocks of Python become cells. Each command of a console block becomes a cell of bash; what the
     page says it prints is left out, since the notebook shows it. A block that begins with the name
-    of a file becomes a cell that writes the file. A picture is shown where the page shows it, drawn
-    by the cells before; one that ``result.plot`` draws appears by itself. Solutions are what stands
-    in ``<details>`` under the summary *Solution*.
+    of a file becomes a cell that writes the file. A picture that code of the page draws is shown
+    where the page shows it; one that ``result.plot`` draws appears by itself, and any other goes
+    into the notebook. Solutions are what stands in ``<details>`` under the summary *Solution*.
 
     Parameters
     ----------
@@ -60,6 +63,9 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
     made.metadata = _METADATA
     for number, cell in enumerate(made.cells):
         cell["id"] = f"cell-{number}"
+        pictures = _ATTACHED.findall(cell.source)
+        if pictures:
+            cell["attachments"] = {name: _attachment(page, name) for name in pictures}
     return str(jupytext.writes(made, fmt="ipynb"))
 
 
@@ -74,12 +80,15 @@ Image("{}")"""
 def _parts(text: str) -> Iterator[str]:
     """Yield prose and cells in turn."""
     place, shows_itself = 0, False
+    drawn = "".join(code for _, code in _BLOCK.findall(text))
     for found in re.finditer(f"{_BLOCK.pattern}|{_PICTURE.pattern}", text, _BLOCK.flags):
         yield _without_links(text[place : found.start()])
         kind, code, words, picture = found.groups()
         if picture is None:
             yield from _cells(kind, code, found[0])
             shows_itself = kind == "python" and ".plot." in code
+        elif picture not in drawn:
+            yield f"![{words}](attachment:{picture})"
         else:
             if not shows_itself:
                 yield _cell(_SHOW.format(picture))
@@ -103,6 +112,12 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
 
 def _cell(code: str) -> str:
     return f"```python\n{code.rstrip()}\n```"
+
+
+def _attachment(page: Path, name: str) -> dict[str, str]:
+    kind, _ = mimetypes.guess_type(name)
+    data = (page.parent / ".." / "images" / name).read_bytes()
+    return {kind or "image/png": base64.b64encode(data).decode()}
 
 
 def _without_links(text: str) -> str:

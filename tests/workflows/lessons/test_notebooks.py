@@ -1,5 +1,6 @@
 """The lessons as notebooks: made from their pages, and run from a clean kernel."""
 
+import base64
 import json
 import os
 import sys
@@ -17,6 +18,8 @@ PAGES = lesson_pages()
 PAGE = """# A lesson
 
 See [the next](2_tables.md) and [how to](../howto.md).
+
+![What no code of the page draws.](../images/drawing.svg)
 
 ```console
 $ echo one \\
@@ -38,6 +41,7 @@ X = 1
 
 ```python
 axes = result.plot.energy()
+axes.figure.savefig("own.png")
 ```
 
 ![What the plot at 1 v* shows.](../images/own.png)
@@ -83,8 +87,11 @@ def sources(text, kind="code"):
 
 @pytest.fixture
 def page(tmp_path):
-    path = tmp_path / "1_lesson.md"
+    path = tmp_path / "pages" / "1_lesson.md"
+    path.parent.mkdir()
     path.write_text(PAGE)
+    (tmp_path / "images").mkdir()
+    (tmp_path / "images" / "drawing.svg").write_text("<svg/>")
     return path
 
 
@@ -95,7 +102,7 @@ def test_cells_of_a_page(page):
         "%%bash\necho three",
         "%%writefile sweep.toml\n# sweep.toml\n[axes]",
         "%%writefile mine.py\n# mine.py\nX = 1",
-        "axes = result.plot.energy()",
+        'axes = result.plot.energy()\naxes.figure.savefig("own.png")',
         'figure.savefig("other.png")',
         'from IPython.display import Image\n\nImage("other.png")',
         'check("1.1", ...)',
@@ -108,6 +115,14 @@ def test_cells_of_a_page(page):
     assert "```text\nleft as it is\n```" in prose
     assert "<details>" not in prose
     assert "**Solution.**\n\nSo much." in prose
+
+
+def test_a_picture_that_no_code_draws_is_in_the_notebook(page):
+    cells = nbformat.reads(notebook(page), as_version=4).cells
+    (cell,) = (cell for cell in cells if "attachments" in cell)
+    assert "![What no code of the page draws.](attachment:drawing.svg)" in cell.source
+    data = cell.attachments["drawing.svg"]["image/svg+xml"]
+    assert base64.b64decode(data) == b"<svg/>"
 
 
 def test_hand_in_has_the_question_and_not_the_solution(page):
