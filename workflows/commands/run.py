@@ -17,7 +17,7 @@ _EXAMPLES = """
 Examples:
   chaincor run
   chaincor run --potential harmonic --particles 20 --velocity 0.05
-  chaincor run --speed 1.2 --tolerance 1e-8 --json
+  chaincor run --speed 0.8 --tolerance 1e-8 --json
   chaincor run scene.toml --particles 50
   chaincor run --wall reflect --timestep 0.01
   chaincor run --potential toda --velocity 0.1 --temperature 1e-3 --samples 100

@@ -156,7 +156,7 @@ def test_a_lesson_runs_from_a_clean_kernel(name, solutions, tmp_path, monkeypatc
     # As where Jupyter was started without activating the environment.
     monkeypatch.setenv("PATH", os.defpath)
     book = nbformat.reads(notebook(PAGES[name], solutions=solutions), as_version=4)
-    NotebookClient(book, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    NotebookClient(book, timeout=1200, resources={"metadata": {"path": str(tmp_path)}}).execute()
     assert (tmp_path / f"{name}_files").is_dir()
     shown = [str(output) for cell in book.cells for output in cell.get("outputs", [])]
     assert sum("image/png" in text for text in shown) >= 1
