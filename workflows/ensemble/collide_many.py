@@ -1,42 +1,31 @@
 """Many collisions at once: warm chains of many seeds, or any list of scenes."""
 
-import json
 import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.lammps_inputs.scene_bodies import seed_of
-from chaincor.lammps_inputs.scene_identity import plain_fields
-from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
-from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.collision import MOST_SECONDS
 from chaincor.workflows.durations import format_duration
-from chaincor.workflows.engines.in_house.lines.ensemble import StartStates
+from chaincor.workflows.ensemble.groups import Group, group_scenes, shared_fields
 from chaincor.workflows.ensemble.result import Ensemble, Sample
 from chaincor.workflows.errors import CostError, WorkerDiedError
-from chaincor.workflows.given import scenes_given, workers_given
+from chaincor.workflows.given import workers_given
 from chaincor.workflows.processes.in_flight import as_they_end
 from chaincor.workflows.processes.pool import ProcessPool
 from chaincor.workflows.processes.progress import Advance, progress_bar
 from chaincor.workflows.store.attempt import Attempt, Failure, carry_out, host_name
 from chaincor.workflows.versions import versions
 
-MOST_SAMPLES = 10_000_000
 # Collisions one by one that are done sooner here than new processes start.
 _FEW = 8
-# Keys by which the samples of one ensemble may differ.
-_VARYING = ("seed", "velocity", "speed")
 
 
 def collide_many(
@@ -101,14 +90,14 @@ def _collide_many(
 ) -> Ensemble:
     started = time.perf_counter()
     workers = workers_given(workers)
-    groups = _groups(scenes, samples, velocities)
+    groups = group_scenes(scenes, samples, velocities)
     count = sum(len(group.seeds) for group in groups)
-    shared = _shared_fields(groups)
+    shared = shared_fields(groups)
     _refuse_endless(groups, workers, most_seconds)
     found: list[Sample | None] = [None] * count
     costs = sum(group.expected * len(group.seeds) for group in groups)
     with progress_bar(progress, count, costs) as advance:
-        alone: list[tuple[int, _Group, int]] = []
+        alone: list[tuple[int, Group, int]] = []
         for group in groups:
             if group.together:
                 left = _meet_together(group, found, workers, advance)
@@ -128,137 +117,7 @@ def _collide_many(
     )
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Scenes that differ in seed and impact velocity alone."""
-
-    scene: Scene
-    seeds: list[int | None]
-    velocities: NDArray[np.float64]
-    places: list[int]
-    expected: float
-    given: tuple[Scene, ...] | None
-
-    @property
-    def together(self) -> bool:
-        """Whether all are carried out in compiled loops."""
-        return self.scene.temperature is not None and ManyMeetings.serve(self.scene)
-
-    def scene_of(self, k: int) -> Scene:
-        """Return one of them."""
-        if self.given is not None:
-            return self.given[k]
-        velocity = float(self.velocities[k])
-        if velocity == self.scene.impact_velocity:
-            return self.scene.replace(seed=self.seeds[k])
-        return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
-
-    def starts(self, chosen: slice) -> StartStates:
-        """Return where some of them begin; what is drawn is the same as of each by itself."""
-        scene, line = self.scene, self.scene.line
-        assert line is not None
-        assert scene.temperature is not None
-        seeds = [seed for seed in self.seeds[chosen] if seed is not None]
-        drawn = draw(scene.bond, scene.temperature, line.chain_masses, np.zeros(0), seeds)
-        return StartStates(
-            np.concatenate((drawn.gaps[:, None], drawn.strains), axis=1),
-            drawn.velocities - self.velocities[chosen, None],
-        )
-
-
-def _groups(
-    scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
-) -> list[_Group]:
-    if isinstance(scenes, Scene):
-        return [_drawn_group(scenes, samples, velocities)]
-    for name, value in (("samples", samples), ("velocities", velocities)):
-        if value is not None:
-            raise InputError(
-                f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
-                f"list of scenes without {name}"
-            )
-    chosen = scenes_given(scenes)
-    if not chosen:
-        raise InputError("no scenes were given; expected one at least")
-    found: dict[Any, list[int]] = {}
-    for place, scene in enumerate(chosen):
-        _refuse_outputs(scene)
-        found.setdefault(_key(scene), []).append(place)
-    groups = []
-    for places in found.values():
-        given = tuple(chosen[place] for place in places)
-        seeds = [None if scene.temperature is None else seed_of(scene) for scene in given]
-        velocities = np.array([scene.impact_velocity for scene in given])
-        groups.append(
-            _Group(given[0], seeds, velocities, places, expected_seconds(given[0]), given)
-        )
-    return groups
-
-
-def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None) -> _Group:
-    if isinstance(samples, bool) or not isinstance(samples, int):
-        raise InputError(f"samples is {samples!r}; expected how many collisions to carry out")
-    if not 1 <= samples <= MOST_SAMPLES:
-        raise InputError(f"samples is {samples}; expected 1 to {MOST_SAMPLES}")
-    if scene.temperature is None:
-        raise InputError(
-            "samples needs a temperature: a cold chain collides in one way; give temperature, such "
-            "as 1e-3, or leave samples out"
-        )
-    _refuse_outputs(scene)
-    first = seed_of(scene)
-    if first + samples - 1 > LARGEST_SEED:
-        raise InputError(
-            f"seed is {first} and samples {samples}; expected seeds up to {LARGEST_SEED}"
-        )
-    seeds: list[int | None] = list(range(first, first + samples))
-    each = np.full(samples, scene.impact_velocity)
-    if velocities is not None:
-        each = np.array(velocities, dtype=float)
-        if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
-            raise InputError(
-                f"velocities has the shape {each.shape}, or numbers that are no speeds; expected "
-                f"{samples} numbers above 0"
-            )
-        # The slowest may be too slow, the fastest too fast, for any scene.
-        for velocity in {float(np.min(each)), float(np.max(each))}:
-            scene.without("speed").replace(velocity=velocity)
-    return _Group(scene, seeds, each, list(range(samples)), expected_seconds(scene), None)
-
-
-def _refuse_outputs(scene: Scene) -> None:
-    for key in FILE_KEYS:
-        if getattr(scene, key) is not None and key in scene.model_fields_set:
-            raise InputError(
-                f"{key} is given, and every sample would write to it; expected none: run the "
-                "collision of one seed to keep its motion"
-            )
-
-
-def _key(scene: Scene) -> Any:
-    """Return what scenes must share to be of one group; an object of a user's own is itself."""
-    fields = {k: v for k, v in plain_fields(scene).items() if k not in _VARYING}
-    potential = fields.pop("potential", None)
-    same = id(potential) if isinstance(potential, Potential) else potential
-    return same, json.dumps(fields, sort_keys=True)
-
-
-def _shared_fields(groups: Sequence[_Group]) -> dict[str, Any]:
-    """Return what all scenes say."""
-    fields = [plain_fields(group.scene) for group in groups]
-    shared = {
-        key: value
-        for key, value in fields[0].items()
-        if all(other.get(key) == value for other in fields[1:])
-    }
-    if groups[0].given is not None:
-        shared = {key: value for key, value in shared.items() if key not in _VARYING}
-    if isinstance(shared.get("potential"), Potential):
-        shared["potential"] = groups[0].scene.label
-    return shared
-
-
-def _refuse_endless(groups: Sequence[_Group], workers: int, most_seconds: float) -> None:
+def _refuse_endless(groups: Sequence[Group], workers: int, most_seconds: float) -> None:
     seconds = sum(group.expected * len(group.seeds) for group in groups) / workers
     if seconds > most_seconds:
         raise CostError(
@@ -270,7 +129,7 @@ def _refuse_endless(groups: Sequence[_Group], workers: int, most_seconds: float)
 
 
 def _meet_together(
-    group: _Group, found: list[Sample | None], workers: int, advance: Advance
+    group: Group, found: list[Sample | None], workers: int, advance: Advance
 ) -> list[int]:
     """Carry out a group in compiled loops; return which of it must be collided by themselves."""
     meetings = ManyMeetings(group.scene)
@@ -299,7 +158,7 @@ def _meet_together(
     return sorted(left)
 
 
-def _samples(group: _Group, part: slice, meetings: ManyMeetings) -> list[Sample | None]:
+def _samples(group: Group, part: slice, meetings: ManyMeetings) -> list[Sample | None]:
     velocities = group.velocities[part]
     met = meetings.meet(group.starts(part), velocities)
     bars = met.step_error + met.rounding
@@ -328,7 +187,7 @@ def _samples(group: _Group, part: slice, meetings: ManyMeetings) -> list[Sample 
 
 
 def _collide_alone(
-    tasks: list[tuple[int, _Group, int]],
+    tasks: list[tuple[int, Group, int]],
     found: list[Sample | None],
     workers: int,
     advance: Advance,
@@ -348,14 +207,14 @@ def _collide_alone(
             advance(group.expected)
 
 
-def _attempt(future: Future, group: _Group, k: int) -> Attempt:
+def _attempt(future: Future, group: Group, k: int) -> Attempt:
     try:
         return future.result()
     except WorkerDiedError as error:
         return Attempt(group.scene_of(k), None, Failure.from_error(error), host_name())
 
 
-def _sample(attempt: Attempt, group: _Group, k: int) -> Sample:
+def _sample(attempt: Attempt, group: Group, k: int) -> Sample:
     seed, velocity = group.seeds[k], float(group.velocities[k])
     result = attempt.collision
     if result is None:
