@@ -2,7 +2,7 @@
 Are the error bars honest? Random scenes against a much tighter run.
 
     python -m benchmarks.bars.honest [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
-        [--kind named|user|formula] [--csv FILE]
+        [--kind named|user|formula|company] [--csv FILE]
 
 Bonds of users (kinked, without tension, smooth, tables of few digits), morse bonds and bonds by
 formula are judged by an integrator that shares nothing with the engines, see ``judge.kinks``.
@@ -17,16 +17,18 @@ import csv
 import multiprocessing
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.bars.company_scenes import collide_in_company, draw_together
 from benchmarks.bars.formula_scenes import FormulaCase, random_formula
 from benchmarks.bars.user_scenes import UserCase, random_case
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power")
 # The judge is asked for so much less than the subject reports, down to what rounding allows.
@@ -85,13 +87,42 @@ def try_scene(scene: Scene) -> Trial:
     return _try(scene, judged)
 
 
+def draw_company(random: np.random.Generator, _engine: str | None = None) -> Scene:
+    """Draw a scene that may be carried out with others."""
+    seed, index = (int(number) for number in random.integers(0, 2**31, 2))
+    return draw_together(seed, index, "reference")
+
+
+def try_in_company(scene: Scene) -> Trial:
+    """As `try_scene`; the seconds are 0 where it was carried out alone after all."""
+
+    def judged(bar):
+        share = max(_JUDGE_SHARE * bar, _SHARPEST_JUDGE)
+        judge = collide(scene.replace(tolerance=share))
+        return judge.restitution, judge.restitution_error
+
+    together = False
+
+    def carried_out(asked: Scene) -> Collision:
+        nonlocal together
+        result, together = collide_in_company(asked)
+        return result
+
+    trial = _try(scene, judged, carried_out)
+    return trial if together else replace(trial, seconds=0.0)
+
+
 def try_case(case: UserCase | FormulaCase) -> Trial:
     """Run a scene with a user's bond or a formula and judge it by another integrator."""
     with tempfile.TemporaryDirectory() as folder:
         return _try(case.scene(Path(folder)), lambda _bar: case.truth(Path(folder)))
 
 
-def _try(scene: Scene, judged: Callable[[float], tuple[float, float]]) -> Trial:
+def _try(
+    scene: Scene,
+    judged: Callable[[float], tuple[float, float]],
+    carried_out: Callable[[Scene], Collision] = collide,
+) -> Trial:
     common = {
         "potential": scene.label,
         "particles": scene.particles,
@@ -102,7 +133,7 @@ def _try(scene: Scene, judged: Callable[[float], tuple[float, float]]) -> Trial:
     }
     nothing = {"scheme": "", "reported": None, "true": None, "judge_error": None, "met": False}
     try:
-        result = collide(scene)
+        result = carried_out(scene)
     except ChaincorError as error:
         reason = f"{type(error).__name__}: {error}"
         return Trial(**common, **nothing, seconds=0.0, refusal=reason)
@@ -143,6 +174,8 @@ def report(trials: list[Trial]) -> bool:
             f"speed={t.speed} v0={t.velocity:.3g} tol={t.tolerance:.1g} {t.scheme} "
             f"reported={t.reported:.1e} true={t.true:.1e} judge={t.judge_error:.0e}"
         )
+    if together := sum(t.seconds > 0.0 for t in trials):
+        print(f"carried out: {together}")
     refused = [t for t in trials if t.refusal]
     print(f"refusals and tolerances not met: {len(refused)}")
     for t in refused:
@@ -159,13 +192,20 @@ def report(trials: list[Trial]) -> bool:
     )
 
 
+_KINDS: dict[str, tuple[Callable, Callable]] = {
+    "named": (random_scene, try_scene),
+    "user": (random_case, try_case),
+    "formula": (random_formula, try_case),
+    "company": (draw_company, try_in_company),
+}
+
+
 def run_study(
     scenes: int, seed: int, workers: int, engine: str | None = None, kind: str = "named"
 ) -> list[Trial]:
     """Draw and try scenes in processes of their own."""
     random = np.random.default_rng(seed)
-    draw: Callable = {"named": random_scene, "user": random_case, "formula": random_formula}[kind]
-    attempt: Callable = try_scene if kind == "named" else try_case
+    draw, attempt = _KINDS[kind]
     drawn = [draw(random, engine) for _ in range(scenes)]
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
         return list(pool.imap(attempt, drawn))
@@ -179,7 +219,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
     parser.add_argument(
-        "--kind", choices=["named", "user", "formula"], default="named", help="of bonds"
+        "--kind", choices=list(_KINDS), default="named", help="of bonds, or of company"
     )
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args()

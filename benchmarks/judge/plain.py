@@ -26,11 +26,10 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from benchmarks.bars.company_scenes import collide_in_company, draw_together
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.at_once.together import kind_of
-from chaincor.workflows.collision import collide, collide_together
-from chaincor.workflows.result import Collision
+from chaincor.workflows.collision import collide
 
 # J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
@@ -238,39 +237,6 @@ def draw_loose(seed: int, index: int, engine: str) -> Scene:
         step = math.exp(random.uniform(math.log(0.0025), math.log(0.05)))
         numerics = {"scheme": "verlet", "timestep": float(step)}
     return Scene(potential=name, particles=n, engine=engine, **speed, **numerics)
-
-
-def draw_together(seed: int, index: int, engine: str) -> Scene:
-    """Return a scene that sweeps carry out with others: tiny speeds, lj 0.7 to 1.6 v*, any."""
-    random = np.random.default_rng([seed, index, 13])
-    turn = index % 4
-    name = (
-        ("lj", "lj", "toda", "log")[turn] if turn else str(random.choice(["lj", "toda", "power"]))
-    )
-    n = round(math.exp(random.uniform(math.log(2.0), math.log(100.0))))
-    fields: dict[str, Any] = {"potential": name, "particles": n, "engine": engine}
-    speed = math.exp(random.uniform(math.log(0.01), math.log(1.5)))
-    if turn == 0:
-        speed = math.exp(random.uniform(math.log(1e-6), math.log(1e-2)))
-    elif turn == 1:
-        speed = random.uniform(0.7, 1.6)
-        fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(20.0))))
-    if name == "toda":
-        fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
-    elif name == "power":
-        fields |= {"power_order": 4, "power_c": 1.0}
-    tolerance = float(10.0 ** random.uniform(-7.0, -3.0))
-    return Scene(**fields, speed=float(speed), tolerance=tolerance)
-
-
-def collide_in_company(scene: Scene) -> tuple[Collision, bool]:
-    """Return the result of a scene as a sweep gets it, and whether it was together with others."""
-    others = [scene.replace(speed=factor * (scene.speed or 1.0)) for factor in (0.9, 0.95, 1.05)]
-    company = [other for other in others if kind_of(other) == kind_of(scene)]
-    found = None
-    if kind_of(scene) is not None:
-        found = collide_together([*company, scene])[-1]
-    return (collide(scene), False) if found is None else (found, True)
 
 
 DRAWS = {

@@ -13,6 +13,7 @@ from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
+from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import CostError
 
@@ -29,6 +30,8 @@ _IN_HOUSE_BOND = 1e-9
 _IN_HOUSE_RUNS = 3.5
 # Many at once: what each takes beside the loops, and what these take of that time.
 _TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.3
+# Of the energy, what usually goes to vibrations.
+_VIBRATING = 0.15
 # A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
 # as particles. Measured for 1000 to 4000.
 _MODAL_PAIR = 7e-8
@@ -74,7 +77,14 @@ def expected_seconds(scene: Scene) -> float:
 
 
 def expected_seconds_together(scene: Scene) -> float:
-    """Estimate the same where many collisions of one kind are carried out at once."""
+    """
+    Estimate the same where many collisions of one kind are carried out at once.
+
+    Chains that may break, whose ends have to be argued, are carried out alone in the end.
+    """
+    vibration = _VIBRATING * 0.5 * scene.particles * scene.impact_velocity**2
+    if vibration > breaking_energy(scene.bond):
+        return expected_seconds(scene)
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
     asked = asked_tolerance(scene)
     assert asked is not None

@@ -5,7 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.accuracy.at_once.together import companies
+from chaincor.workflows.accuracy.expected_cost import (
+    expected_seconds,
+    expected_seconds_together,
+)
 from chaincor.workflows.versions import cores_allowed
 
 # From the command to the first collision: imports, processes, compiled code that is loaded.
@@ -75,7 +79,10 @@ def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
     Right within a factor of two for nearly every collision that computes, better for many, in
     seconds of a core that nobody else uses.
     """
-    seconds = [expected_seconds(scene) for scene in scenes]
+    seconds: list[float] = []
+    for places in companies(scenes, 1):
+        expected = expected_seconds if len(places) == 1 else expected_seconds_together
+        seconds += [expected(scenes[place]) for place in places]
     room = _ROW_BYTES * len(scenes)
     if arrays:
         # Contacts hardly exceed particles; two arrays of contacts, three of particles.

@@ -252,6 +252,39 @@ def test_others_take_their_part_of_the_cores(monkeypatch, load, workers, share):
     assert share_of_core(workers, others=0.0) == share_of_core(workers) or load > 0.5
 
 
+def test_many_of_a_kind_cost_less_than_as_many_alone():
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+    assert sweep_cost(alike).seconds < 0.5 * sum(expected_seconds(scene) for scene in alike)
+    broken = [scene.replace(speed=5.0 + scene.speed) for scene in alike]
+    assert sweep_cost(broken).seconds == pytest.approx(sum(map(expected_seconds, broken)))
+
+
+def test_a_death_over_several_is_looked_into_one_by_one(store, counted, monkeypatch):
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+    tasks = []
+
+    def dying(scenes):
+        tasks.append(scenes)
+        raise WorkerDiedError("killed by SIGKILL")
+
+    monkeypatch.setattr(execution, "carry_out_together", dying)
+    summary = run_in_threads(store, alike)
+    assert sum(len(task) for task in tasks) == len(counted) == summary.computed == 40
+
+
+def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch, make_attempt):
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+
+    def half(scenes):
+        return [make_attempt(scene) if k % 2 else None for k, scene in enumerate(scenes)]
+
+    monkeypatch.setattr(execution, "carry_out_together", half)
+    summary = run_in_threads(store, alike)
+    assert (summary.computed, len(store)) == (40, 40)
+    assert len(counted) == 20
+    assert run_in_threads(store, alike).found == 40
+
+
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
     costs = {scene.collision_sha256: expected_seconds(scene) for scene in scenes}

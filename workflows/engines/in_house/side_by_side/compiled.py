@@ -27,4 +27,4 @@ def _compile(function: Callable, keep: bool, build_leap: Callable, composed: boo
     kernel = register(function)
     near_leap = register(build_leap(looped_stages(kernel, register)))
     leap = compiler.register_long(build_lane_leap(kernel, composed, register))
-    return compiler.compile(build_carry(kernel, near_leap, leap, register))
+    return compiler.compile_allocating(build_carry(kernel, near_leap, leap, register))
