@@ -149,7 +149,7 @@ def analyze(
         describe_bodies,
         describe_in_units,
     )
-    from chaincor.workflows.job_analysis.page import write_analysis_page
+    from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
 
     wanted = {"length": length, "mass": mass, "stiffness": stiffness, "style": units}
     drawn: dict[str, Any] = {"output": output, "animation": animation, "xyz": xyz}
@@ -181,7 +181,9 @@ def analyze(
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
         write_report(
-            analysis, output, finish=lambda made: write_analysis_page(job, analysis, made, beside)
+            analysis,
+            output,
+            finish=lambda made: write_analysis_page(job, analysis, made, beside, see(job).units),
         )
     known = see(job).units
     if as_json:
@@ -193,6 +195,8 @@ def analyze(
         click.echo(describe(analysis))
         if known != CHAIN_UNITS:
             click.echo(describe_in_units(analysis, known))
+        if output is not None:
+            click.echo(f"page: {output / PAGE}")
     if analysis.contradictions:
         click.get_current_context().exit(1)
 

@@ -104,6 +104,7 @@ def tradeoff(
         _calibrate(as_json)
         return
     from chaincor.workflows.tradeoff.description import describe_study
+    from chaincor.workflows.tradeoff.page import PAGE
     from chaincor.workflows.tradeoff.study import measure_tradeoff
     from chaincor.workflows.tradeoff.study_files import to_dict, write_study
     from chaincor.workflows.tradeoff.study_progress import study_progress
@@ -124,6 +125,8 @@ def tradeoff(
         click.echo(json_text(to_dict(study), study.scene))
     else:
         click.echo(describe_study(study))
+        if output is not None:
+            click.echo(f"page: {output / PAGE}")
 
 
 def _tradeoff_script(
@@ -134,6 +137,7 @@ def _tradeoff_script(
     own: dict[str, Any],
     options: dict[str, Any],
 ) -> None:
+    from chaincor.workflows.tradeoff.scripts.page import PAGE
     from chaincor.workflows.tradeoff.scripts.report import (
         describe_script_study,
         script_study_to_dict,
@@ -168,6 +172,8 @@ def _tradeoff_script(
         click.echo(json_text(script_study_to_dict(study)))
     else:
         click.echo(describe_script_study(study))
+        if output is not None:
+            click.echo(f"page: {output / PAGE}")
 
 
 def _calibrate(as_json: bool) -> None:

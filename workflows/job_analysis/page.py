@@ -8,7 +8,8 @@ from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.job_analysis.description import heading, rows
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
+from chaincor.workflows.job_analysis.description import describe_in_units, heading, rows
 from chaincor.workflows.pages.page import (
     ListedFile,
     drawn_figures,
@@ -64,12 +65,16 @@ _HOLDS = {
 
 
 def write_analysis_page(
-    job: Job, analysis: CollisionAnalysis, folder: Path, beside: Mapping[Path, str]
+    job: Job,
+    analysis: CollisionAnalysis,
+    folder: Path,
+    beside: Mapping[Path, str],
+    units: UnitSystem,
 ) -> None:
     """
     Write ``analysis.html`` about what lies in a folder that `write_report` has filled.
 
-    `beside` are other files that were written, and what they hold.
+    `beside` are other files that were written, and what they hold; `units` are the dump's.
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
@@ -86,6 +91,8 @@ def write_analysis_page(
     if scene is not None:
         settings |= {f"scene: {key}": str(value) for key, value in scene.canonical_fields.items()}
         settings["scene: SHA-256"] = scene.sha256
+    if units != CHAIN_UNITS:
+        settings["in the dump's units"] = describe_in_units(analysis, units)
     contents = {
         "heading": heading(analysis),
         "eta": known_digits(analysis.restitution, max(error or 0.0, analysis.data_error, 1e-12)),

@@ -83,8 +83,11 @@ def test_a_scene_in_the_folder_gives_bond_and_speed(job, capsys):
 
 def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
     out = tmp_path / "out"
-    status, *_ = run(capsys, job, "--potential", "harmonic", "-o", out, "--xyz", out / "c.xyz")
+    status, printed, _ = run(
+        capsys, job, "--potential", "harmonic", "-o", out, "--xyz", out / "c.xyz"
+    )
     assert status == 0
+    assert printed.endswith(f"page: {out / 'analysis.html'}\n")
     written = {path.name for path in out.iterdir()}
     assert {"analysis.json", "arrays.npz", "modes.csv", "trajectories.png", "c.xyz"} <= written
     assert not any(name.startswith(".") for name in written)
@@ -101,6 +104,18 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
         assert (TERMS | OF_DUMPS)[line[:22].strip()]
     assert page.count("<figure ") == sum(name.endswith(".png") for name in written)
     assert hashlib.sha256((job / "dump.lammpstrj").read_bytes()).hexdigest() in page
+
+
+def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, capsys):
+    # Twice the mass and the stiffness: another unit of energy, and the same times and speeds.
+    units = ["--length", "1", "--mass", "2", "--stiffness", "2"]
+    bond = ["--potential", "harmonic", "--masses", "2"]
+    status, printed, _ = run(capsys, job, *bond, *units, "-o", tmp_path / "out")
+    assert status == 0
+    line = next(line for line in printed.splitlines() if line.startswith("in units lj: "))
+    assert line in words_of(read_page(tmp_path / "out" / "analysis.html"))
+    run(capsys, job, "--potential", "harmonic", "-o", tmp_path / "plain")
+    assert "in units lj" not in words_of(read_page(tmp_path / "plain" / "analysis.html"))
 
 
 def test_a_page_warns_of_what_is_impossible(job, tmp_path, capsys):
