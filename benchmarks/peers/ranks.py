@@ -73,7 +73,7 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             plain = write(folder, particles)
-            balanced = re.sub(r"(?m)^(read_data .*)$", rf"\1\n{BALANCE}", plain)
+            balanced = re.sub(r"(?m)^(run +0 post no)", rf"{BALANCE}\n\1", plain)
             for ranks in arguments.ranks:
                 for script in (plain, balanced)[:ranks]:
                     many, few = (

@@ -31,14 +31,14 @@ RUNS = {
 def in_blocks(monkeypatch):
     """Return a function that sets how chains are cut, however short they are."""
 
-    def cut(count, leaps=2, aligned=1):
+    def cut(count, leaps=4, aligned=1):
         monkeypatch.setattr(chain, "cores", lambda: count)
         monkeypatch.setattr(running, "LEAST_ACTIVE", 80)
         monkeypatch.setattr(running, "LEAST_MARGINS", 1)
         monkeypatch.setattr(running, "LEAPS", leaps)
         monkeypatch.setattr(running, "ALIGNED", aligned)
         # The loop over the whole chain soon comes back, to be replaced.
-        monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 20_000)
+        monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 30_000)
 
     return cut
 
@@ -66,7 +66,7 @@ def assert_same(one, other):
 
 
 @pytest.mark.parametrize(("scene", "scheme", "step"), RUNS.values(), ids=RUNS.keys())
-@pytest.mark.parametrize(("count", "leaps", "aligned"), [(2, 2, 1), (3, 1, 7), (3, 5, 64)])
+@pytest.mark.parametrize(("count", "leaps", "aligned"), [(2, 3, 1), (3, 2, 7), (3, 5, 64)])
 def test_no_bit_depends_on_cores(scene, scheme, step, count, leaps, aligned, in_blocks, moved):
     numerics = Numerics(scheme=scheme, timestep=step)
     in_blocks(1)
@@ -74,7 +74,7 @@ def test_no_bit_depends_on_cores(scene, scheme, step, count, leaps, aligned, in_
     assert moved == []
     in_blocks(count, leaps, aligned)
     assert_same(stepping.run(scene, numerics), whole)
-    assert len(moved) > 50
+    assert len(moved) > 20
     assert max(moved) > 1
 
 
