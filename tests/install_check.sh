@@ -38,6 +38,8 @@ venv/bin/chaincor doctor
 venv/bin/chaincor explain SceneError > /dev/null
 venv/bin/chaincor run --particles 10 --json > /dev/null
 venv/bin/python -m chaincor --help > /dev/null
+venv/bin/python -c "from chaincor.workflows.lessons import check, prepared; assert check('1.1', [1, 1]) and prepared('lengths.csv').exists()"
+{ venv/bin/chaincor lessons 2>&1 || true; } | tr '\n' ' ' | grep -q 'pip install chaincor\[notebook\]' || fail "lessons do not say what they need"
 
 # A user's script beside files of the names that our folders have, and in the eyes of mypy.
 mkdir script

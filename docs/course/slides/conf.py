@@ -15,7 +15,7 @@ html_math_renderer = "mathml"
 revealjs_style_theme = "white"
 revealjs_static_path = ["_static"]
 revealjs_css_files = ["slides.css"]
-revealjs_script_conf = {"hash": True, "slideNumber": True, "transition": "none", "controls": True}
+revealjs_script_conf = {"hash": True, "slideNumber": "h", "transition": "none", "controls": True}
 revealjs_script_plugins = [
     {"name": "RevealNotes", "src": "revealjs/plugin/notes/notes.js"},
 ]
