@@ -20,7 +20,7 @@ DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 _CHECKER = doctest.OutputChecker()
 _LOOSELY = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 # What a program that is not on a terminal says each minute; on a busy machine any may take so long.
-_STILL_RUNNING = re.compile(r"^chaincor: .* after [\d.e+]+ s\n", re.MULTILINE)
+_STILL_RUNNING = re.compile(r"^chaincor: .* after [\d.e+]+ (?:s|min|h)\n", re.MULTILINE)
 _NAME = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 
 
@@ -119,7 +119,7 @@ class _Shell:
         return None
 
     def _type(self, command: str) -> tuple[int, str]:
-        """Carry a command out, as long as five minutes; return its exit status and output."""
+        """Carry a command out, as long as half an hour; return its exit status and output."""
         self._typed.seek(0)
         self._typed.truncate()
         self._typed.write(command + "\n")
@@ -131,7 +131,7 @@ class _Shell:
             f". {self._typed.name} < /dev/null; status=$?; echo; echo {mark} $status\n"
         )
         self._bash.stdin.flush()
-        guard = threading.Timer(300, self._end)
+        guard = threading.Timer(1800, self._end)
         guard.start()
         try:
             printed = ""
