@@ -12,8 +12,8 @@ from chaincor.workflows.versions import versions
 MOST_PARTICLES = 500
 _FOLDER = Path(__file__).parent / "live"
 # Parts of the kernel, which the page and its workers share, and those of the page alone.
-_KERNEL = ("bonds", "line", "ending", "warm", "modes", "collide")
-_PAGE = ("figures", "pictures", "page")
+_KERNEL = ("bonds", "line", "ending", "warm", "modes", "film", "collide")
+_PAGE = ("figures", "pictures", "graphs", "form", "words", "page", "controls")
 
 
 def kernel_source() -> str:

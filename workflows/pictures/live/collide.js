@@ -8,10 +8,10 @@ const MOST_EVALUATIONS = 2e9; // of bond forces in a run, half a minute or so
 const SHORTEST = 1e-4; // bonds that may get shorter lose too many digits of 1 + s
 const PATIENCE = 6; // a collision is followed for so many times its length, while no end is known
 const CURVE = { goal: 1e-6, most: 1e8, patience: 2, film: false };
+const FUTILE = 4; // a halving that changes eta by no less than a fourth of the last one's change
 const STEADY = 1e-3; // runs that differ by less have the same end
 const MARGIN = 5; // times of contacts differ by less from run to run
 const QUIET = 2.2; // sound crosses a body and comes back, and a tenth
-const FRAMES = 600;
 const TELL_EVERY = 250; // milliseconds
 
 /** Numbers of a list, repeated along a body. */
@@ -61,70 +61,6 @@ function firstStep({ line, bond, state }, goal) {
   if (bond.floor === -1 && shortest < SHORTEST - 1) throw new Refusal(TOO_SHORT);
   const step = USUAL_STEP * (goal / USUAL_GOAL) ** (1 / 8);
   return step * Math.sqrt(lightest / Math.max(1, bond.curvature(shortest)));
-}
-
-/** What can be drawn: displacements, velocities and energies at regular times. */
-class Film {
-  constructor(setup, stride, until) {
-    Object.assign(this, { setup, stride, until, times: [], frames: [] });
-  }
-
-  note(motion) {
-    if (motion.steps % this.stride || motion.time > this.until) return;
-    this.times.push(motion.time);
-    this.frames.push([Float32Array.from(motion.displacements()), motion.now.velocity.slice()]);
-    if (this.times.length < 2 * FRAMES) return;
-    this.stride *= 2; // every other one will do
-    this.times = this.times.filter((_, k) => k % 2 === 0);
-    this.frames = this.frames.filter((_, k) => k % 2 === 0);
-  }
-
-  /** Frames from soon before the first contact to soon after the last one, in one array each. */
-  cut(begin, end) {
-    const { state, line, speed } = this.setup, lead = 0.06 * (end - begin);
-    const first = this.times[0] - begin;
-    const [u0, v0] = this.frames[0];
-    const times = [], u = [], v = [], step = this.times[1] - this.times[0];
-    for (let t = -lead; t < first - step / 2 && first === 0; t += step) {
-      // A cold chain in flight, before it touches the wall.
-      times.push(t);
-      u.push(u0.map((x, i) => x + state.velocities[i] * t));
-      v.push(Float64Array.from(state.velocities));
-    }
-    this.times.forEach((time, k) => {
-      if (time < begin - lead || time > end) return;
-      times.push(time - begin);
-      u.push(this.frames[k][0]);
-      v.push(this.frames[k][1]);
-    });
-    const count = line.masses.length, flat = (list, unit) => {
-      const all = new Float32Array(times.length * count);
-      list.forEach((one, k) => all.set(unit === 1 ? one : one.map((x) => x / unit), k * count));
-      return all;
-    };
-    const energies = u.map((_, k) => partition(this.setup, u[k], v[k]));
-    return { times, displacements: flat(u, 1), velocities: flat(v, speed), energies };
-  }
-}
-
-/** Translation, inner motion and bonds of the chain, and the same of a free target, over K_i. */
-function partition({ line, bond, speed }, u, v) {
-  const split = (begin, end) => {
-    const mean = line.meanVelocity(v, begin, end);
-    let mass = 0, motion = 0, held = 0;
-    for (let i = begin; i < end; i++) {
-      mass += line.masses[i];
-      motion += 0.5 * line.masses[i] * (v[i] - mean) ** 2;
-      if (i + 1 < end) held += bond.energy(u[i + 1] - u[i]);
-    }
-    return [0.5 * mass * mean * mean, motion, held];
-  };
-  const particles = line.masses.length;
-  let mass = 0;
-  for (const m of line.chain) mass += m;
-  const parts = split(line.first, particles);
-  if (!line.rigid) parts.push(...split(0, line.first));
-  return parts.map((part) => part / (0.5 * mass * speed * speed));
 }
 
 /**
@@ -224,6 +160,7 @@ function collide(scene, options = {}) {
   const { tell, show = () => {} } = options;
   const setup = prepare(scene), { line, bond } = setup;
   const started = Date.now(), modes = film ? modesOf(line.chain) : null;
+  let stalls = 0, last = Infinity; // halvings that hardly helped, and how much the last one changed
   let step = firstStep(setup, goal), before = null, error = null, refused = null, steady = false;
   for (let halving = 0; halving <= MOST_HALVINGS; halving++, step /= 2) {
     let run;
@@ -248,6 +185,8 @@ function collide(scene, options = {}) {
       // Rounding walks at random; two runs may agree by chance.
       const rounding = 2 ** -48 * Math.sqrt(run.steps);
       steady = change < STEADY;
+      if (change > last / FUTILE) stalls++;
+      last = change;
       error = Math.max(change, (error ?? 0) / ORDER_TRUSTED, rounding);
     }
     before = Object.assign(run, {
@@ -260,6 +199,9 @@ function collide(scene, options = {}) {
       ...(film ? spectrumOf(setup, run, modes) : {}),
     });
     if (error !== null && error <= goal) break;
+    // A motion that forgets its start is none the sharper for shorter steps.
+    const tooMany = 2 * run.steps * KICKS.length * line.masses.length > most;
+    if (error !== null && (stalls >= 2 || tooMany)) break;
     show(before, false);
   }
   if (!before) throw new Refusal(refusalOf(setup, refused));

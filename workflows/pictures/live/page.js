@@ -1,108 +1,9 @@
-// The page: its controls, its address, its workers, and the clock of the pictures.
+// The page at work: its workers, and the clock of the pictures.
 
-const find = (id) => document.getElementById(id);
 const embedded = window.self !== window.top;
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const PLAYING_SECONDS = 10;
 const state = { scene: null, time: 0, playing: false, chosen: false, id: 0, workers: {}, rate: 0 };
-
-// The scene -------------------------------------------------------------------------------------
-
-const PARAMETERS = { toda: ["toda_b"], morse: ["morse_a"], power: ["power_order", "power_c"] };
-const TEXTS = ["potential", "toda_b", "morse_a", "power_order", "power_c", "speed", "velocity",
-               "particles", "masses", "target_particles", "target_masses", "temperature", "seed"];
-
-/** Positive numbers with commas between them. */
-function readMasses(text, what) {
-  const masses = text.split(",").filter((part) => part.trim()).map(Number);
-  if (masses.some((m) => !(m >= 1e-3 && m <= 1e3)))
-    throw new Refusal(`${what} are ${text}: expected numbers from 0.001 to 1000, such as 1,2.`);
-  return masses;
-}
-
-/** One number of the form, refused by name where it is none. */
-function readNumber(id, low, high, { whole = false } = {}) {
-  const text = find(id).value, value = Number(text);
-  if (text.trim() === "" || !(value >= low && value <= high) || (whole && value % 1))
-    throw new Refusal(`${find(id).dataset.name} is ${text || "empty"}: expected ` +
-      `${whole ? "a whole number" : "a number"} from ${low} to ${high}.`);
-  return value;
-}
-
-/** The scene that the form says; Refusal where it says none. */
-function readScene() {
-  const scene = { potential: find("potential").value };
-  if (scene.potential === "toda") scene.toda_b = readNumber("toda_b", 0.1, 100);
-  if (scene.potential === "morse") scene.morse_a = readNumber("morse_a", 0.1, 100);
-  if (scene.potential === "power") {
-    scene.power_order = readNumber("power_order", 3, 20, { whole: true });
-    const even = scene.power_order % 2 === 0;
-    scene.power_c = readNumber("power_c", even ? 1e-3 : -1e3, even ? 1e3 : -1e-3);
-  }
-  scene.particles = readNumber("particles", 2, SETTINGS.mostParticles, { whole: true });
-  const speed = readNumber("speed", 1e-4, 10);
-  if (scene.potential === "harmonic") scene.velocity = speed;
-  else scene.speed = speed;
-  const masses = readMasses(find("masses").value, "Masses");
-  if (masses.some((m) => m !== 1)) scene.masses = masses;
-  if (find("target").value === "free") {
-    scene.target_particles =
-      readNumber("target_particles", 1, SETTINGS.mostParticles, { whole: true });
-    const others = readMasses(find("target_masses").value, "Masses of the target");
-    if (others.some((m) => m !== 1)) scene.target_masses = others;
-  }
-  const temperature = readNumber("temperature", 0, 1);
-  if (temperature > 0) {
-    scene.temperature = temperature;
-    scene.seed = readNumber("seed", 0, 2 ** 32 - 1, { whole: true });
-  }
-  return scene;
-}
-
-/** Put what an address says into the form. */
-function readAddress() {
-  const given = new URLSearchParams(location.hash.slice(1));
-  for (const key of TEXTS) {
-    const value = given.get(key);
-    if (value === null) continue;
-    if (key === "velocity") find("speed").value = value;
-    else find(key).value = value;
-    if (key === "target_particles") find("target").value = Number(value) > 0 ? "free" : "wall";
-    if (key === "temperature" || key === "masses" || key === "target_particles")
-      find("more").open = true;
-  }
-}
-
-/** A scene as the end of an address. */
-function addressOf(scene) {
-  const pairs = Object.entries(scene).map(([key, value]) => [key, String(value)]);
-  return "#" + pairs.map(([key, value]) => `${key}=${value}`).join("&");
-}
-
-/** The command that has the program itself carry a scene out. */
-function commandOf(scene) {
-  const options = Object.entries(scene).map(
-    ([key, value]) => `--${key.replaceAll("_", "-")} ${value}`
-  );
-  return ["chaincor run --engine reference", ...options].join(" ");
-}
-
-/** Show what belongs to the choices made. */
-function arrange() {
-  const bond = find("potential").value, linear = bond === "harmonic";
-  for (const [name, keys] of Object.entries(PARAMETERS))
-    for (const key of keys) find(key).parentElement.hidden = name !== bond;
-  find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
-  find("speed-slider").max = linear ? 0.7 : 2.5;
-  find("speed-slider").value = find("speed").value;
-  find("particles-slider").value = find("particles").value;
-  const masses = find("masses").value.replaceAll(" ", ""), count = Number(find("particles").value);
-  find("pattern").value =
-    Object.keys(PRESETS).find((name) => PRESETS[name](count) === masses) ?? "own";
-  for (const row of document.querySelectorAll(".of-target"))
-    row.hidden = find("target").value !== "free";
-  find("seed").parentElement.hidden = !(Number(find("temperature").value) > 0);
-}
 
 // Computing -------------------------------------------------------------------------------------
 
@@ -180,18 +81,6 @@ function hear(task, own, data) {
   busy();
 }
 
-/** What the finished curve is. */
-function curveText() {
-  const refused = shown.curve.filter((p) => p.refused).length;
-  const open = shown.curve.filter((p) => p.ending === "open").length;
-  return [
-    shown.flat ? "Springs behave alike at every speed." : `${shown.curve.length} speeds.`,
-    open ? `Hollow: a later hit is not ruled out (${open}).` : "",
-    refused ? `Crosses: refused (${refused}).` : "",
-    shown.curve.some((p) => p.error > 0.002) ? "Bars: where the motion forgets its start." : "",
-  ].filter(Boolean).join(" ");
-}
-
 /** Compute a curve, unless the one there is for the same scene at other speeds. */
 function startCurve() {
   if (embedded) return null; // there it is not shown
@@ -229,27 +118,6 @@ function change({ later = 0 } = {}) {
 }
 
 // What is shown ---------------------------------------------------------------------------------
-
-const NOT_KNOWN = 0.01;
-
-/** A number and its bar, to the digits that the bar leaves. */
-function withBar(value, bar) {
-  const digits = Math.min(12, Math.max(1, -Math.floor(Math.log10(bar))));
-  const [mantissa, power] = (Math.ceil(bar * 10 ** digits) * 10 ** -digits)
-    .toExponential(0).split("e");
-  const text = value.toFixed(digits).replace(/(\.\d{3}|\d{3})(?=\d)/g, "$1\u2009");
-  return `${text} \u00b1 ${mantissa}\u00b710${superscript(Number(power))}`;
-}
-
-const superscript = (k) => String(k).replace(/./g, (c) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"["0123456789".indexOf(c)] ?? "\u207b");
-
-const ENDINGS = {
-  proved: () => "That was the last hit: proved, the energy left cannot bring the chain back.",
-  argued: () => "That was the last hit, as far as can be argued: to come back, energy would have to " +
-    "gather as it hardly ever does.",
-  open: (run) => `Not proved that it was the last hit: none came in the time ${run.watched.toFixed(0)} ` +
-    "since, and the page looks no further. The bar does not hold what later hits may change.",
-};
 
 /** Show a run; its bar comes with the next one. */
 function show(run, done) {
@@ -313,16 +181,6 @@ function refuse(message) {
   }
 }
 
-/** The curve as a table. */
-function tabulate() {
-  const rows = shown.curve.slice().sort((a, b) => a.speed - b.speed).map((p) => {
-    const cells = p.refused ? ["refused", ""] : [p.restitution.toFixed(5), p.ending];
-    return `<tr><td>${shown.flat ? "any" : p.speed}</td><td>${cells.join("</td><td>")}</td></tr>`;
-  });
-  find("curve-table").innerHTML = "<table><thead><tr><th>speed</th><th>\u03b7</th><th>end</th></tr>" +
-    `</thead><tbody>${rows.join("")}</tbody></table>`;
-}
-
 // The clock -------------------------------------------------------------------------------------
 
 /** Show a moment. */
@@ -370,127 +228,3 @@ function advance(now) {
   if (time >= end) play(false);
   else state.frame = requestAnimationFrame(advance);
 }
-
-// Hands -----------------------------------------------------------------------------------------
-
-const PRESETS = {
-  equal: () => "1",
-  alternating: () => "1,2",
-  light: () => "1,0.5",
-  first: (n) => [3, ...Array(Math.max(0, n - 1)).fill(1)].join(","),
-  middle: (n) => Array.from({ length: n }, (_, i) => (i === n >> 1 ? 3 : 1)).join(","),
-};
-
-/** Wear a theme: light, dark, or null for that of the system. */
-function wear(theme) {
-  if (theme) document.documentElement.dataset.theme = theme;
-  else delete document.documentElement.dataset.theme;
-  const dark = theme ? theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-  find("theme").textContent = dark ? "Light" : "Dark";
-  find("theme").setAttribute("aria-label", dark ? "Use light colours" : "Use dark colours");
-  for (const picture of PICTURES) picture.forget();
-  seek(state.time);
-  curvePicture.draw();
-}
-
-function wire() {
-  for (const [slider, box] of [["speed-slider", "speed"], ["particles-slider", "particles"]]) {
-    find(slider).addEventListener("input", () => {
-      find(box).value = find(slider).value;
-      change({ later: 90 });
-    });
-    find(box).addEventListener("input", () => change({ later: 300 }));
-  }
-  find("potential").addEventListener("change", () => {
-    // Springs count speeds in other units.
-    find("speed").value = find("potential").value === "harmonic" ? 0.1 : 0.4;
-    change();
-  });
-  find("power_order").addEventListener("change", () => {
-    const odd = Number(find("power_order").value) % 2, c = Math.abs(Number(find("power_c").value));
-    find("power_c").value = odd ? -c : c;
-  });
-  for (const id of ["toda_b", "morse_a", "power_order", "power_c", "masses", "target",
-                    "target_particles", "target_masses", "temperature", "seed"])
-    find(id).addEventListener("change", () => change());
-  find("pattern").addEventListener("change", () => {
-    find("masses").value = PRESETS[find("pattern").value](Number(find("particles").value));
-    change();
-  });
-  find("again").addEventListener("click", () => {
-    find("seed").value = Number(find("seed").value) + 1;
-    change();
-  });
-  find("time").addEventListener("input", () => {
-    state.chosen = true;
-    play(false);
-    seek(Number(find("time").value));
-  });
-  find("play").addEventListener("click", () => {
-    state.chosen = true;
-    play(!state.playing);
-  });
-  find("stop").addEventListener("click", stop);
-  find("theme").addEventListener("click", () => {
-    const theme = find("theme").textContent.toLowerCase();
-    try {
-      localStorage.setItem("theme", theme);
-    } catch {
-      // It is forgotten with the page.
-    }
-    wear(theme);
-  });
-  find("copy").addEventListener("click", async () => {
-    const address = location.href.split("#")[0] + addressOf(state.scene);
-    try {
-      await navigator.clipboard.writeText(address);
-      find("copied").textContent = "Copied.";
-    } catch {
-      find("copied").textContent = address;
-    }
-  });
-  find("curve").addEventListener("click", (event) => {
-    const axes = curvePicture, wide = axes.inner[0];
-    const speed = axes.x0 + (axes.x1 - axes.x0) * (event.offsetX - axes.left) / wide;
-    find("speed").value = clamp(speed, 0.01, axes.x1).toFixed(2);
-    change();
-  });
-  document.addEventListener("keydown", (event) => {
-    if (event.target.matches("input, select, button, summary, textarea") || !shown.run) return;
-    const { times } = shown.run.film, first = times[0], last = times[times.length - 1];
-    const step = (last - first) / (event.shiftKey ? 20 : 200);
-    const moves = { ArrowRight: state.time + step, ArrowLeft: state.time - step, Home: first,
-                    End: last };
-    if (event.key === " ") play(!state.playing);
-    else if (event.key in moves) {
-      play(false);
-      seek(clamp(moves[event.key], first, last));
-    } else return;
-    state.chosen = true;
-    event.preventDefault();
-  });
-  window.addEventListener("hashchange", () => {
-    readAddress();
-    change();
-  });
-  new ResizeObserver(() => {
-    for (const picture of PICTURES) picture.forget();
-    seek(state.time);
-    curvePicture.draw();
-  }).observe(document.body);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
-    wear(document.documentElement.dataset.theme ?? null));
-}
-
-if (embedded) document.documentElement.classList.add("embedded");
-let kept = null;
-try {
-  kept = localStorage.getItem("theme");
-} catch {
-  // Pages from files may have nothing to remember with.
-}
-find("particles").value = SETTINGS.particles;
-readAddress();
-wire();
-wear(kept);
-change();

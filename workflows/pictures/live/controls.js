@@ -1,0 +1,115 @@
+// Hands on the page: controls, keys, theme; and its start.
+
+/** Wear a theme: light, dark, or null for that of the system. */
+function wear(theme) {
+  if (theme) document.documentElement.dataset.theme = theme;
+  else delete document.documentElement.dataset.theme;
+  const dark = theme ? theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+  find("theme").textContent = dark ? "Light" : "Dark";
+  find("theme").setAttribute("aria-label", dark ? "Use light colours" : "Use dark colours");
+  for (const picture of PICTURES) picture.forget();
+  seek(state.time);
+  curvePicture.draw();
+}
+
+function wire() {
+  for (const [slider, box] of [["speed-slider", "speed"], ["particles-slider", "particles"]]) {
+    find(slider).addEventListener("input", () => {
+      find(box).value = find(slider).value;
+      change({ later: 90 });
+    });
+    find(box).addEventListener("input", () => change({ later: 300 }));
+  }
+  find("potential").addEventListener("change", () => {
+    // Springs count speeds in other units.
+    find("speed").value = find("potential").value === "harmonic" ? 0.1 : 0.4;
+    change();
+  });
+  find("power_order").addEventListener("change", () => {
+    const odd = Number(find("power_order").value) % 2, c = Math.abs(Number(find("power_c").value));
+    find("power_c").value = odd ? -c : c;
+  });
+  for (const id of ["toda_b", "morse_a", "power_order", "power_c", "masses", "target",
+                    "target_particles", "target_masses", "temperature", "seed"])
+    find(id).addEventListener("change", () => change());
+  find("pattern").addEventListener("change", () => {
+    find("masses").value = PRESETS[find("pattern").value](Number(find("particles").value));
+    change();
+  });
+  find("again").addEventListener("click", () => {
+    find("seed").value = Number(find("seed").value) + 1;
+    change();
+  });
+  find("time").addEventListener("input", () => {
+    state.chosen = true;
+    play(false);
+    seek(Number(find("time").value));
+  });
+  find("play").addEventListener("click", () => {
+    state.chosen = true;
+    play(!state.playing);
+  });
+  find("stop").addEventListener("click", stop);
+  find("theme").addEventListener("click", () => {
+    const theme = find("theme").textContent.toLowerCase();
+    try {
+      localStorage.setItem("theme", theme);
+    } catch {
+      // It is forgotten with the page.
+    }
+    wear(theme);
+  });
+  find("copy").addEventListener("click", async () => {
+    const address = location.href.split("#")[0] + addressOf(state.scene);
+    try {
+      await navigator.clipboard.writeText(address);
+      find("copied").textContent = "Copied.";
+    } catch {
+      find("copied").textContent = address;
+    }
+  });
+  find("curve").addEventListener("click", (event) => {
+    const axes = curvePicture, wide = axes.inner[0];
+    const speed = axes.x0 + (axes.x1 - axes.x0) * (event.offsetX - axes.left) / wide;
+    find("speed").value = clamp(speed, 0.01, axes.x1).toFixed(2);
+    change();
+  });
+  document.addEventListener("keydown", (event) => {
+    if (event.target.matches("input, select, button, summary, textarea") || !shown.run) return;
+    const { times } = shown.run.film, first = times[0], last = times[times.length - 1];
+    const step = (last - first) / (event.shiftKey ? 20 : 200);
+    const moves = { ArrowRight: state.time + step, ArrowLeft: state.time - step, Home: first,
+                    End: last };
+    if (event.key === " ") play(!state.playing);
+    else if (event.key in moves) {
+      play(false);
+      seek(clamp(moves[event.key], first, last));
+    } else return;
+    state.chosen = true;
+    event.preventDefault();
+  });
+  window.addEventListener("hashchange", () => {
+    readAddress();
+    change();
+  });
+  new ResizeObserver(() => {
+    for (const picture of PICTURES) picture.forget();
+    seek(state.time);
+    curvePicture.draw();
+  }).observe(document.body);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () =>
+    wear(document.documentElement.dataset.theme ?? null));
+}
+
+if (embedded) document.documentElement.classList.add("embedded");
+let kept = null;
+try {
+  kept = localStorage.getItem("theme");
+} catch {
+  // Pages from files may have nothing to remember with.
+}
+find("particles").value = SETTINGS.particles;
+readAddress();
+wire();
+wear(kept);
+change();

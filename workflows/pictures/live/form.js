@@ -1,0 +1,107 @@
+// The form: what scene it says, and the address and command that say the same.
+
+const find = (id) => document.getElementById(id);
+
+const PRESETS = {
+  equal: () => "1",
+  alternating: () => "1,2",
+  light: () => "1,0.5",
+  first: (n) => [3, ...Array(Math.max(0, n - 1)).fill(1)].join(","),
+  middle: (n) => Array.from({ length: n }, (_, i) => (i === n >> 1 ? 3 : 1)).join(","),
+};
+
+const PARAMETERS = { toda: ["toda_b"], morse: ["morse_a"], power: ["power_order", "power_c"] };
+const TEXTS = ["potential", "toda_b", "morse_a", "power_order", "power_c", "speed", "velocity",
+               "particles", "masses", "target_particles", "target_masses", "temperature", "seed"];
+
+/** Positive numbers with commas between them. */
+function readMasses(text, what) {
+  const masses = text.split(",").filter((part) => part.trim()).map(Number);
+  if (masses.some((m) => !(m >= 1e-3 && m <= 1e3)))
+    throw new Refusal(`${what} are ${text}: expected numbers from 0.001 to 1000, such as 1,2.`);
+  return masses;
+}
+
+/** One number of the form, refused by name where it is none. */
+function readNumber(id, low, high, { whole = false } = {}) {
+  const text = find(id).value, value = Number(text);
+  if (text.trim() === "" || !(value >= low && value <= high) || (whole && value % 1))
+    throw new Refusal(`${find(id).dataset.name} is ${text || "empty"}: expected ` +
+      `${whole ? "a whole number" : "a number"} from ${low} to ${high}.`);
+  return value;
+}
+
+/** The scene that the form says; Refusal where it says none. */
+function readScene() {
+  const scene = { potential: find("potential").value };
+  if (scene.potential === "toda") scene.toda_b = readNumber("toda_b", 0.1, 100);
+  if (scene.potential === "morse") scene.morse_a = readNumber("morse_a", 0.1, 100);
+  if (scene.potential === "power") {
+    scene.power_order = readNumber("power_order", 3, 20, { whole: true });
+    const even = scene.power_order % 2 === 0;
+    scene.power_c = readNumber("power_c", even ? 1e-3 : -1e3, even ? 1e3 : -1e-3);
+  }
+  scene.particles = readNumber("particles", 2, SETTINGS.mostParticles, { whole: true });
+  const speed = readNumber("speed", 1e-4, 10);
+  if (scene.potential === "harmonic") scene.velocity = speed;
+  else scene.speed = speed;
+  const masses = readMasses(find("masses").value, "Masses");
+  if (masses.some((m) => m !== 1)) scene.masses = masses;
+  if (find("target").value === "free") {
+    scene.target_particles =
+      readNumber("target_particles", 1, SETTINGS.mostParticles, { whole: true });
+    const others = readMasses(find("target_masses").value, "Masses of the target");
+    if (others.some((m) => m !== 1)) scene.target_masses = others;
+  }
+  const temperature = readNumber("temperature", 0, 1);
+  if (temperature > 0) {
+    scene.temperature = temperature;
+    scene.seed = readNumber("seed", 0, 2 ** 32 - 1, { whole: true });
+  }
+  return scene;
+}
+
+/** Put what an address says into the form. */
+function readAddress() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  for (const key of TEXTS) {
+    const value = given.get(key);
+    if (value === null) continue;
+    if (key === "velocity") find("speed").value = value;
+    else find(key).value = value;
+    if (key === "target_particles") find("target").value = Number(value) > 0 ? "free" : "wall";
+    if (key === "temperature" || key === "masses" || key === "target_particles")
+      find("more").open = true;
+  }
+}
+
+/** A scene as the end of an address. */
+function addressOf(scene) {
+  const pairs = Object.entries(scene).map(([key, value]) => [key, String(value)]);
+  return "#" + pairs.map(([key, value]) => `${key}=${value}`).join("&");
+}
+
+/** The command that has the program itself carry a scene out. */
+function commandOf(scene) {
+  const options = Object.entries(scene).map(
+    ([key, value]) => `--${key.replaceAll("_", "-")} ${value}`
+  );
+  return ["chaincor run --engine reference", ...options].join(" ");
+}
+
+/** Show what belongs to the choices made. */
+function arrange() {
+  const bond = find("potential").value, linear = bond === "harmonic";
+  for (const [name, keys] of Object.entries(PARAMETERS))
+    for (const key of keys) find(key).parentElement.hidden = name !== bond;
+  find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
+  find("speed-slider").max = linear ? 0.7 : 2.5;
+  find("speed-slider").value = find("speed").value;
+  find("particles-slider").value = find("particles").value;
+  const masses = find("masses").value.replaceAll(" ", ""), count = Number(find("particles").value);
+  find("pattern").value =
+    Object.keys(PRESETS).find((name) => PRESETS[name](count) === masses) ?? "own";
+  for (const row of document.querySelectorAll(".of-target"))
+    row.hidden = find("target").value !== "free";
+  find("seed").closest(".field").hidden = !(Number(find("temperature").value) > 0);
+}

@@ -1,0 +1,44 @@
+// What the page says of a run and of the curve.
+
+const NOT_KNOWN = 0.01;
+
+/** A number and its bar, to the digits that the bar leaves. */
+function withBar(value, bar) {
+  const digits = Math.min(12, Math.max(1, -Math.floor(Math.log10(bar))));
+  const [mantissa, power] = (Math.ceil(bar * 10 ** digits) * 10 ** -digits)
+    .toExponential(0).split("e");
+  const text = value.toFixed(digits).replace(/(\.\d{3}|\d{3})(?=\d)/g, "$1\u2009");
+  return `${text} \u00b1 ${mantissa}\u00b710${superscript(Number(power))}`;
+}
+
+const superscript = (k) => String(k).replace(/./g, (c) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"["0123456789".indexOf(c)] ?? "\u207b");
+
+const ENDINGS = {
+  proved: () => "That was the last hit: proved, the energy left cannot bring the chain back.",
+  argued: () => "That was the last hit, as far as can be argued: to come back, energy would have to " +
+    "gather as it hardly ever does.",
+  open: (run) => `Not proved that it was the last hit: none came in the time ${run.watched.toFixed(0)} ` +
+    "since, and the page looks no further. The bar does not hold what later hits may change.",
+};
+
+/** What the finished curve is. */
+function curveText() {
+  const refused = shown.curve.filter((p) => p.refused).length;
+  const open = shown.curve.filter((p) => p.ending === "open").length;
+  return [
+    shown.flat ? "Springs behave alike at every speed." : `${shown.curve.length} speeds.`,
+    open ? `Hollow: a later hit is not ruled out (${open}).` : "",
+    refused ? `Crosses: refused (${refused}).` : "",
+    shown.curve.some((p) => p.error > 0.002) ? "Bars: where the motion forgets its start." : "",
+  ].filter(Boolean).join(" ");
+}
+
+/** The curve as a table. */
+function tabulate() {
+  const rows = shown.curve.slice().sort((a, b) => a.speed - b.speed).map((p) => {
+    const cells = p.refused ? ["refused", ""] : [p.restitution.toFixed(5), p.ending];
+    return `<tr><td>${shown.flat ? "any" : p.speed}</td><td>${cells.join("</td><td>")}</td></tr>`;
+  });
+  find("curve-table").innerHTML = "<table><thead><tr><th>speed</th><th>\u03b7</th><th>end</th></tr>" +
+    `</thead><tbody>${rows.join("")}</tbody></table>`;
+}
