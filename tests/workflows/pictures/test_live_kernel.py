@@ -137,8 +137,7 @@ def test_frequencies_of_unequal_masses():
 
 
 def test_an_end_that_is_proved_has_no_later_contact():
-    # Chains that break, at speeds where contacts come late, and whole ones, which recede long before
-    # their last contact.
+    # Chains that break, at speeds where contacts come late, and whole ones.
     scenes = [
         {"potential": name, "particles": n, "speed": speed}
         for name in ("lj", "morse")
