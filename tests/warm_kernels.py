@@ -16,7 +16,7 @@ from multiprocessing import get_context
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import adaptive, stepping
+from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.ensemble.collide_many import collide_many
 
 # From the one that takes longest.
@@ -56,6 +56,13 @@ def compile_lines(fields: dict) -> None:
         collide_many(warm, 1, workers=1)
 
 
+def compile_modes() -> None:
+    """Do the same by the modes of harmonic chains, at a wall and of unequal masses."""
+    scene = Scene(potential="harmonic", particles=5, velocity=0.1, engine="reference")
+    for each in (scene, scene.replace(masses=(1.0, 2.0))):
+        modal.run(each)
+
+
 def step_once(scene: Scene) -> None:
     """Carry out a collision with steps of either kind."""
     for scheme in ("order8", "extrapolated14"):
@@ -68,6 +75,7 @@ def main() -> None:
         powers = POWERS if "all" in sys.argv else ()
         tasks = [pool.submit(compile_loops, bond) for bond in BONDS + powers]
         tasks += [pool.submit(compile_lines, bond) for bond in BONDS]
+        tasks.append(pool.submit(compile_modes))
         for task in tasks:
             task.result()
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.compile import LoopCompiler
 from chaincor.workflows.engines.in_house.loops.code_prints import print_of
 
@@ -153,8 +154,21 @@ def test_prints_change_with_what_a_function_uses(monkeypatch):
     before = print_of(nested)
     shifted.__code__ = (lambda by: lambda x: x - by).__code__
     assert print_of(nested) != before
+    assert print_of(shifted(np.exp)) != print_of(shifted(np.expm1))
+    assert print_of(shifted(math.exp)) != print_of(shifted(math.sin))
     with pytest.raises(TypeError, match="expected functions, numbers or classes"):
         print_of(shifted([1]))
+
+
+def test_every_bond_has_a_print():
+    # Whose code changes is compiled again; of two formulas neither is taken for the other.
+    fields = [{"potential": name} for name in ("harmonic", "lj", "toda", "log", "morse")]
+    fields += [{"potential": "power", "power_order": order, "power_c": 1.0} for order in (4, 6)]
+    energies = ("exp(-3*(r-1))+3*r", "log(r)^2+tanh(r-1)^2+0.2*(r-1)^4", "sinh(r-1)^2+(r-1)^2")
+    fields += [{"potential": "formula", "energy": energy} for energy in energies]
+    scenes = [Scene(particles=3, velocity=0.01, **each) for each in fields]
+    prints = [print_of(scene.bond.force_kernel) for scene in scenes]
+    assert len(set(prints)) == len(prints)
 
 
 def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():

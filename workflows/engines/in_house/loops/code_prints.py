@@ -2,8 +2,10 @@
 
 from collections.abc import Callable
 from hashlib import sha256
-from types import CodeType, FunctionType, ModuleType
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any
+
+import numpy as np
 
 
 def print_of(function: Callable) -> str:
@@ -13,7 +15,7 @@ def print_of(function: Callable) -> str:
     Parameters
     ----------
     function : callable
-        Plain Python. It may use modules, numbers, classes and further plain functions.
+        Plain Python. It may use modules, numbers, classes, functions of NumPy and plain ones.
 
     Returns
     -------
@@ -45,8 +47,10 @@ def _describe(value: Any, parts: list[str], seen: set[int]) -> None:
         parts.append(f"{value.__module__}.{value.__qualname__}{getattr(value, '_fields', '')}")
     elif isinstance(value, ModuleType):
         parts.append(value.__name__)
-    elif value is None or isinstance(value, int | float | str):
+    elif value is None or isinstance(value, int | float | str | np.generic):
         parts.append(repr(value))
+    elif isinstance(value, np.ufunc | BuiltinFunctionType):
+        parts.append(value.__name__)
     elif isinstance(value, tuple):
         for member in value:
             _describe(member, parts, seen)
