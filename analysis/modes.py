@@ -52,7 +52,7 @@ def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
     r"""
     Return the orthonormal DCT-II: the amplitude of each mode, in O(n log n).
 
-    :math:`q_j = \sqrt{(2 - \delta_{j0})/n} \sum_i u_i \cos(\pi j (i - 1/2)/n)`.
+    .. math:: q_j = \sqrt{(2 - \delta_{j0})/n} \sum_i u_i \cos(\pi j (i - 1/2)/n).
 
     Parameters
     ----------
