@@ -18,15 +18,15 @@ from tests.workflows.commands.test_run import chaincor
 from tests.workflows.test_job import LMP
 
 # Kills LAMMPS, once, in the jobs whose names are in KILL, when it has written a restart file: there
-# it sleeps, so that it is not quicker than the blow.
+# it sleeps until it is killed with its sleep, so that it is not quicker than the blow.
 KILLER = """#!/bin/bash
 for name in $KILL; do
     if [ "$(basename "$PWD")" = "$name" ] && [ ! -e killed ]; then
         touch killed
-        sed "s/^print .*saved_at.*/&\\nshell sleep 3/" in.chain > in.slow
-        {lmp} -in in.slow -var restart 1 &
+        sed "s/^print .*saved_at.*/&\\nshell sleep 600/" in.chain > in.slow
+        setsid {lmp} -in in.slow -var restart 1 &
         until grep -qs saved_at chain.state; do sleep 0.01; done
-        kill -9 $!
+        kill -9 -- -$!
         wait $!
         exit 137
     fi
