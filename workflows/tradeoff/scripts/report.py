@@ -201,6 +201,8 @@ def write_script_study(study: ScriptTradeoff, folder: Path) -> None:
 
 
 def _draw(study: ScriptTradeoff, folder: Path) -> None:
+    from matplotlib.figure import Figure
+
     from chaincor.analysis.figures.script_ladder import LadderCurve, plot_script_ladders
 
     curves = []
@@ -223,7 +225,7 @@ def _draw(study: ScriptTradeoff, folder: Path) -> None:
             )
         )
     axes = plot_script_ladders(curves, variable=study.ladder.name, tolerance=study.tolerance)
-    figure = axes.get_figure(root=True)
-    assert figure is not None
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
     for ending in ("png", "svg"):
         figure.savefig(folder / f"work_precision.{ending}")
