@@ -59,7 +59,7 @@ COMMANDS = {
         "Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.",
         ("jinja2", "rich"),
         {
-            "scipy": "unequal masses, contacts between frames",
+            "scipy": "unequal masses, contacts between frames, .traj",
             "matplotlib": "-o, --animation",
             "ase": "extended XYZ and .traj",
             "MDAnalysis": "TRR and NetCDF",
@@ -67,27 +67,22 @@ COMMANDS = {
     ),
     "validate": CommandFacts(
         "Compare LAMMPS, the in-house integrator and your own.",
-        ("lammps", "jinja2", *_IN_HOUSE, "scipy"),
-        {"matplotlib": "--plot"},
+        ("lammps", "jinja2", *_IN_HOUSE),
+        {**_SOME_SCENES, "matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
         "Measure error against time: of every setting for a scene, or of a LAMMPS script of yours.",
-        ("rich",),
+        ("jinja2", "rich"),
         {
-            **dict.fromkeys(("lammps", "jinja2", "numba"), "a scene"),
+            **dict.fromkeys(("lammps", "numba"), "a scene"),
             "scipy": "--script",
             "matplotlib": "-o",
         },
     ),
     "sweep": CommandFacts(
         "Run many collisions into a store, resumable.",
-        _IN_HOUSE,
-        {
-            **_BY_LAMMPS,
-            **_SOME_SCENES,
-            "rich": "progress on a terminal",
-            "distributed": "--scheduler",
-        },
+        (*_IN_HOUSE, "rich"),
+        {**_BY_LAMMPS, **_SOME_SCENES, "distributed": "--scheduler"},
     ),
     "show": CommandFacts("Show a store of results as a table.", ()),
     "plot": CommandFacts("Draw curves or a heat map from a store.", ("matplotlib",)),
