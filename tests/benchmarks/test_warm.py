@@ -10,7 +10,7 @@ from benchmarks.warm.gain import broken, measure_bounds, measure_gain
 from benchmarks.warm.throughput import compare
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.ensemble import collide_many as module
+from chaincor.workflows.ensemble import groups as module
 from chaincor.workflows.ensemble.collide_many import collide_many
 
 # Fixed seeds: of right programs one set in a thousand would be below this.

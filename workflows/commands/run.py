@@ -20,7 +20,7 @@ Examples:
   chaincor run --speed 0.8 --tolerance 1e-8 --json
   chaincor run scene.toml --particles 50
   chaincor run --wall reflect --timestep 0.01
-  chaincor run --potential toda --velocity 0.1 --temperature 1e-3 --samples 100
+  chaincor run --engine reference --particles 10 --temperature 1e-4 --samples 100
 What it prints is explained by: chaincor explain
 """
 

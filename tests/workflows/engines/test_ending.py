@@ -274,7 +274,20 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
             ending if long or now > longest_collision(scene.particles, 1.0, last_contact) else None
         )
 
+    keeps_off = LookAhead.keeps_off
+
+    def patiently_off(self, until):
+        # What energy alone rules out, from some time on.
+        off, time, evaluations = keeps_off(self, until)
+        ledger = self._chain.ledger
+        now, last_contact = ledger.steps * self._stepper.step, float(ledger.last_contact)
+        if off and not seen:
+            seen.append((now, last_contact))
+        long = seen and now > seen[0][0] + 8.0 * scene.particles
+        return off and long, time if long else now, evaluations
+
     monkeypatch.setattr(EndWatch, "look", patient)
+    monkeypatch.setattr(LookAhead, "keeps_off", patiently_off)
     monkeypatch.setattr(LookAhead, "settle", lambda self: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05
     outcome = stepping.run(scene, Numerics(scheme="order6", timestep=step))
