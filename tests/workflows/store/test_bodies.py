@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import contextlib
 import sqlite3
 
 import numpy as np
@@ -125,5 +126,6 @@ def test_merging_keeps_both_bodies(tmp_path, attempt):
 def test_stores_need_no_new_schema(tmp_path, attempt):
     with Store(tmp_path / "a.sqlite") as store:
         store.record([attempt(TARGET)])
-    (version,) = sqlite3.connect(tmp_path / "a.sqlite").execute("PRAGMA user_version").fetchone()
+    with contextlib.closing(sqlite3.connect(tmp_path / "a.sqlite")) as connection:
+        (version,) = connection.execute("PRAGMA user_version").fetchone()
     assert version == 1
