@@ -1,8 +1,8 @@
 """What a store has of masses, targets and contacts: in any store, old or new."""
 
+import contextlib
 import dataclasses
 import json
-import contextlib
 import sqlite3
 
 import numpy as np
