@@ -31,6 +31,7 @@ from chaincor.workflows.accuracy.expected_cost import (
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive, stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -239,8 +240,7 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
             continue
         met, energies = answered
         begun = time.perf_counter() - whole / len(scenes)
-        asked = scene.tolerance or DEFAULT_TOLERANCE
-        asked_and_why = asked, met.reason, met.details, begun
+        asked_and_why = asked_tolerance(scene), met.reason, met.details, begun
         found.append(_result(scene, met.outcome, met.bar, *asked_and_why, energies))
     return found
 
