@@ -54,8 +54,8 @@ class ManyRuns:
         Shortest and longest bond up to the last contact.
     energies : ndarray of shape (runs,)
         Of the bonds right after the last contact, in rows.
-    seconds : float
-        Wall-clock time of the integration of one, on average.
+    seconds : ndarray of shape (runs,)
+        Wall-clock time of the integration of each: that of all, in equal parts.
     """
 
     settled: NDArray[np.bool_]
