@@ -10,9 +10,9 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.blocks import running
-from chaincor.workflows.engines.in_house.blocks.cores import cores
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme

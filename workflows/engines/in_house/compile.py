@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from types import CellType, FunctionType
 from typing import Any
 
@@ -203,6 +204,7 @@ class LoopCompiler:
     def _tell_numba(self, options: dict[str, bool]) -> None:
         from numba.extending import register_jitable
 
+        _spare_linear_algebra()
         while self._registered:
             function, inline = self._registered.pop(0)
             register_jitable(**OPTIONS, **options, forceinline=inline)(function)
@@ -228,3 +230,17 @@ class LoopCompiler:
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)
+
+
+@lru_cache(maxsize=1)
+def _spare_linear_algebra() -> None:
+    """Keep Numba from loading SciPy's linear algebra, 0.15 s, only to see that it is there."""
+    import numba.np.linalg as algebra
+
+    look = getattr(algebra, "ensure_blas", None)
+    if look is not None:
+        algebra.ensure_blas = lambda: None
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            algebra.ensure_blas = look

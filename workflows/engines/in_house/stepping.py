@@ -24,6 +24,7 @@ from chaincor.workflows.engines.in_house.finish import (
     unfinished_error,
 )
 from chaincor.workflows.engines.in_house.lines.running import run_line
+from chaincor.workflows.engines.in_house.loops.beside import meanwhile
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 
@@ -78,9 +79,10 @@ def run(
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
     stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)
     chain = Chain.at_first_contact(scene, stepper.scheme)
-    # Without a step to take, this only loads or compiles the loops, which is not integration.
-    chain.advance(stepper, 0)
     look_ahead = LookAhead(scene, chain, stepper)
+    # Without a step to take, this only loads or compiles the loops, which is not integration.
+    with meanwhile(_warm_up_coast, scene, numerics):
+        chain.advance(stepper, 0)
     look_ahead.warm_up()
     frames = _Recorder(chain, stepper, frame_interval)
     collision = _Collision(scene, chain, stepper, look_ahead, frames)
@@ -106,6 +108,12 @@ def run(
         force_evaluations=evaluations,
         frames=frames.collected(frames_until),
     )
+
+
+def _warm_up_coast(scene: Scene, numerics: Numerics) -> None:
+    """Load or compile the loop over coarse steps alone."""
+    stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)
+    LookAhead(scene, Chain.at_first_contact(scene, stepper.scheme), stepper).warm_up()
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import interrupts
 from chaincor.workflows.engines.in_house import chain, motion, stepping
 from chaincor.workflows.engines.in_house.blocks import running
-from chaincor.workflows.engines.in_house.blocks.cores import cores
+from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.errors import TimestepError
 from chaincor.workflows.processes.pool import ProcessPool
 from tests.interrupting import interrupted

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from chaincor.workflows.engines.in_house.loops.beside import a_loop_is_compiled
 from chaincor.workflows.engines.in_house.loops.code_prints import print_of
 
 # NumPy's flags that decide how compiled code reads an array: contiguous, aligned, writeable.
@@ -104,6 +105,7 @@ class KeptLoop:
             key = _digest(place, print_of(self._function))
             found = _read(path, key)
             if found is None:
+                a_loop_is_compiled()
                 found = self._compile(arguments)
                 _write(path, key, found)
             return _loaded(found, kinds)
