@@ -199,9 +199,7 @@ class Collision(Shown):
         usual, rare = _names_told()
         names = [*usual, *(name for name in rare if getattr(self, name) is not None)]
         plain = {name: getattr(self, name) for name in names}
-        plain["error_parts"] = {
-            f.name: getattr(self.error_parts, f.name) for f in fields(self.error_parts)
-        }
+        plain["error_parts"] = dict(vars(self.error_parts))
         return {key: finite(value) for key, value in plain.items()}
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
@@ -228,7 +226,10 @@ _AS_THEY_ARE = (str, int, bool)
 
 def finite(value: Any) -> Any:
     """Return a plain value as JSON knows it: with None for numbers that are not finite."""
-    if value is None or type(value) in _AS_THEY_ARE:
+    kind = type(value)
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if value is None or kind in _AS_THEY_ARE:
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else None

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,8 +132,12 @@ def largest_step(scheme: StepSchemeName, stiffness: float) -> float:
     """
     if scheme not in COMPOSITIONS:
         return _LARGEST_EXTRAPOLATED[scheme] / stiffness**0.5
-    heaviest = max(abs(w) for w in COMPOSITIONS[scheme].weights)
-    return _STABILITY_SHARE / (heaviest * stiffness**0.5)
+    return _STABILITY_SHARE / (_heaviest(scheme) * stiffness**0.5)
+
+
+@cache
+def _heaviest(scheme: StepSchemeName) -> float:
+    return max(abs(weight) for weight in COMPOSITIONS[scheme].weights)
 
 
 def guess_step(scene: Scene, scheme: StepSchemeName, goal: float) -> float:

@@ -11,6 +11,7 @@ from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
 from chaincor.workflows.result import Collision
+from chaincor.workflows.store.kept import Kept
 
 # A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
 _one_at_a_time = threading.Lock()
@@ -53,12 +54,28 @@ class Failure:
 
 @dataclass(frozen=True)
 class Attempt:
-    """One try at one scene on one host: its result, or why there is none."""
+    """
+    One try at one scene on one host.
+
+    Attributes
+    ----------
+    scene : Scene
+        The scene.
+    collision : Collision or None
+        Its result.
+    failure : Failure or None
+        Why there is none.
+    host : str
+        Where it was tried.
+    kept : Kept or None
+        Takes the place of the result where hundreds are sent.
+    """
 
     scene: Scene
     collision: Collision | None
     failure: Failure | None
     host: str
+    kept: Kept | None = None
 
 
 @cache
@@ -93,6 +110,8 @@ def carry_out_together(scenes: Sequence[Scene]) -> list[Attempt | None]:
     """
     Carry out collisions of one kind at once; None for those that have to be carried out alone.
 
+    Results are as they are kept: hundreds are to be sent, and what takes long is not to be done
+    where all of them come together.
     Any failure leaves all of them to be carried out alone, where it gets its name.
     """
     from chaincor.workflows.collision import collide_together
@@ -103,6 +122,6 @@ def carry_out_together(scenes: Sequence[Scene]) -> list[Attempt | None]:
     except (ChaincorError, *MACHINE_FAILURES):
         return [None] * len(scenes)
     return [
-        None if result is None else Attempt(scene, result, None, host_name())
+        None if result is None else Attempt(scene, None, None, host_name(), Kept.of(result))
         for scene, result in zip(scenes, found, strict=True)
     ]

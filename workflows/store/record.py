@@ -7,7 +7,8 @@ from typing import Any
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.store.attempt import Attempt, Failure
-from chaincor.workflows.store.rows import array_to_bytes, result_columns, row_key, scene_columns
+from chaincor.workflows.store.kept import Kept
+from chaincor.workflows.store.rows import array_to_bytes, row_key, scene_columns
 from chaincor.workflows.store.schema import FAILURE_COLUMNS
 from chaincor.workflows.store.standing import Standing
 
@@ -33,7 +34,10 @@ def write_attempt(
     scene, key = attempt.scene, row_key(attempt.scene)
     tries = 1 + (0 if old is None else old.tries)
     record = {"host": attempt.host, "finished": finished, "tries": tries}
-    if attempt.collision is None:
+    kept = attempt.kept
+    if attempt.collision is not None:
+        kept = Kept.of(attempt.collision)
+    if kept is None:
         assert attempt.failure is not None
         if old is None or not old.answers(scene):
             _write_failure(connection, scene, attempt.failure, old, record)
@@ -41,7 +45,7 @@ def write_attempt(
     had_arrays = old is not None and old.has_arrays
     # Arrays that were kept must stay those of the row's result.
     keep_arrays = arrays or had_arrays
-    result, versions = result_columns(attempt.collision)
+    result = dict(kept.columns)
     new = Standing(
         restitution=result["restitution"],
         restitution_error=result["restitution_error"],
@@ -58,14 +62,11 @@ def write_attempt(
                 update_row(connection, key, changes | _NO_FAILURE | {"tries": tries})
             return
         result |= new.tightened_by(old)
-    _write_result(connection, scene, result | record, versions)
+    _write_result(connection, scene, result | record, kept.versions)
     if keep_arrays:
         connection.executemany(
             "INSERT OR REPLACE INTO arrays VALUES (?, ?, ?)",
-            [
-                (key, name, array_to_bytes(array))
-                for name, array in attempt.collision.arrays().items()
-            ],
+            [(key, name, array_to_bytes(array)) for name, array in kept.arrays().items()],
         )
 
 
@@ -97,9 +98,12 @@ def _write_failure(
 def _write_result(
     connection: sqlite3.Connection, scene: Scene, columns: dict[str, Any], versions: str
 ) -> None:
-    connection.execute("INSERT OR IGNORE INTO environments (versions) VALUES (?)", (versions,))
     query = "SELECT id FROM environments WHERE versions = ?"
-    (environment,) = connection.execute(query, (versions,)).fetchone()
+    known = connection.execute(query, (versions,)).fetchone()
+    if known is None:
+        connection.execute("INSERT INTO environments (versions) VALUES (?)", (versions,))
+        known = connection.execute(query, (versions,)).fetchone()
+    (environment,) = known
     columns |= scene_columns(scene) | _NO_FAILURE | {"environment": environment}
     _upsert(connection, columns)
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.result import Collision
 from chaincor.workflows.store.attempt import Failure
 from chaincor.workflows.store.schema import FLAG_COLUMNS, RESULT_COLUMNS, SCENE_COLUMNS
 from chaincor.workflows.store.stored_collision import StoredCollision
@@ -46,17 +45,6 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
         "velocity": scene.impact_velocity,
         "scene": json.dumps(canonical, sort_keys=True),
     }
-
-
-def result_columns(collision: Collision) -> tuple[dict[str, Any], str]:
-    """Return the columns that a result fills, and its versions as JSON, for their own table."""
-    fields = collision.to_dict()
-    versions = json.dumps(fields.pop("versions"), sort_keys=True)
-    columns = {name: fields.pop(name) for name in RESULT_COLUMNS}
-    for name in ("potential", "particles", "engine", "scene_sha256"):
-        del fields[name]  # the scene's columns hold them
-    columns["details"] = json.dumps(fields, sort_keys=True)
-    return columns, versions
 
 
 def stored_collision(

@@ -1,7 +1,9 @@
 """Running many collisions into a store: only what is missing, longest first, whole rows only."""
 
 import dataclasses
+import itertools
 import math
+import operator
 import os
 import random
 import time
@@ -169,8 +171,9 @@ def run_plan(
                     task = queue.popleft()
                     if not replace:
                         # Another sweep may have computed some of it meanwhile.
-                        left = tuple(s for s in task if not store.has(s, arrays=arrays))
-                        for scene in set(task) - set(left):
+                        found = [store.has(scene, arrays=arrays) for scene in task]
+                        left = tuple(itertools.compress(task, map(operator.not_, found)))
+                        for scene in itertools.compress(task, found):
                             summary = dataclasses.replace(summary, found=summary.found + 1)
                             advance(costs[scene.collision_sha256])
                         task = left
@@ -261,7 +264,7 @@ def _attempts_in(results: Iterable[Attempt | list[Attempt | None]]) -> list[Atte
 
 
 def _counted(summary: SweepSummary, attempt: Attempt) -> SweepSummary:
-    collision = attempt.collision
+    collision = attempt.collision or attempt.kept
     if collision is None:
         return dataclasses.replace(summary, failed=summary.failed + 1)
     return dataclasses.replace(

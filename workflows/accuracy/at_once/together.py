@@ -166,7 +166,9 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     fine = fine.chosen(places)
     followed = [scenes[place] for place in places.tolist()]
     lasts, steps = fine.last_contact_times, steps[places]
-    coarse = [runner.compare(followed, times * steps, lasts) for times in COARSER]
+    both = np.concatenate([times * steps for times in COARSER])
+    compared = runner.compare(followed * len(COARSER), both, np.tile(lasts, len(COARSER)))
+    coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     speeds = np.array([scene.impact_velocity for scene in followed])
     # As `restitution` gives it for each.
     eta, *others = (

@@ -6,6 +6,8 @@ from functools import lru_cache
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
 from chaincor.workflows.engines.in_house.kernels import KEPT
+from chaincor.workflows.engines.in_house.motion import build_coast
+from chaincor.workflows.engines.in_house.side_by_side.coasts import build_coasts
 from chaincor.workflows.engines.in_house.side_by_side.lanes import build_lane_leap
 from chaincor.workflows.engines.in_house.side_by_side.loop import build_carry
 from chaincor.workflows.engines.in_house.stages import looped_stages
@@ -17,14 +19,26 @@ def carry_for(bond: Potential, scheme: StepScheme) -> Callable | None:
     force = scalar_force(bond)
     if force is None:
         return None
-    return _compile(force.function, force.keep, scheme.build_leap, isinstance(scheme, Composed))
+    return _compile(force.function, force.keep, isinstance(scheme, Composed))
 
 
 @lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: bool, build_leap: Callable, composed: bool) -> Callable:
+def _compile(function: Callable, keep: bool, composed: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
-    near_leap = register(build_leap(looped_stages(kernel, register)))
     leap = compiler.register_long(build_lane_leap(kernel, composed, register))
-    return compiler.compile_allocating(build_carry(kernel, near_leap, leap, register))
+    return compiler.compile(build_carry(kernel, leap, register))
+
+
+def coasts_for(bond: Potential) -> Callable | None:
+    """Return the loop over coarse flights in the same way."""
+    force = scalar_force(bond)
+    return None if force is None else _compile_coasts(force.function, force.keep)
+
+
+@lru_cache(maxsize=KEPT)
+def _compile_coasts(function: Callable, keep: bool) -> Callable:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    stages = looped_stages(compiler.register(function), compiler.register)
+    return compiler.compile(build_coasts(compiler.register(build_coast(stages))))

@@ -14,10 +14,9 @@ from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.in_house.kernels import kernels_for
-from chaincor.workflows.engines.in_house.motion import Glide
-from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for
+from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for, coasts_for
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
-from chaincor.workflows.engines.in_house.side_by_side.loop import MOVING
+from chaincor.workflows.engines.in_house.side_by_side.trips import MOVING, Room
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, required_clearance
@@ -28,7 +27,7 @@ from chaincor.workflows.engines.whole_end import certain_at, next_look
 Array = NDArray[np.float64]
 
 # Longer chains fill the vector units by themselves: decides costs only.
-LONGEST_IN_LANES = 64
+LONGEST_IN_LANES = 128
 
 
 @dataclass(frozen=True)
@@ -104,13 +103,13 @@ class ChainRunner:
         self._scheme = STEP_SCHEMES[scheme]
         self._kernels = kernels_for(self._bond, self._scheme)
         n = self._particles = scene.particles
+        self._coasts = coasts_for(self._bond)
         self._most = steps_at_once(self._scheme.evaluations * n)
         self._in_lanes = n <= LONGEST_IN_LANES
         if self._in_lanes:
             self._carry_lanes = carry_for(self._bond, self._scheme)
             self._lanes = Lanes.of(n).unnamed()
-            near = min(n - 1, self._scheme.reach)
-            self._near = tuple((np.empty(near), np.empty(near + 1)) for _ in range(3))
+            self._near = Lanes.of(min(n, self._scheme.reach + 1)).unnamed()
 
     def follow(self, scenes: list[Scene], steps: Array) -> ManyRuns:
         """Carry collisions to their ends, as far as these can be proved by energy alone."""
@@ -164,7 +163,7 @@ class ChainRunner:
             assert self._carry_lanes is not None, "its force compiles"
             self._carry_lanes(
                 *(group.ledgers, group.states, self._near, self._lanes, group.steps),
-                *(group.goals, group.statuses, self._most, *numbers),
+                *(group.goals, group.statuses, self._most, *numbers, Room.of(len(group.steps))),
             )
             return
         stepper = Stepper(self._kernels, self._scheme, math.nan)
@@ -204,17 +203,22 @@ class ChainRunner:
         coasting: list[tuple[int, int, float, float, float, float]],
         seen: list["_Seen | None"],
     ) -> None:
-        rows = np.array([s for _, s, *_ in coasting])
+        places, chains, now, certain, steps, clearances = zip(*coasting, strict=True)
+        rows = np.array(chains)
         ledgers, strains, velocities = group.ledgers[rows], *(a[rows] for a in group.states[:2])
         ledgers["strain_ceiling"] = coarse_ceiling(self._bond)
         ledgers["strain_max"] = np.max(strains, axis=1)
-        for k, (place, _, now, certain, step, clearance) in enumerate(coasting):
-            count = max(1, math.ceil((certain - now) / step))
-            glide = Glide(count, step, clearance, first=True, last=True)
-            done = self._kernels.coast(
-                ledgers[k], (strains[k], velocities[k]), tuple(glide), self._kernels.parameters
-            )
-            seen[place] = _Seen(done == count, now + done * step)
+        spans = zip(now, certain, steps, strict=True)
+        counts = np.array([max(1, math.ceil((till - since) / step)) for since, till, step in spans])
+        done = np.zeros(len(rows), np.int64)
+        assert self._coasts is not None, "its force compiles"
+        self._coasts(
+            *(ledgers, strains, velocities, counts, np.array(steps), np.array(clearances)),
+            *(done, self._kernels.parameters),
+        )
+        whole, ends = (done == counts).tolist(), (np.array(now) + done * np.array(steps)).tolist()
+        for place, off, end in zip(places, whole, ends, strict=True):
+            seen[place] = _Seen(off, end)
         group.ledgers["evaluations"][rows] = ledgers["evaluations"]
 
     def _outcomes(

@@ -1,0 +1,97 @@
+"""Where chains that are carried side by side are within their steps."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.lines.lanes import LANES
+from chaincor.workflows.engines.in_house.side_by_side.hunts import Hunts
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+# Not left yet; otherwise why it was, see ``motion``.
+MOVING = -1
+
+
+# What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
+# does, which the same move had to show.
+OPEN, MEETS, FREE, REPEATED = range(4)
+
+
+class Queue(NamedTuple):
+    """
+    Some chains; the last to come is the first to go.
+
+    Attributes
+    ----------
+    chains : ndarray of shape (chains,)
+        Which, and room for all.
+    held : ndarray of shape (1,)
+        How many.
+    """
+
+    chains: Counts
+    held: Counts
+
+    @classmethod
+    def of(cls, chains: int) -> "Queue":
+        """Return an empty one with room for all."""
+        return cls(np.zeros(chains, np.int64), np.zeros(1, np.int64))
+
+
+class Trips(NamedTuple):
+    """
+    Where chains are within their steps.
+
+    Attributes
+    ----------
+    begun, left : ndarray of shape (chains,)
+        When the step began, and what is left of it.
+    move : ndarray of shape (chains,)
+        Up to where the next move goes.
+    known : ndarray of shape (chains,)
+        What is known of that.
+    waiting, found : Queue
+        Chains whose contacts have to be searched, and those of which these are found.
+    """
+
+    begun: Array
+    left: Array
+    move: Array
+    known: Counts
+    waiting: Queue
+    found: Queue
+
+
+class Room(NamedTuple):
+    """
+    Room to carry chains.
+
+    Attributes
+    ----------
+    trips : Trips
+        Of the chains.
+    hunts : Hunts
+        Searches for contacts.
+    whose : ndarray of shape (L,)
+        Which chain is in a lane; -1 for none.
+    low, high : ndarray of shape (L,)
+        Its smallest and largest strain now.
+    """
+
+    trips: Trips
+    hunts: Hunts
+    whose: Counts
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, chains: int) -> "Room":
+        """Return room for so many chains, none of which has begun."""
+        trips = Trips(
+            *(np.zeros(chains), np.zeros(chains), np.zeros(chains), np.zeros(chains, np.int64)),
+            *(Queue.of(chains), Queue.of(chains)),
+        )
+        return cls(trips, Hunts.of(), np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES))
