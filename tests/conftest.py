@@ -28,6 +28,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of many cases that take about a second each, `make quick` runs the first."""
+    seen = set()
+    for item in items:
+        if item.get_closest_marker("slow_cases"):
+            family = item.nodeid.partition("[")[0]
+            if family in seen:
+                item.add_marker("slow")
+            seen.add(family)
+
+
 @pytest.fixture
 def update_golden(request: pytest.FixtureRequest) -> bool:
     return request.config.getoption("--update-golden")

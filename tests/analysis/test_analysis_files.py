@@ -41,6 +41,7 @@ def test_report_holds_the_numbers(analysis, tmp_path):
     assert rows[1]["basile_dumont_energy"] != ""
 
 
+@pytest.mark.slow
 def test_report_draws_every_figure_and_says_what_it_shows(analysis, tmp_path):
     write_report(analysis, tmp_path)
     for name in FIGURES:

@@ -38,6 +38,7 @@ def test_it_shares_no_code_with_the_engines(module):
     assert {name for name in foreign if not name.startswith("benchmarks.judge.")} == set()
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("case", [slow_if_long(case) for case in CASES])
 def test_published_values(case):
     law = Law(case["potential"], case.get("b", 10.0), case.get("r", 4), case.get("c", 1.0))

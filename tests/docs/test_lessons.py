@@ -77,6 +77,7 @@ def test_there_are_ten_projects():
     assert len(re.findall(r"^\d+\. ★", (COURSE / "projects.md").read_text(), re.MULTILINE)) == 10
 
 
+@pytest.mark.slow
 def test_data_made_beforehand_are_what_a_computer_gives():
     speeds, lj, toda, log = np.loadtxt(prepared("cor_curves.csv"), delimiter=",", unpack=True)
     for k in (0, 9, 17):

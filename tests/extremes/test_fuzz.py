@@ -18,6 +18,7 @@ BLOCKS = [*((case, first) for first in range(0, 400, BLOCK))]
 BLOCKS += [*((body_case, first) for first in range(0, 200, BLOCK))]
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(("draw", "first"), BLOCKS)
 def test_bad_input_is_answered_or_refused_in_one_line(draw, first):
     found = {}

@@ -60,6 +60,7 @@ def test_bonds_of_one_state_and_of_two_seeds_are_independent():
     assert np.max(np.abs(correlations)) < 4.5 / math.sqrt(20_000)
 
 
+@pytest.mark.slow
 def test_every_mode_of_springs_has_the_energy_of_the_temperature():
     scene = Scene(potential="harmonic", particles=8, masses=[1, 2], temperature=1e-4, velocity=0.1)
     count = 4000

@@ -18,6 +18,7 @@ def place(request, monkeypatch):
         monkeypatch.setattr(collision, "_SOONER_HERE", 0.0)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.usefixtures("place")
 def test_results_come_in_the_order_of_the_scenes():
     found = collide(iter(SCENES), 1e-5, workers=2)
@@ -41,6 +42,7 @@ def test_those_of_a_kind_are_carried_out_together_and_are_what_they_are_alone():
         assert result.contact_times.tolist() == alone.contact_times.tolist()
 
 
+@pytest.mark.slow_cases
 @pytest.mark.usefixtures("place")
 def test_the_first_that_fails_is_named():
     # Bonds of the harmonic chain in LAMMPS cross at this speed.

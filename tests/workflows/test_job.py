@@ -79,6 +79,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("fields", SCENES, ids=lambda f: f"{f['potential']}-{f['particles']}")
 def test_lmp_alone_gives_what_python_gives(fields, wall, tmp_path):
@@ -129,6 +130,7 @@ def line_scene(fields, folder):
     return Scene(velocity=0.05, scheme="verlet", timestep=0.0125, **fields)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("fields", LINES, ids=lambda f: "-".join(map(str, f.values())))
 def test_lmp_alone_gives_what_python_gives_for_two_bodies(fields, tmp_path):
     scene = line_scene(fields, tmp_path)
@@ -185,6 +187,7 @@ def test_a_kept_run_of_two_bodies_is_a_job(tmp_path):
     assert number(done.stdout, "restitution") == pytest.approx(eta_of(scene, outcome), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_a_late_contact_is_waited_for(tmp_path):
     # The 27th contact comes at 38.809, after silence while a piece of nine vibrates.
     scene = Scene(particles=28, speed=1.47, scheme="verlet", timestep=0.002)
@@ -291,6 +294,7 @@ def test_an_unfinished_job_fails(tmp_path):
     assert "UNFINISHED" in done.stdout
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
 def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
@@ -309,6 +313,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     assert number(done.stdout, "contacts") == len(outcome.contact_times)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
 def test_a_job_takes_other_steps_on_request(fields, wall, tmp_path):

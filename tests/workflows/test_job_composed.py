@@ -42,6 +42,7 @@ def from_python(scene, monkeypatch):
     return lammps.run(scene, plan.numerics)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("fields", SCENES, ids=lambda f: "-".join(map(str, f.values())))
 def test_lmp_alone_takes_the_steps_of_the_engine(fields, tmp_path, monkeypatch):
     scene = Scene(**({"scheme": "order6"} | fields), error=False)
@@ -66,6 +67,7 @@ TOLERANCES = [
 ]
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(("fields", "tolerance"), TOLERANCES, ids=str)
 def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
     scene = Scene(**fields, tolerance=tolerance)
@@ -84,6 +86,7 @@ def test_a_job_proves_its_number(fields, tolerance, tmp_path, monkeypatch):
     assert numerics.table_points == (None if plan.table is None else plan.table.rows)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(
     "given", [{"scheme": "order6"}, {"wall": "reflect"}, {"scheme": "verlet", "timestep": 0.02}]
 )
@@ -127,6 +130,7 @@ def test_another_step_has_an_error_of_its_own(tmp_path):
     assert 1e-8 < off <= number(done.stdout, "restitution_error")
 
 
+@pytest.mark.slow
 def test_a_late_contact_interrupts_the_silence(tmp_path):
     """Without the in-house run the Verlet steps of the silence find it, and it is taken exactly."""
     scene = Scene(particles=28, speed=1.47, tolerance=1e-6)

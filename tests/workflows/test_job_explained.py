@@ -11,6 +11,7 @@ def results(text):
     return [line for line in text.splitlines() if " = " in line and "CPU" not in line]
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("fields", [{"potential": "harmonic"}, {"potential": "lj", "speed": 1.0}])
 def test_explaining_changes_no_result(fields, wall, tmp_path):

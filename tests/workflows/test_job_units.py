@@ -30,6 +30,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("fields", SCENES, ids=lambda f: f["potential"] + str(len(f)))
 @pytest.mark.parametrize("units", UNITS, ids=lambda u: u.style)
 def test_a_job_in_any_units_gives_the_numbers_of_the_reduced_one(units, fields, tmp_path):

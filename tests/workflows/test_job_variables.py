@@ -25,6 +25,7 @@ KINDS = [
 GO_ON = "screen no\njump            SELF approach"
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("in_run", [1, 2], ids=["first", "second"])
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: "-".join(map(str, k)))
 def test_a_job_goes_on_in_mid_collision(kind, in_run, tmp_path):
@@ -93,6 +94,7 @@ def test_files_of_different_contacts_are_refused(tmp_path):
     assert "restitution =" not in done.stdout
 
 
+@pytest.mark.slow
 def test_one_job_serves_ten_velocities(tmp_path):
     """Within bars of their own, also faster ones than the job's, as far as its table reaches."""
     scene = Scene(particles=4, speed=0.3, tolerance=1e-7)

@@ -35,6 +35,7 @@ def chain_modes(scene):
     return mode_energies(displacements, velocities, scene.bond.stiffness, line.chain_masses)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("bodies", [{}, {"masses": [1, 2], "target_particles": 5}])
 def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     scene = WARM.replace(**bodies, scheme="verlet", timestep=0.01)

@@ -176,6 +176,7 @@ def test_commands_of_the_script_count_after_the_data_file(job):
         analyze_job(find_job(folder))
 
 
+@pytest.mark.slow
 def test_pictures_and_tables_are_weighed(job, tmp_path):
     analysis = analyze_job(find_job(job[0]))
     write_report(analysis, tmp_path / "out")

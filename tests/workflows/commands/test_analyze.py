@@ -106,6 +106,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
     assert hashlib.sha256((job / "dump.lammpstrj").read_bytes()).hexdigest() in page
 
 
+@pytest.mark.slow
 def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, capsys):
     # Twice the mass and the stiffness: another unit of energy, and the same times and speeds.
     units = ["--length", "1", "--mass", "2", "--stiffness", "2"]
@@ -118,6 +119,7 @@ def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, capsys):
     assert "in units lj" not in words_of(read_page(tmp_path / "plain" / "analysis.html"))
 
 
+@pytest.mark.slow
 def test_a_page_warns_of_what_is_impossible(job, tmp_path, capsys):
     dump = job / "dump.lammpstrj"
     # The last frames come back twice as fast as physics allows.

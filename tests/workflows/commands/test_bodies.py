@@ -82,6 +82,7 @@ def test_files_are_looked_for_beside_the_sweep_file(sweep_file, tmp_path, monkey
     assert read_sweep(path).scenes[0].initial_state.strains[1] == 0.01
 
 
+@pytest.mark.slow
 def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
     drawn = {}
     from chaincor.analysis.figures import store_plots

@@ -166,6 +166,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("name", NAMES)
 def test_an_exercise_takes_its_own_truth(name):
     exercise = find_exercise(name)

@@ -201,6 +201,7 @@ def in_python(code):
     return done.stdout.split()
 
 
+@pytest.mark.slow
 def test_pyplot_is_not_needed_and_knows_the_figure_where_it_is_in_use():
     scene = "collide(Scene(potential='harmonic', particles=3, engine='reference'))"
     code = f"""

@@ -30,6 +30,7 @@ def test_a_row_for_each_point_in_order(tmp_path):
     assert again["finished"].tolist() == frame["finished"].tolist()[-1:]
 
 
+@pytest.mark.slow
 def test_a_collision_that_fails_is_a_row_that_says_why():
     # Harmonic bonds cross in LAMMPS at the second speed.
     frame = sweep(

@@ -83,6 +83,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(
     "scene",
     [

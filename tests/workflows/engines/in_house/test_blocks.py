@@ -65,6 +65,7 @@ def assert_same(one, other):
         assert getattr(one, name) == getattr(other, name), name
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(("scene", "scheme", "step"), RUNS.values(), ids=RUNS.keys())
 @pytest.mark.parametrize(("count", "leaps", "aligned"), [(2, 3, 1), (3, 2, 7), (3, 5, 64)])
 def test_no_bit_depends_on_cores(scene, scheme, step, count, leaps, aligned, in_blocks, moved):

@@ -59,6 +59,7 @@ def test_a_comparison_ends_soon_after_the_known_last_contact():
     np.testing.assert_array_equal(again.contacts, fine.contacts)
 
 
+@pytest.mark.slow
 def test_bonds_that_break_are_looked_at_one_by_one():
     scene = Scene(potential="lj", particles=5, velocity=0.12, temperature=1e-3)
     lines = lines_of(scene, 6)

@@ -296,6 +296,7 @@ def soft_scene(exponent, **fields):
     )
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0, 3.0])
 def test_steps_keep_their_order_in_a_soft_contact(exponent):
     """Across the kink of its force a step would be of order q + 1 at best, or first at q = 1."""

@@ -60,6 +60,7 @@ def one_run(script, variables, pattern):
         return run_script(script, files, variables, pattern, **options).observed.value
 
 
+@pytest.mark.slow
 def test_order_and_limit_of_a_known_law(law, tmp_path):
     before = sorted(path.name for path in tmp_path.iterdir())
     study = run(law, phases=3, tolerance=1e-4)
