@@ -118,7 +118,9 @@ class Chain:
             Particle 1 at the wall and reflected, everything else approaching.
         """
         particles, speed = scene.particles, scene.impact_velocity
-        now = State(np.zeros(particles - 1), np.full(particles, -speed))
+        now = State.room(particles - 1)
+        now.strain[:] = 0.0
+        now.velocity[:] = -speed
         now.velocity[0] = speed
         contacts = np.zeros((2, 2 * particles + 2 * motion.SPARE_CONTACTS))
         contacts[1, 0] = speed
@@ -133,10 +135,9 @@ class Chain:
         ledger.step_evaluations = scheme.evaluations
         blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
         ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
-        near = State(np.empty(reach), np.empty(reach + 1))
-        last, kept, trial = (_copied(now) for _ in range(3))
+        last, kept, trial = (now.copied() for _ in range(3))
         log = np.empty((2, 0))
-        return cls(ledger, motion.Arrays(now, last, kept, near, trial, contacts, log))
+        return cls(ledger, motion.Arrays(now, last, kept, State.room(reach), trial, contacts, log))
 
     @classmethod
     def in_flight(
@@ -190,8 +191,8 @@ class Chain:
         ledger = self.ledger.copy()
         ledger.contacts = 1
         own = self.arrays._replace(
-            now=_copied(self.arrays.now),
-            last=_copied(self.arrays.last),
+            now=self.arrays.now.copied(),
+            last=self.arrays.last.copied(),
             contacts=np.zeros((2, room)),
         )
         return Chain(ledger, own)
@@ -246,7 +247,3 @@ def _block_loops(stepper: Stepper) -> running.Loops | None:
     )
     running.load(loops)
     return loops
-
-
-def _copied(state: State) -> State:
-    return State(state.strain.copy(), state.velocity.copy())
