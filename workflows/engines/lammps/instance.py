@@ -117,10 +117,14 @@ class LammpsChain:
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
         self._initial = self.snapshot()
-        # Of an extrapolated step: the state before it, and after each of its parts.
-        self._start = np.empty((3, count))
-        self._parts = np.empty((len(self._counts), 3, count))
+        # Of an extrapolated step: the state before it, and after each of its parts; x, v and f one
+        # after the other, and each by itself.
+        self._start = np.empty(3 * count)
+        self._start_rows = tuple(self._start.reshape(3, count))
+        self._parts = np.empty((len(self._counts), 3 * count))
+        self._part_rows = [tuple(part.reshape(3, count)) for part in self._parts]
         self._runs = [b"run %d pre no post no" % steps for steps in self._counts]
+        self._mixture = np.array(self.weights)
 
     def __enter__(self) -> Self:
         return self
@@ -268,20 +272,23 @@ class LammpsChain:
         """Take the step as 1, 2, ... Verlet steps, each time from its start, and mix the ends."""
         send, handle = self._send, self._handle
         x, v, f = self.x, self.v, self.f
-        start, parts = self._start, self._parts
-        start[0], start[1], start[2] = x, v, f
+        start_x, start_v, start_f = self._start_rows
+        start_x[:], start_v[:], start_f[:] = x, v, f
         verlet = self._full_step if duration is None else self._encode(duration)
-        for (command, timestep), run, part in zip(verlet, self._runs, parts, strict=True):
-            x[:], v[:], f[:] = start
+        rows = self._part_rows
+        for (command, timestep), run, part in zip(verlet, self._runs, rows, strict=True):
+            if part is not rows[0]:
+                x[:], v[:], f[:] = start_x, start_v, start_f
             if timestep != self._current:
                 send(handle, command)
                 self._current = timestep
             send(handle, run)
-            part[0], part[1], part[2] = x, v, f
+            part_x, part_v, part_f = part
+            part_x[:], part_v[:], part_f[:] = x, v, f
         # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
-        parts -= start
-        mixed = np.dot(self.weights, parts.reshape(len(parts), -1))
-        self.restore(start + mixed.reshape(start.shape))
+        self._parts -= self._start
+        self._start += np.dot(self._mixture, self._parts)
+        self.restore(self._start_rows)
         self.stages_done += sum(self._counts)
 
     def _change_tables(self) -> None:
