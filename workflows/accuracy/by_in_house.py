@@ -175,7 +175,7 @@ def _meet_with_fixed_steps(
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     """
-    Return an outcome whose end is in doubt where those of others are, or their contacts differ.
+    Return an outcome whose end is in doubt where those of others are, or their last hits differ.
 
     Parameters
     ----------
@@ -192,9 +192,11 @@ def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:
     ending = outcome.ending
     for other in others:
         ending = ending.doubted(other.ending.missed_momentum)
-        fewer, more = sorted((outcome, other), key=lambda each: len(each.contact_speeds))
-        late = more.contact_speeds[len(fewer.contact_speeds) :]
-        ending = ending.doubted(2.0 * float(np.sum(late)))
+        # A graze in mid collision that one run has and the other has not is part of their
+        # difference; what comes after the other's last contact may be the first of more.
+        sooner, later = sorted((outcome, other), key=lambda each: float(each.contact_times[-1]))
+        same = int(np.argmin(np.abs(later.contact_times - sooner.contact_times[-1])))
+        ending = ending.doubted(2.0 * float(np.sum(later.contact_speeds[same + 1 :])))
     return replace(outcome, ending=ending)
 
 
