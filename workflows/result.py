@@ -197,10 +197,11 @@ class Collision(Shown):
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
         usual, rare = _names_told()
-        names = [*usual, *(name for name in rare if getattr(self, name) is not None)]
-        plain = {name: getattr(self, name) for name in names}
+        values = vars(self)
+        plain = {name: values[name] for name in usual}
+        plain |= {name: values[name] for name in rare if values[name] is not None}
         plain["error_parts"] = dict(vars(self.error_parts))
-        return {key: finite(value) for key, value in plain.items()}
+        return finite(plain)
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return the arrays by field name, those of a free target among them."""
@@ -221,20 +222,22 @@ def _names_told() -> tuple[list[str], list[str]]:
     return usual, [name for name in rare if name not in TARGET_ARRAYS]
 
 
-_AS_THEY_ARE = (str, int, bool)
+_AS_THEY_ARE = {str, int, bool, type(None)}
 
 
 def finite(value: Any) -> Any:
     """Return a plain value as JSON knows it: with None for numbers that are not finite."""
-    kind = type(value)
-    if kind is float:
-        return value if math.isfinite(value) else None
-    if value is None or kind in _AS_THEY_ARE:
+    if type(value) in _AS_THEY_ARE:
         return value
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {key: finite(inner) for key, inner in value.items()}
+        return {
+            key: inner
+            if type(inner) in _AS_THEY_ARE or (type(inner) is float and math.isfinite(inner))
+            else finite(inner)
+            for key, inner in value.items()
+        }
     if isinstance(value, list | tuple):
         return [finite(inner) for inner in value]
     return value

@@ -71,6 +71,8 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     :math:`(2 \bar v + w) w/v_0^2` with the mean velocity that they could give, w; zero where the
     end is proved or argued.
     """
+    if outcome.ending.missed_momentum == 0.0:
+        return 0.0
     line = scene.line
     if line is None:
         gained = outcome.ending.missed_momentum / scene.particles

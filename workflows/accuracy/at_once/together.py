@@ -122,9 +122,13 @@ def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
 
 
 def _goal_of(scene: Scene) -> float:
+    return _goal(scene, rounding_error("reference", scene))
+
+
+def _goal(scene: Scene, floor: float) -> float:
     asked = asked_tolerance(scene)
     assert asked is not None
-    return max(decade_within(asked), decade_within(rounding_error("reference", scene)))
+    return max(decade_within(asked), decade_within(floor))
 
 
 def _writes(scene: Scene) -> bool:
@@ -154,7 +158,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     assert kind is not None
     runner = ChainRunner(scenes[0], kind.scheme)
     floor = rounding_error("reference", scenes[0])
-    goals = [_goal_of(scene) for scene in scenes]
+    goals = [_goal(scene, floor) for scene in scenes]
     steps = np.array(
         [first_step(s, kind.scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
     )

@@ -52,8 +52,10 @@ class Lanes(NamedTuple):
     ----------
     old, new, trial : LaneState
         Before and after a step, and what it tries.
-    steps, parts : ndarray of shape (n L,)
-        The step H of each lane, repeated along the chain, and a part of it.
+    steps, share : ndarray of shape (L,)
+        The step H of each lane, and a part of it.
+    parts, drifts : ndarray of shape (n L,)
+        Both, repeated along the chain: `parts` what kicks take, `drifts` the whole step.
     forces : ndarray of shape ((n + 1) L,)
         Of the bonds, between zeros.
     """
@@ -62,7 +64,9 @@ class Lanes(NamedTuple):
     new: LaneState
     trial: LaneState
     steps: Array
+    share: Array
     parts: Array
+    drifts: Array
     forces: Array
 
     @classmethod
@@ -71,7 +75,8 @@ class Lanes(NamedTuple):
         old, new, trial = (LaneState.of(particles) for _ in range(3))
         numbers = particles * LANES
         return cls(
-            *(old, new, trial), np.zeros(numbers), np.zeros(numbers), np.zeros(numbers + LANES)
+            *(old, new, trial, np.zeros(LANES), np.zeros(LANES)),
+            *(np.zeros(numbers), np.zeros(numbers), np.zeros(numbers + LANES)),
         )
 
     def unnamed(self) -> tuple:
@@ -95,8 +100,8 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
     Returns
     -------
     callable
-        ``leap(old, new, trial, steps, parts, forces, fractions, bond)``: from old states to new
-        ones; see `Lanes`.
+        ``leap(old, new, trial, steps, share, parts, drifts, forces, fractions, bond)``: from old
+        states to new ones; see `Lanes`.
     """
 
     @register
@@ -124,37 +129,49 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         for j in range(old.shape[0]):
             new[j] = old[j]
 
+    @register
+    def repeat(one: Array, along: Array) -> None:
+        for i in range(along.shape[0] // LANES):
+            for k in range(LANES):
+                along[i * LANES + k] = one[k]
+
     def leap_composed(
         old: LaneState,
         new: LaneState,
         _trial: LaneState,
         steps: Array,
+        share: Array,
         parts: Array,
+        drifts: Array,
         forces: Array,
         fractions: Splitting,
         bond: Any,
     ) -> None:
-        drifts, kicks = fractions
+        whiles, kicks = fractions
         strain, velocity, distance = new
         copy(old[0], strain)
         copy(old[1], velocity)
         copy(old[2], distance)
+        repeat(steps, drifts)
         for row in range(kicks.shape[0]):
-            for j in range(parts.shape[0]):
-                parts[j] = kicks[row] * steps[j]
-            stage(strain, velocity, distance, forces, steps, drifts[row], parts, bond)
-        last = drifts[-1]
+            for k in range(LANES):
+                share[k] = kicks[row] * steps[k]
+            repeat(share, parts)
+            stage(strain, velocity, distance, forces, drifts, whiles[row], parts, bond)
+        last = whiles[-1]
         for k in range(LANES):
             distance[k] += (last * steps[k]) * velocity[k]
         for j in range(strain.shape[0]):
-            strain[j] += (last * steps[j]) * (velocity[j + LANES] - velocity[j])
+            strain[j] += (last * drifts[j]) * (velocity[j + LANES] - velocity[j])
 
     def leap_extrapolated(
         old: LaneState,
         new: LaneState,
         trial: LaneState,
         steps: Array,
+        share: Array,
         parts: Array,
+        drifts: Array,
         forces: Array,
         fractions: Mixture,
         bond: Any,
@@ -168,8 +185,9 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         moved[:] = 0.0
         for row in range(weights.shape[0]):
             weight, count = weights[row], int(counts[row])
-            for j in range(parts.shape[0]):
-                parts[j] = steps[j] / count
+            for k in range(LANES):
+                share[k] = steps[k] / count
+            repeat(share, parts)
             copy(first_strain, strain)
             copy(first_velocity, velocity)
             distance[:] = 0.0

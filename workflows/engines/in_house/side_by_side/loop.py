@@ -74,11 +74,6 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         return lane[2][k], lane[1][k], -force(lane[0][k], bond)
 
     @register
-    def set_step(k: int, step: float, steps: Array) -> None:
-        for i in range(steps.shape[0] // LANES):
-            steps[i * LANES + k] = step
-
-    @register
     def load(s: int, k: int, ledgers: Any, states: tuple, lane: LaneState) -> None:
         # As many particles as lanes have room for.
         for i in range(lane[0].shape[0] // LANES):
@@ -107,7 +102,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         for i in range(lane[1].shape[0] // LANES):
             lane[1][i * LANES + k] = 0.0
         lane[2][k] = 1.0
-        set_step(k, 0.0, steps)
+        steps[k] = 0.0
 
     @register
     def begin_step(ledger: Any, s: int, step: float, trips: Trips) -> None:
@@ -161,21 +156,21 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         bond: Any,
     ) -> int:
         # One point of the path of each chain whose contact is searched; returns how many these are.
-        kept, moved, trial, steps, parts, forces = near
+        kept, moved, trial, steps, share, parts, drifts, forces = near
         for k in range(LANES):
             if hunts.whose[k] < 0 and trips.waiting.held[0] > 0:
                 s = hunts.whose[k] = pop(trips.waiting)
                 hunting += 1
                 load(s, k, ledgers, states, kept)
                 begin(k, hunts, trips.left[s], point_of(kept, k, bond))
-                set_step(k, hunts.time[k], steps)
-        leap(kept, moved, trial, steps, parts, forces, fractions, bond)
+                steps[k] = hunts.time[k]
+        leap(kept, moved, trial, steps, share, parts, drifts, forces, fractions, bond)
         for k in range(LANES):
             s = hunts.whose[k]
             if s < 0:
                 continue
             if not go_on(k, hunts, point_of(moved, k, bond)):
-                set_step(k, hunts.time[k], steps)
+                steps[k] = hunts.time[k]
                 continue
             if hunts.time[k] >= 0.0:
                 trips.move[s], trips.known[s] = hunts.time[k], MEETS
@@ -264,7 +259,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         bond: Any,
         room: Room,
     ) -> None:
-        old, new, trial, lane_steps, parts, forces = lanes
+        old, new, trial, lane_steps, share, parts, drifts, forces = lanes
         trips, hunts, whose, low, high = room
         most_contacts = states[4].shape[2]
         moving = hunting = done = 0
@@ -281,7 +276,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                     continue
                 moving += 1
                 load(s, k, ledgers, states, new)
-                set_step(k, trips.move[s], lane_steps)
+                lane_steps[k] = trips.move[s]
             wanted = hunting + trips.waiting.held[0]
             if moving + wanted == 0:
                 return
@@ -289,7 +284,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 hunting = hunt(hunts, hunting, near, ledgers, states, trips, fractions, bond)
                 continue
             old, new = new, old
-            leap(old, new, trial, lane_steps, parts, forces, fractions, bond)
+            leap(old, new, trial, lane_steps, share, parts, drifts, forces, fractions, bond)
             note_strains(new[0], low, high)
             done += moving
             for k in range(LANES):
@@ -319,7 +314,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                         begin_step(ledger, s, step, trips)
                 if status == MOVING and trips.left[s] > 0.0:
                     if not wait_if_likely(s, point_of(new, k, bond), ledgers, trips):
-                        set_step(k, trips.left[s], lane_steps)
+                        lane_steps[k] = trips.left[s]
                         continue
                 else:
                     statuses[s] = status
