@@ -100,8 +100,8 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
     Returns
     -------
     callable
-        ``leap(old, new, trial, steps, share, parts, drifts, forces, fractions, bond)``: from old
-        states to new ones; see `Lanes`.
+        ``leap(old, new, trial, steps, share, parts, drifts, forces, wanted, fractions, bond)``:
+        from old states to new ones, see `Lanes`; of the bonds the first `wanted` are needed.
     """
 
     @register
@@ -113,15 +113,17 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         drifts: Array,
         share: float,
         kicks: Array,
+        bonds: int,
         bond: Any,
     ) -> None:
+        # What the last particle is given is wrong where more bonds follow: then nobody needs it.
         for k in range(LANES):
             distance[k] += (share * drifts[k]) * velocity[k]
-        for j in range(strain.shape[0]):
+        for j in range(bonds * LANES):
             stretched = strain[j] + (share * drifts[j]) * (velocity[j + LANES] - velocity[j])
             strain[j] = stretched
             forces[j + LANES] = force(stretched, bond)
-        for j in range(velocity.shape[0]):
+        for j in range((bonds + 1) * LANES):
             velocity[j] += kicks[j] * (forces[j] - forces[j + LANES])
 
     @register
@@ -144,10 +146,12 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         parts: Array,
         drifts: Array,
         forces: Array,
+        wanted: int,
         fractions: Splitting,
         bond: Any,
     ) -> None:
         whiles, kicks = fractions
+        bonds = old[0].shape[0] // LANES
         strain, velocity, distance = new
         copy(old[0], strain)
         copy(old[1], velocity)
@@ -157,7 +161,8 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
             for k in range(LANES):
                 share[k] = kicks[row] * steps[k]
             repeat(share, parts)
-            stage(strain, velocity, distance, forces, drifts, whiles[row], parts, bond)
+            reach = min(bonds, wanted + kicks.shape[0] - row)
+            stage(strain, velocity, distance, forces, drifts, whiles[row], parts, reach, bond)
         last = whiles[-1]
         for k in range(LANES):
             distance[k] += (last * steps[k]) * velocity[k]
@@ -173,10 +178,12 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         parts: Array,
         drifts: Array,
         forces: Array,
+        wanted: int,
         fractions: Mixture,
         bond: Any,
     ) -> None:
         weights, counts = fractions
+        bonds = old[0].shape[0] // LANES
         first_strain, first_velocity, first_distance = old
         new_strain, new_velocity, moved = new
         strain, velocity, distance = trial
@@ -191,16 +198,18 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
             copy(first_strain, strain)
             copy(first_velocity, velocity)
             distance[:] = 0.0
-            stage(strain, velocity, distance, forces, parts, 0.5, parts, bond)
-            for _ in range(count - 1):
-                stage(strain, velocity, distance, forces, parts, 1.0, parts, bond)
+            reach = min(bonds, wanted + count)
+            stage(strain, velocity, distance, forces, parts, 0.5, parts, reach, bond)
+            for left in range(count - 1, 0, -1):
+                reach = min(bonds, wanted + left)
+                stage(strain, velocity, distance, forces, parts, 1.0, parts, reach, bond)
             for k in range(LANES):
                 distance[k] += (0.5 * parts[k]) * velocity[k]
                 moved[k] += weight * distance[k]
-            for j in range(strain.shape[0]):
+            for j in range(wanted * LANES):
                 drifted = strain[j] + (0.5 * parts[j]) * (velocity[j + LANES] - velocity[j])
                 new_strain[j] += weight * (drifted - first_strain[j])
-            for j in range(velocity.shape[0]):
+            for j in range((wanted + 1) * LANES):
                 new_velocity[j] += weight * (velocity[j] - first_velocity[j])
         for k in range(LANES):
             moved[k] += first_distance[k]

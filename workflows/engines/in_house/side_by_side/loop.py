@@ -164,7 +164,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 load(s, k, ledgers, states, kept)
                 begin(k, hunts, trips.left[s], point_of(kept, k, bond))
                 steps[k] = hunts.time[k]
-        leap(kept, moved, trial, steps, share, parts, drifts, forces, fractions, bond)
+        leap(kept, moved, trial, steps, share, parts, drifts, forces, 1, fractions, bond)
         for k in range(LANES):
             s = hunts.whose[k]
             if s < 0:
@@ -261,6 +261,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
     ) -> None:
         old, new, trial, lane_steps, share, parts, drifts, forces = lanes
         trips, hunts, whose, low, high = room
+        bonds = states[0].shape[1]
         most_contacts = states[4].shape[2]
         moving = hunting = done = 0
         last = -1
@@ -284,7 +285,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 hunting = hunt(hunts, hunting, near, ledgers, states, trips, fractions, bond)
                 continue
             old, new = new, old
-            leap(old, new, trial, lane_steps, share, parts, drifts, forces, fractions, bond)
+            leap(old, new, trial, lane_steps, share, parts, drifts, forces, bonds, fractions, bond)
             note_strains(new[0], low, high)
             done += moving
             for k in range(LANES):
