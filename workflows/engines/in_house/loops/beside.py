@@ -23,7 +23,7 @@ function, arguments = pickle.load(sys.stdin.buffer)
 function(*arguments)
 """
 # It started first and has less to do: if it is late by so many seconds, something holds it up.
-_PATIENCE = 3.0
+_PATIENCE = 10.0
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
