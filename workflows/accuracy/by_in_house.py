@@ -113,7 +113,7 @@ def _meet_with_fixed_steps(
     drowned = jitter_error("reference", noise, scene) if scene.line is None else 0.0
     drowned = drowned if drowned > goal else 0.0
     tries: list[dict[str, float]] = []
-    best: tuple[float, Outcome, Outcome] | None = None
+    best: tuple[float, Outcome, list[Outcome]] | None = None
     found: list[list[float]] = []
     stalled = 0
     refusals: list[RunError] = []
@@ -136,7 +136,7 @@ def _meet_with_fixed_steps(
             refusals.clear()
             stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
             if best is None or error < best[0]:
-                best = (error, fine, coarse[0])
+                best = (error, fine, coarse)
         tries.append({"timestep": step, "step_error": error})
         if error + floor <= goal or error < 0.3 * floor or step < 1e-5:
             break
@@ -146,8 +146,11 @@ def _meet_with_fixed_steps(
         step *= min(max(wanted, 0.3), 0.8)
     if best is None:
         raise refusals[-1]
-    error, fine, proof = best
+    error, fine, proofs = best
+    proof = proofs[0]
     assert fine.timestep is not None
+    count = len(fine.contact_times)
+    grazes = any(len(run.contact_times) != count for run in proofs)
     if followed is None and fine is not known:
         whole = run_in_house(scene, scheme, fine.timestep)
         error = max(error, abs(eta_of(scene, whole) - eta_of(scene, fine)))
@@ -157,13 +160,16 @@ def _meet_with_fixed_steps(
         error = float(np.max(np.abs(np.ravel(found[-STALLED - 1 :]) - eta_of(scene, fine))))
         noise = noise or jitter(scene)
     quiet = quiet_time(scene.span, scene.slow_stiffness)
-    if np.max(np.diff(fine.contact_times), initial=0.0) > quiet:
-        # What comes after a long silence of a chain that broke amplifies rounding.
+    silent = np.max(np.diff(fine.contact_times), initial=0.0) > quiet
+    if silent or grazes:
+        # What comes after a long silence of a chain that broke amplifies rounding; and where a step
+        # makes or takes a contact, roundings may as well.
         assert fine.timestep is not None
         nudged = nudged_change(scene, scheme, fine.timestep, fine)
         if scene.line is not None:
             nudged /= STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         noise = max(noise, nudged)
+    if silent:
         sure = scene.line is not None and fine.ending.kind == "proved"
         if max(noise, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.

@@ -140,7 +140,8 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     Meet the tolerances of scenes of one kind, as far as that is done at once.
 
     Each is run at the step that usually meets its goal, at twice and at 1.86 times that. Where the
-    goal is not met so, or the end is not proved by energy alone, it is to be met alone.
+    goal is not met so, contacts come or go, or the end is not proved by energy alone, it is to be
+    met alone.
 
     Parameters
     ----------
@@ -185,7 +186,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
         times = fine.contacts[k, 0, : fine.counts[k]]
-        settled = all(run.settled[k] for run in coarse)
+        settled = all(run.settled[k] and run.counts[k] == fine.counts[k] for run in coarse)
         if not (settled and error + floor <= goal) or np.max(np.diff(times), initial=0.0) > quiet:
             continue
         outcome = _outcome(scene, fine, k, kind.scheme, float(steps[k]))
@@ -222,7 +223,7 @@ def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ..
 
 def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
     velocities, count = runs.velocities[k], runs.counts[k]
-    motion = 0.5 * float(velocities @ velocities)
+    motion = 0.5 * float(np.sum(np.square(velocities)))
     return finish(
         scene,
         LastContact(

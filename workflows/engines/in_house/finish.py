@@ -115,7 +115,8 @@ def finish(
     energy_start = 0.5 * scene.particles * speed**2
     if energy_end is None:
         with np.errstate(over="ignore", invalid="ignore"):
-            energy_end = 0.5 * float(last.velocities @ last.velocities)
+            # Not by `@`, whose last digit depends on where arrays lie.
+            energy_end = 0.5 * float(np.sum(np.square(last.velocities)))
             energy_end += float(np.sum(scene.bond.energy(last.strains)))
     refuse_growth(scene, energy_start, energy_end)
     low, high = bond_range
