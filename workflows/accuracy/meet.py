@@ -32,9 +32,10 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, noise)
     for _ in range(_MOST_LOOSER):
         # What contacts after an open end could change, no step makes less; and where refinement
-        # stalled, a smaller bar at looser steps would be luck.
+        # stalled above the roundings, a smaller bar at looser steps would be luck.
         assert found.bar.step is not None
-        if _bar(found) - found.bar.ending <= goal or found.bar.step > goal:
+        stalled = found.bar.step > max(goal, found.bar.rounding)
+        if _bar(found) - found.bar.ending <= goal or stalled:
             break
         goal *= 10.0
         if in_house:
