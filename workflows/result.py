@@ -232,12 +232,7 @@ def finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {
-            key: inner
-            if type(inner) in _AS_THEY_ARE or (type(inner) is float and math.isfinite(inner))
-            else finite(inner)
-            for key, inner in value.items()
-        }
+        return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [finite(inner) for inner in value]
     return value

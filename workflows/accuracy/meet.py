@@ -49,10 +49,15 @@ def meet(scene: Scene, tolerance: float) -> Answer:
 def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     """Return the goal that numerics are chosen for, and the jitter of the in-house eta."""
     floor = rounding_error(scene.engine, scene)
-    goal = max(decade_within(tolerance), decade_within(floor))
+    goal = goal_above(floor, tolerance)
     # Light particles between heavy ones amplify more than equal ones ever do.
     matters = goal < JITTER_MATTERS * floor or scene.line is not None
     return goal, jitter(scene) if matters and _steps_are_fixed(scene) else 0.0
+
+
+def goal_above(floor: float, tolerance: float) -> float:
+    """Return the goal of a tolerance where roundings leave this floor."""
+    return max(decade_within(tolerance), decade_within(floor))
 
 
 def decade_within(tolerance: float) -> float:

@@ -1,9 +1,7 @@
 """Running many collisions into a store: only what is missing, longest first, whole rows only."""
 
 import dataclasses
-import itertools
 import math
-import operator
 import os
 import random
 import time
@@ -171,12 +169,14 @@ def run_plan(
                     task = queue.popleft()
                     if not replace:
                         # Another sweep may have computed some of it meanwhile.
-                        found = [store.has(scene, arrays=arrays) for scene in task]
-                        left = tuple(itertools.compress(task, map(operator.not_, found)))
-                        for scene in itertools.compress(task, found):
-                            summary = dataclasses.replace(summary, found=summary.found + 1)
-                            advance(costs[scene.collision_sha256])
-                        task = left
+                        left = []
+                        for scene in task:
+                            if store.has(scene, arrays=arrays):
+                                summary = dataclasses.replace(summary, found=summary.found + 1)
+                                advance(costs[scene.collision_sha256])
+                            else:
+                                left.append(scene)
+                        task = tuple(left)
                     if len(task) > 1:
                         pending[executor.submit(carry_out_together, task)] = task
                     elif task:

@@ -24,11 +24,11 @@ from chaincor.workflows.accuracy.error_bars import (
     with_floors,
 )
 from chaincor.workflows.accuracy.expected_cost import expected_seconds_together
-from chaincor.workflows.accuracy.meet import decade_within
+from chaincor.workflows.accuracy.meet import goal_above
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.ending import Ending, quiet_time
-from chaincor.workflows.engines.in_house.finish import LastContact, finish
+from chaincor.workflows.engines.in_house.finish import LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
 from chaincor.workflows.engines.outcome import Outcome
@@ -77,8 +77,9 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if not is_smooth(scene) or is_exact(scene) or _writes(scene):
         return None
-    goal = _goal_of(scene)
-    if goal < JITTER_MATTERS * rounding_error("reference", scene):
+    floor = rounding_error("reference", scene)
+    goal = _goal(scene, floor)
+    if goal < JITTER_MATTERS * floor:
         return None
     if sharpness(scene) > SHARPEST_FIXED:
         return None
@@ -121,14 +122,10 @@ def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
     return found
 
 
-def _goal_of(scene: Scene) -> float:
-    return _goal(scene, rounding_error("reference", scene))
-
-
 def _goal(scene: Scene, floor: float) -> float:
     asked = asked_tolerance(scene)
     assert asked is not None
-    return max(decade_within(asked), decade_within(floor))
+    return goal_above(floor, asked)
 
 
 def _writes(scene: Scene) -> bool:
@@ -223,7 +220,6 @@ def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ..
 
 def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> Outcome:
     velocities, count = runs.velocities[k], runs.counts[k]
-    motion = 0.5 * float(np.sum(np.square(velocities)))
     return finish(
         scene,
         LastContact(
@@ -239,5 +235,5 @@ def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> 
         bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
         seconds=float(runs.seconds[k]),
         force_evaluations=int(runs.evaluations[k]),
-        energy_end=motion + float(runs.energies[k]),
+        energy_end=kinetic_energy(velocities) + float(runs.energies[k]),
     )

@@ -149,6 +149,45 @@ def fit_path(start: PathPoint, end: PathPoint, step: float) -> Quintic:
     return x0, v0, a0, a3, a4, a5
 
 
+def narrow(
+    low: float, high: float, time: float, point: PathPoint
+) -> tuple[float, float, float, bool]:
+    """
+    Take one step towards the zero of a path.
+
+    Parameters
+    ----------
+    low, high : float
+        Times between which the zero is.
+    time : float
+        One of these.
+    point : tuple of float
+        Position, velocity and acceleration then.
+
+    Returns
+    -------
+    low, high, time : float
+        The narrower bounds, and a better time within them.
+    settled : bool
+        Whether it is the zero to the last digits.
+    """
+    x, v, a = point
+    if x == 0.0:
+        return low, high, time, True
+    if x > 0.0:
+        low = time
+    else:
+        high = time
+    better = time - x / v if v < 0.0 else -1.0
+    if not low <= better <= high:
+        better = 0.5 * (low + high)
+    moved = abs(better - time)
+    # Newton's next move would be the curvature's share of this one squared, and what the slope of
+    # the map and the velocity differ by.
+    near = moved * moved * abs(a) <= RESOLUTION * better * abs(v)
+    return low, high, better, moved <= SETTLED * better and near
+
+
 def build_contact_search(probe: Callable, register: Callable) -> Callable:
     """
     Return the search for the first contact within a step.
@@ -170,27 +209,15 @@ def build_contact_search(probe: Callable, register: Callable) -> Callable:
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)
+    narrow_down = register(narrow)
 
     @register
     def refine(low: float, high: float, guess: float, search: Any) -> float:
         # The position is positive at `low`, a departure apart, and not at `high`.
         time = guess if low < guess < high else 0.5 * (low + high)
         for _ in range(MOST_ITERATIONS):
-            x, v, a = probe(time, search)
-            if x == 0.0:
-                return time
-            if x > 0.0:
-                low = time
-            else:
-                high = time
-            better = time - x / v if v < 0.0 else -1.0
-            if not low <= better <= high:
-                better = 0.5 * (low + high)
-            moved = abs(better - time)
-            time = better
-            # Newton's next move would be the curvature's share of this one squared, and what the
-            # slope of the map and the velocity differ by.
-            if moved <= SETTLED * time and moved * moved * abs(a) <= RESOLUTION * time * abs(v):
+            low, high, time, settled = narrow_down(low, high, time, probe(time, search))
+            if settled:
                 break
         return time
 

@@ -115,8 +115,7 @@ def finish(
     energy_start = 0.5 * scene.particles * speed**2
     if energy_end is None:
         with np.errstate(over="ignore", invalid="ignore"):
-            # Not by `@`, whose last digit depends on where arrays lie.
-            energy_end = 0.5 * float(np.sum(np.square(last.velocities)))
+            energy_end = kinetic_energy(last.velocities)
             energy_end += float(np.sum(scene.bond.energy(last.strains)))
     refuse_growth(scene, energy_start, energy_end)
     low, high = bond_range
@@ -142,6 +141,12 @@ def finish(
         crossed=low < 0.0,
         frames=frames,
     )
+
+
+def kinetic_energy(velocities: NDArray[np.float64]) -> float:
+    """Return that of unit masses, to the last bit alike wherever an array lies."""
+    # So not by `@`.
+    return 0.5 * float(np.sum(np.square(velocities)))
 
 
 def refuse_growth(scene: Scene, energy_start: float, energy_end: float) -> None:

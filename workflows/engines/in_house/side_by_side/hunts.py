@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from chaincor.workflows.engines.in_house.contact_search import (
     MOST_ITERATIONS,
     NARROWEST,
-    RESOLUTION,
-    SETTLED,
     PathPoint,
     count_sign_changes,
     first_root,
     fit_path,
+    narrow,
 )
 from chaincor.workflows.engines.in_house.lines.lanes import LANES
 
@@ -95,6 +94,7 @@ def build_hunt(register: Callable) -> tuple[Callable, Callable]:
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
     guess_root = register(first_root)
+    narrow_down = register(narrow)
 
     @register
     def begin(k: int, hunts: Hunts, step: float, start: PathPoint) -> None:
@@ -136,24 +136,10 @@ def build_hunt(register: Callable) -> tuple[Callable, Callable]:
 
     @register
     def refine(k: int, hunts: Hunts, point: PathPoint) -> bool:
-        # As `contact_search` refines the zero, once.
-        x, v, a = point
-        time = hunts.time[k]
-        if x == 0.0:
-            return True
-        if x > 0.0:
-            hunts.low[k] = time
-        else:
-            hunts.high[k] = time
-        better = time - x / v if v < 0.0 else -1.0
-        if not hunts.low[k] <= better <= hunts.high[k]:
-            better = 0.5 * (hunts.low[k] + hunts.high[k])
-        moved = abs(better - time)
-        hunts.time[k] = time = better
+        low, high, time, settled = narrow_down(hunts.low[k], hunts.high[k], hunts.time[k], point)
+        hunts.low[k], hunts.high[k], hunts.time[k] = low, high, time
         hunts.moves[k] += 1
-        if moved <= SETTLED * time and moved * moved * abs(a) <= RESOLUTION * time * abs(v):
-            return True
-        return hunts.moves[k] == MOST_ITERATIONS
+        return settled or hunts.moves[k] == MOST_ITERATIONS
 
     @register
     def go_on(k: int, hunts: Hunts, point: PathPoint) -> bool:

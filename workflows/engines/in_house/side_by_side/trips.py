@@ -14,7 +14,6 @@ Counts = NDArray[np.int64]
 # Not left yet; otherwise why it was, see ``motion``.
 MOVING = -1
 
-
 # What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
 # does, which the same move had to show.
 OPEN, MEETS, FREE, REPEATED = range(4)
