@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.clamped_spline import clamped_spline
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import TableError
-from chaincor.lammps_inputs.scene import TableStyle
+from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # Sections of the table file, one for each bond type.

@@ -3,19 +3,16 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from chaincor.lammps_inputs.scene import (
-    DEFAULT_REFLECT_TIMESTEP,
-    DEFAULT_TIMESTEPS,
-    Scene,
-    Scheme,
-    TableStyle,
-    Wall,
-)
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.field_types import Scheme, TableStyle, Wall
 
 # Engines also extrapolate steps: the in-house one where a tolerance lets it choose, LAMMPS if told.
 StepSchemeName = Scheme | Literal["extrapolated12", "extrapolated14", "extrapolated16"]
 # Order of convergence of what a scene can name, with the impact-located wall.
 SCHEME_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
+# Composed steps that are a sensible start for each scheme where the user names none.
+DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}
+DEFAULT_REFLECT_TIMESTEP = 0.005
 
 
 @dataclass(frozen=True)

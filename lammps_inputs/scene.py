@@ -3,56 +3,53 @@
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 import tomli_w
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from chaincor.lammps_inputs.bonds.formula_text import check_parameters
 from chaincor.lammps_inputs.bonds.named import named_bond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
-from chaincor.lammps_inputs.errors import SceneError, meant, mistakes_in
+from chaincor.lammps_inputs.errors import SceneError, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.scene_bodies import chain_masses, line_of, read_masses
-from chaincor.lammps_inputs.scene_file import parse_toml, read_scene_fields
-from chaincor.lammps_inputs.scene_identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
-from chaincor.lammps_inputs.scene_identity import FILE_KEYS as FILE_KEYS
-from chaincor.lammps_inputs.scene_identity import OUTPUT_KEYS as OUTPUT_KEYS
-from chaincor.lammps_inputs.scene_identity import (
+from chaincor.lammps_inputs.scene_parts.field_types import (
+    AnyPotential,
+    Compression,
+    Contact,
+    ContactExponent,
+    Engine,
+    FilePath,
+    Frames,
+    Masses,
+    Number,
+    Parameters,
+    ParticleCount,
+    PositiveNumber,
+    PowerOrder,
+    Scheme,
+    Seed,
+    TableRows,
+    TableStyle,
+    Tolerance,
+    Wall,
+)
+from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses, line_of
+from chaincor.lammps_inputs.scene_parts.identity import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
+from chaincor.lammps_inputs.scene_parts.identity import FILE_KEYS as FILE_KEYS
+from chaincor.lammps_inputs.scene_parts.identity import OUTPUT_KEYS as OUTPUT_KEYS
+from chaincor.lammps_inputs.scene_parts.identity import (
     canonical_fields,
     hash_of,
     plain_fields,
     shown_fields,
 )
-from chaincor.lammps_inputs.scene_rules import NUMERICS_KEYS, check_together, told
-from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
-
-PotentialName = Literal["harmonic", "lj", "toda", "morse", "log", "power", "table", "formula"]
-POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
-Engine = Literal["lammps", "reference"]
-Wall = Literal["event", "reflect"]
-Scheme = Literal["verlet", "order4", "order6", "order8"]
-TableStyle = Literal["linear", "spline"]
-Contact = Literal["hard", "power"]
-
-PositiveFloat = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Masses = Annotated[tuple[PositiveFloat, ...], Field(min_length=1)]
+from chaincor.lammps_inputs.scene_parts.rules import NUMERICS_KEYS, check_together, told
+from chaincor.lammps_inputs.scene_parts.scene_file import parse_toml, read_scene_fields
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
-# Composed steps that are a sensible start for each scheme where the user names none.
-DEFAULT_TIMESTEPS = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.2}
-DEFAULT_REFLECT_TIMESTEP = 0.005
 
 
 class Scene(BaseModel):
@@ -73,40 +70,38 @@ class Scene(BaseModel):
         frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
     )
 
-    potential: PotentialName | Potential = Field(
+    potential: AnyPotential = Field(
         default="lj", description="bond potential; from Python also a Potential object"
     )
-    toda_b: PositiveFloat | None = Field(
+    toda_b: PositiveNumber | None = Field(
         default=None, description="steepness b of the toda bond [default: 10]"
     )
-    morse_a: PositiveFloat | None = Field(
+    morse_a: PositiveNumber | None = Field(
         default=None, description="inverse width a of the morse bond [default: 6]"
     )
-    power_order: Annotated[int, Field(ge=3, le=99)] | None = Field(
+    power_order: PowerOrder | None = Field(
         default=None, description="order of the power bond's anharmonic term, 3 or more"
     )
-    power_c: Annotated[float, Field(allow_inf_nan=False)] | None = Field(
+    power_c: Number | None = Field(
         default=None, description="its coefficient: positive for even order, negative for odd"
     )
-    bond_file: Path | None = Field(
+    bond_file: FilePath | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
     )
     energy: str | None = Field(
         default=None,
         description="U as a formula of the strain s, or the length r, for potential formula",
     )
-    parameters: dict[str, float] | None = Field(
+    parameters: Parameters | None = Field(
         default=None, description="values of the other names in it, as D=0.0139,a=6"
     )
-    particles: Annotated[int, Field(ge=1, le=10_000_000)] = Field(
-        default=100, description="number of particles in the chain"
-    )
+    particles: ParticleCount = Field(default=100, description="number of particles in the chain")
     masses: Masses | None = Field(
         default=None,
         description="masses of the particles, from the contact outward, repeated along the chain: "
         "1,2 or a file of numbers [default: 1]",
     )
-    target_particles: Annotated[int, Field(ge=1, le=10_000_000)] | None = Field(
+    target_particles: ParticleCount | None = Field(
         default=None,
         description="in place of the wall a free body at rest: so many particles with the same "
         "bonds",
@@ -119,36 +114,36 @@ class Scene(BaseModel):
         description="hard bodies, or soft ones that repel with K d^q of their overlap d "
         "[default: hard]",
     )
-    contact_stiffness: PositiveFloat | None = Field(
+    contact_stiffness: PositiveNumber | None = Field(
         default=None, description="K of contact power [default: 1]"
     )
-    contact_exponent: Annotated[float, Field(ge=1, le=9)] | None = Field(
+    contact_exponent: ContactExponent | None = Field(
         default=None, description="q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]"
     )
-    initial: Path | None = Field(
+    initial: FilePath | None = Field(
         default=None,
         description="state the chain comes with: CSV file with a row a particle, columns position "
         "or strain, velocity, mass",
     )
-    compression: Annotated[float, Field(gt=-1, lt=1)] | None = Field(
+    compression: Compression | None = Field(
         default=None, description="by which part all bonds of the chain are shorter at first"
     )
-    temperature: PositiveFloat | None = Field(
+    temperature: PositiveNumber | None = Field(
         default=None,
         description="k_B T at which both bodies are in equilibrium at first: bonds and velocities "
         "are drawn [default: cold]",
     )
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] | None = Field(
+    seed: Seed | None = Field(
         default=None, description="of what is drawn, a whole number [default: 1]"
     )
-    speed: PositiveFloat | None = Field(
+    speed: PositiveNumber | None = Field(
         default=None, description="impact speed in units of v* [default: 0.4]"
     )
-    velocity: PositiveFloat | None = Field(
+    velocity: PositiveNumber | None = Field(
         default=None, description="impact speed in absolute units, instead of --speed"
     )
     engine: Engine = Field(default="lammps", description="who integrates the motion")
-    tolerance: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] | None = Field(
+    tolerance: Tolerance | None = Field(
         default=None, description="absolute error asked of the restitution [default: 1e-6]"
     )
     wall: Wall | None = Field(
@@ -160,7 +155,7 @@ class Scene(BaseModel):
         description="composition of Verlet steps that makes one step [default: as the tolerance "
         "needs; with numerics of your own order6, with wall reflect verlet]",
     )
-    timestep: PositiveFloat | None = Field(
+    timestep: PositiveNumber | None = Field(
         default=None,
         description="composed step H [default: as the tolerance needs; else by scheme 0.0125, "
         "0.05, 0.1, 0.2, with wall reflect 0.005]",
@@ -169,90 +164,26 @@ class Scene(BaseModel):
         default=None,
         description="interpolation of the tabulated bond [default: spline; linear for kinks]",
     )
-    table_points: Annotated[int, Field(ge=3, le=10_000_000)] | None = Field(
+    table_points: TableRows | None = Field(
         default=None, description="rows of the tabulated bond [default: as the scene needs]"
     )
     error: bool = Field(
         default=True, description="run again at H/2 and two other steps for the error bar"
     )
-    dump: Path | None = Field(default=None, description="write the motion to this LAMMPS dump")
-    dump_frames: PositiveFloat | Literal["contacts"] = Field(
+    dump: FilePath | None = Field(default=None, description="write the motion to this LAMMPS dump")
+    dump_frames: Frames = Field(
         default=20.0,
         description="frames of the dump per sound crossing of the chain, or 'contacts' for one "
         "after each",
     )
-    save: Path | None = Field(default=None, description="keep the LAMMPS job in this folder")
-    arrays: Path | None = Field(default=None, description="write the arrays to this NPZ file")
+    save: FilePath | None = Field(default=None, description="keep the LAMMPS job in this folder")
+    arrays: FilePath | None = Field(default=None, description="write the arrays to this NPZ file")
 
     def __init__(self, **fields: Any) -> None:
         try:
             super().__init__(**fields)
         except ValidationError as error:
             raise told(error, type(self).model_fields) from None
-
-    @field_validator("potential", mode="before")
-    @classmethod
-    def _refuse_unknown_potential(cls, value: Any) -> Any:
-        if isinstance(value, str) and value.lower() in POTENTIAL_NAMES:
-            return value.lower()
-        if isinstance(value, Potential):
-            return value
-        near = meant(value, POTENTIAL_NAMES) if isinstance(value, str) else None
-        hint = "" if near is None else f"; did you mean {near!r}?"
-        raise ValueError(f"expected one of {', '.join(POTENTIAL_NAMES)}{hint}")
-
-    @field_validator("masses", "target_masses", mode="before")
-    @classmethod
-    def _read_masses(cls, value: Any) -> Any:
-        return read_masses(value)
-
-    @field_validator(
-        "particles", "target_particles", "power_order", "table_points", "seed", mode="before"
-    )
-    @classmethod
-    def _refuse_bool_count(cls, value: Any) -> Any:
-        if isinstance(value, bool):
-            raise ValueError("expected a whole number")
-        return value
-
-    @field_validator(
-        "speed",
-        "velocity",
-        "tolerance",
-        "timestep",
-        "toda_b",
-        "morse_a",
-        "power_c",
-        "contact_stiffness",
-        "contact_exponent",
-        "compression",
-        "temperature",
-        mode="before",
-    )
-    @classmethod
-    def _refuse_bool_number(cls, value: Any) -> Any:
-        if isinstance(value, bool):
-            raise ValueError("expected a number")
-        return value
-
-    @field_validator("dump_frames", mode="before")
-    @classmethod
-    def _refuse_other_words(cls, value: Any) -> Any:
-        if isinstance(value, bool | str) and value != "contacts":
-            raise ValueError("expected a positive number, or 'contacts'")
-        return value
-
-    @field_validator("parameters", mode="before")
-    @classmethod
-    def _check_parameters(cls, value: Any) -> Any:
-        return None if value is None else check_parameters(value)
-
-    @field_validator("bond_file", "initial", "dump", "save", "arrays", mode="after")
-    @classmethod
-    def _refuse_null_character(cls, value: Path | None) -> Path | None:
-        if value is not None and "\0" in str(value):
-            raise ValueError("expected a path without null characters")
-        return value
 
     @model_validator(mode="after")
     def _check_together(self) -> Self:

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
+from chaincor.lammps_inputs.scene_parts.rules import SHORTEST_TIMESTEP, VERLET_STABILITY_LIMIT
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 DATA_FILE = "chain.data"

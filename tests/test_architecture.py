@@ -25,6 +25,7 @@ FLOORS = {
         {"grids", "sweep", "tradeoff"},
         {"job", "job_analysis", "machine", "store", "validation"},
         {"collision", "pictures", "scripted"},
+        {"result_of"},
         {"accuracy"},
         {"result"},
         {"showing"},

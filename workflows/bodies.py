@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity, energy_split
-from chaincor.lammps_inputs.scene_bodies import (
+from chaincor.lammps_inputs.scene_parts.given_bodies import (
     DEFAULT_CONTACT_EXPONENT,
     DEFAULT_CONTACT_STIFFNESS,
     seed_of,

@@ -5,22 +5,14 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import cache
-from typing import Any, cast, overload
+from typing import overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import momentum_residual
-from chaincor.lammps_inputs.bonds.formula import Formula
-from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import ChaincorError
-from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
-from chaincor.workflows.accuracy.answer import spread_of
+from chaincor.workflows.accuracy.answer import Answer, spread_of
 from chaincor.workflows.accuracy.at_once.together import companies, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import (
@@ -32,25 +24,20 @@ from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
-from chaincor.workflows.bodies import bodies_after, impulse_residual
-from chaincor.workflows.engines.in_house import adaptive, stepping
+from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.given import scenes_given, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.processes.in_flight import as_they_end
 from chaincor.workflows.processes.pool import ProcessPool
 from chaincor.workflows.processes.progress import progress_bar
-from chaincor.workflows.result import Collision, ErrorBar
-from chaincor.workflows.versions import versions
+from chaincor.workflows.result import Collision
+from chaincor.workflows.result_of import result_of
 
 # A collision of a day is seldom meant.
 MOST_SECONDS = 86400.0
 # Seconds in which new processes are hardly up.
 _SOONER_HERE = 3.0
-# Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
-_ROUNDED = 1e-9
 
 
 @overload
@@ -207,17 +194,16 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     if scene.explicit:
-        outcome, bar, found = _run_as_given(scene)
-        asked, reason = None, None
+        asked, answer = None, _run_as_given(scene)
     else:
         asked = scene.tolerance or DEFAULT_TOLERANCE
-        met = meet.meet(scene, asked)
-        outcome, bar, found, reason = met.outcome, met.bar, met.details, met.reason
+        answer = meet.meet(scene, asked)
     if scene.temperature is not None:
         assert scene.line is not None
         gap = float(scene.line.strains[scene.line.gap])
-        found = found | {"draw": {"generator": GENERATOR, "gap": gap}}
-    result = _result(scene, outcome, bar, asked, reason, found, started)
+        drawn = {"draw": {"generator": GENERATOR, "gap": gap}}
+        answer = replace(answer, details=answer.details | drawn)
+    result = result_of(scene, answer, asked, started)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
     return result
@@ -238,14 +224,13 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
         if answered is None:
             found.append(None)
             continue
-        met, energies = answered
+        answer, energies = answered
         begun = time.perf_counter() - whole / len(scenes)
-        asked_and_why = asked_tolerance(scene), met.reason, met.details, begun
-        found.append(_result(scene, met.outcome, met.bar, *asked_and_why, energies))
+        found.append(result_of(scene, answer, asked_tolerance(scene), begun, energies))
     return found
 
 
-def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
+def _run_as_given(scene: Scene) -> Answer:
     numerics = Numerics.from_scene(scene)
     scouted = scout(scene)
     if scouted is not None:
@@ -266,108 +251,4 @@ def _run_as_given(scene: Scene) -> tuple[Outcome, ErrorBar, dict[str, Any]]:
         share = PROOF_SHARE[numerics.wall]
         spreads = [spread_of(scene, outcome, run) for run in others]
         found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    return outcome, error_bar(outcome, scene, step), found
-
-
-@cache
-def _all_versions() -> dict[str, str]:
-    return versions()
-
-
-def _result(
-    scene: Scene,
-    outcome: Outcome,
-    bar: ErrorBar,
-    asked: float | None,
-    reason: str | None,
-    found: dict[str, Any],
-    started: float,
-    energies: NDArray[np.float64] | None = None,
-) -> Collision:
-    if energies is None:
-        masses = None if scene.line is None else scene.line.chain_masses
-        stiffness = scene.bond.stiffness
-        energies = mode_energies(outcome.displacements, outcome.velocities, stiffness, masses)
-    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
-    eta = eta_of(scene, outcome)
-    certificate = outcome.details.get("table")
-    scouted = found.get("scouting")
-    bond_min, bond_max, source = outcome.bond_min, outcome.bond_max, "every step"
-    if outcome.engine == "lammps":
-        source = "LAMMPS, at contacts and at looks between them"
-        if scouted is not None:
-            bond_min = min(bond_min, scouted["bond_min"])
-            bond_max = max(bond_max, scouted["bond_max"])
-            source = "in-house scouting run, every step, and LAMMPS at contacts"
-    longer = scene.bond.natural_length - 1.0
-    total = bar.total
-    met = None if asked is None or total is None else total <= asked
-    return Collision(
-        restitution=eta,
-        restitution_error=total,
-        kinematic_restitution=math.sqrt(eta),
-        contacts=len(outcome.contact_times),
-        last_contact_time=float(outcome.contact_times[-1]),
-        engine=outcome.engine,
-        wall=outcome.wall,
-        scheme=outcome.scheme,
-        timestep=outcome.timestep,
-        table=certificate["style"] if certificate else None,
-        table_points=certificate["rows"] if certificate else None,
-        potential=scene.label,
-        particles=scene.particles,
-        velocity=v0,
-        speed=None if v_star is None else v0 / v_star,
-        v_star=v_star,
-        bond_min=bond_min + longer,
-        bond_max=bond_max + longer,
-        bond_range_source=source,
-        energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
-        momentum_residual=(
-            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
-            if line is None
-            else impulse_residual(line, outcome, v0)
-        ),
-        ending=outcome.ending.kind,
-        duration=outcome.duration,
-        fragments=outcome.fragments,
-        crossed=outcome.crossed,
-        tolerance=asked,
-        tolerance_met=met,
-        reason=reason,
-        error_parts=bar,
-        seconds=outcome.seconds,
-        seconds_total=time.perf_counter() - started,
-        scene_sha256=scene.sha256,
-        versions=_all_versions(),
-        contact_times=outcome.contact_times,
-        contact_speeds=outcome.contact_speeds,
-        mode_energies=energies,
-        velocities=outcome.velocities,
-        displacements=outcome.displacements,
-        details=outcome.details | found,
-        **_bond_fields(scene.bond),
-        replay=_replay(scene, outcome, found),
-        **bodies_after(scene, outcome),
-    )
-
-
-def _bond_fields(bond: Potential) -> dict[str, Any]:
-    """Return what results say of bonds that are not in the usual units, or a formula."""
-    fields: dict[str, Any] = {}
-    if isinstance(bond, Formula):
-        fields |= {"energy": bond.text, "parameters": dict(bond.given)}
-    for name in ("stiffness", "natural_length"):
-        if abs(getattr(bond, name) - 1.0) > _ROUNDED:
-            fields[name] = float(getattr(bond, name))
-    return fields
-
-
-def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
-    numerics, accuracy = outcome.numerics, None
-    if numerics is None and outcome.timestep is not None:
-        scheme = cast(StepSchemeName, outcome.scheme)
-        numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
-    elif outcome.scheme == adaptive.SCHEME and "choice" in found:
-        accuracy = found["choice"]["tries"][-1]["accuracy"]
-    return Replay(scene, outcome.scheme, numerics, accuracy)
+    return Answer(outcome, error_bar(outcome, scene, step), details=found)

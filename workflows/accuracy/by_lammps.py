@@ -8,7 +8,8 @@ from typing import Any
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
-from chaincor.lammps_inputs.scene import Scene, TableStyle
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.error_bars import (

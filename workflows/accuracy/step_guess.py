@@ -13,8 +13,8 @@ from chaincor.lammps_inputs.bonds.potential import (
     compressed_strains,
 )
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.numerics import StepSchemeName
-from chaincor.lammps_inputs.scene import DEFAULT_TIMESTEPS, Scene
+from chaincor.lammps_inputs.numerics import DEFAULT_TIMESTEPS, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured

@@ -10,8 +10,8 @@ import click
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import meant, mistakes_in
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_file import read_scene_fields
-from chaincor.lammps_inputs.scene_rules import BOND_KEYS
+from chaincor.lammps_inputs.scene_parts.rules import BOND_KEYS
+from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
 
 
 def _plain_types(annotation: Any) -> list[Any]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
-from chaincor.lammps_inputs.scene import Scheme
+from chaincor.lammps_inputs.scene_parts.field_types import Scheme
 
 _KAHAN_LI = "Kahan and Li (1997), Math. Comp. 66, 1089"
 SOURCES: dict[str, str] = {

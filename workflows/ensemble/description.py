@@ -7,7 +7,7 @@ import numpy as np
 from chaincor.analysis.distribution import Distribution, Quantile
 from chaincor.analysis.figures.terminal import draw_histogram
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_bodies import chain_masses
+from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses
 from chaincor.workflows.ensemble.result import Ensemble
 
 DEFAULT_PRECISION = 0.01

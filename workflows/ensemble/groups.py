@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.lammps_inputs.scene_bodies import seed_of
-from chaincor.lammps_inputs.scene_identity import plain_fields
+from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
+from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.accuracy.expected_cost import expected_seconds

@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.lammps_inputs.scene_file import MASSES_READ, from_folder, read_scene_fields
+from chaincor.lammps_inputs.scene_parts.scene_file import (
+    MASSES_READ,
+    from_folder,
+    read_scene_fields,
+)
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints, merged
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
-from chaincor.lammps_inputs.scene_file import from_folder
+from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
 from chaincor.workflows.errors import SweepError
 
 # An axis over the key drops these from the base scene, which they would contradict.

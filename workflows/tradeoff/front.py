@@ -5,7 +5,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import Engine, Scene, Scheme
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.field_types import Engine, Scheme
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.measurement import Measurement

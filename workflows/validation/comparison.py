@@ -10,7 +10,7 @@ from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
-from chaincor.lammps_inputs.scene_bodies import given_bodies, plain_bodies
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_bodies
 from chaincor.workflows.collision import collide
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision

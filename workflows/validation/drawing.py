@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.agreement import plot_agreement
 from chaincor.analysis.figures.style import new_figure
-from chaincor.lammps_inputs.scene_bodies import given_bodies
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.validation.comparison import Validation
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_bodies import given_bodies
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.cli import main
 from chaincor.workflows.validation.comparison import validate, validate_user
 from chaincor.workflows.validation.grid import grid_around

@@ -9,7 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.scene_bodies import BODY_KEYS, body_fields
+from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
 
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.scene_bodies import masses_in
+from chaincor.lammps_inputs.scene_parts.given_bodies import masses_in
 
 # Keys that name files to be read, and those that may: numbers with commas between them are none.
 FILES_READ = ("bond_file", "initial")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_bodies import given_bodies
+from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 
 FOUR = {"particles": 4}
 STATE = "strain,velocity\n0,-0.1\n0.01,-0.2\n0,-0.1\n-0.02,-0.1\n"

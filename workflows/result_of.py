@@ -1,0 +1,150 @@
+"""The result of a collision, put together from what an engine found and its error bar."""
+
+import math
+import time
+from functools import cache
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import momentum_residual
+from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import Answer
+from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.bodies import bodies_after, impulse_residual
+from chaincor.workflows.engines.in_house import adaptive
+from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.replay import Replay
+from chaincor.workflows.result import Collision
+from chaincor.workflows.versions import versions
+
+# Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
+_ROUNDED = 1e-9
+
+
+@cache
+def _all_versions() -> dict[str, str]:
+    return versions()
+
+
+def result_of(
+    scene: Scene,
+    answer: Answer,
+    asked: float | None,
+    started: float,
+    energies: NDArray[np.float64] | None = None,
+) -> Collision:
+    """
+    Return the result of a collision.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collided.
+    answer : Answer
+        The run that gives the number, and its error.
+    asked : float or None
+        The tolerance; None with explicit numerics.
+    started : float
+        When work on it began, by ``time.perf_counter``.
+    energies : ndarray of shape (n,), optional
+        Of its vibration modes, where they are known already.
+
+    Returns
+    -------
+    Collision
+        The result.
+    """
+    outcome, bar, found = answer.outcome, answer.bar, answer.details
+    if energies is None:
+        masses = None if scene.line is None else scene.line.chain_masses
+        stiffness = scene.bond.stiffness
+        energies = mode_energies(outcome.displacements, outcome.velocities, stiffness, masses)
+    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
+    eta = eta_of(scene, outcome)
+    certificate = outcome.details.get("table")
+    scouted = found.get("scouting")
+    bond_min, bond_max, source = outcome.bond_min, outcome.bond_max, "every step"
+    if outcome.engine == "lammps":
+        source = "LAMMPS, at contacts and at looks between them"
+        if scouted is not None:
+            bond_min = min(bond_min, scouted["bond_min"])
+            bond_max = max(bond_max, scouted["bond_max"])
+            source = "in-house scouting run, every step, and LAMMPS at contacts"
+    longer = scene.bond.natural_length - 1.0
+    total = bar.total
+    met = None if asked is None or total is None else total <= asked
+    return Collision(
+        restitution=eta,
+        restitution_error=total,
+        kinematic_restitution=math.sqrt(eta),
+        contacts=len(outcome.contact_times),
+        last_contact_time=float(outcome.contact_times[-1]),
+        engine=outcome.engine,
+        wall=outcome.wall,
+        scheme=outcome.scheme,
+        timestep=outcome.timestep,
+        table=certificate["style"] if certificate else None,
+        table_points=certificate["rows"] if certificate else None,
+        potential=scene.label,
+        particles=scene.particles,
+        velocity=v0,
+        speed=None if v_star is None else v0 / v_star,
+        v_star=v_star,
+        bond_min=bond_min + longer,
+        bond_max=bond_max + longer,
+        bond_range_source=source,
+        energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
+        momentum_residual=(
+            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
+            if line is None
+            else impulse_residual(line, outcome, v0)
+        ),
+        ending=outcome.ending.kind,
+        duration=outcome.duration,
+        fragments=outcome.fragments,
+        crossed=outcome.crossed,
+        tolerance=asked,
+        tolerance_met=met,
+        reason=answer.reason,
+        error_parts=bar,
+        seconds=outcome.seconds,
+        seconds_total=time.perf_counter() - started,
+        scene_sha256=scene.sha256,
+        versions=_all_versions(),
+        contact_times=outcome.contact_times,
+        contact_speeds=outcome.contact_speeds,
+        mode_energies=energies,
+        velocities=outcome.velocities,
+        displacements=outcome.displacements,
+        details=outcome.details | found,
+        **_bond_fields(scene.bond),
+        replay=_replay(scene, outcome, found),
+        **bodies_after(scene, outcome),
+    )
+
+
+def _bond_fields(bond: Potential) -> dict[str, Any]:
+    """Return what results say of bonds that are not in the usual units, or a formula."""
+    fields: dict[str, Any] = {}
+    if isinstance(bond, Formula):
+        fields |= {"energy": bond.text, "parameters": dict(bond.given)}
+    for name in ("stiffness", "natural_length"):
+        if abs(getattr(bond, name) - 1.0) > _ROUNDED:
+            fields[name] = float(getattr(bond, name))
+    return fields
+
+
+def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
+    numerics, accuracy = outcome.numerics, None
+    if numerics is None and outcome.timestep is not None:
+        scheme = cast(StepSchemeName, outcome.scheme)
+        numerics = Numerics(scheme=scheme, timestep=outcome.timestep)
+    elif outcome.scheme == adaptive.SCHEME and "choice" in found:
+        accuracy = found["choice"]["tries"][-1]["accuracy"]
+    return Replay(scene, outcome.scheme, numerics, accuracy)
