@@ -39,6 +39,8 @@ _COARSER = (2.0, 1.86)
 _LARGEST_STEP = 0.33
 # Of those that need more, most never converge.
 _MOST_REFINEMENTS = 7
+# Steps with this error miss less than rounding does: finer ones gain nothing.
+_SMALLEST_ERROR = 1e-16
 # Rounding may take this part of a goal.
 _ROUNDING_SHARE = 0.1
 
@@ -92,7 +94,7 @@ class ManyMeetings:
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
         self._collisions = ManyCollisions(line, scene.bond, self.scheme)
-        self._rungs: dict[int, int] = {}
+        self._rungs: dict[int, tuple[int, int]] = {}
 
     @staticmethod
     def serve(scene: Scene) -> bool:
@@ -106,7 +108,7 @@ class ManyMeetings:
 
     def share(self, velocity: float) -> int:
         """Return how many to meet at once, so that progress is seen."""
-        return self._collisions.share(self._step(max(self._first_rung(velocity), 0)))
+        return self._collisions.share(self._step(max(self._rungs_of(velocity)[0], 0)))
 
     def stop(self) -> None:
         """Let whoever is in :meth:`meet`, in another thread, leave it at once."""
@@ -137,7 +139,7 @@ class ManyMeetings:
         RunError
             If it was stopped.
         """
-        rungs = np.array([self._first_rung(v) for v in velocities.tolist()])
+        rungs, last_rungs = np.array([self._rungs_of(v) for v in velocities.tolist()]).T
         floor = self._rounding(starts, velocities)
         found = _nothing(len(starts), floor)
         left = (rungs >= 0) & (floor <= _ROUNDING_SHARE * self._goal)
@@ -158,34 +160,38 @@ class ManyMeetings:
             for name in ("contacts", "last_contact_times", "proved"):
                 getattr(found, name)[done] = getattr(runs, name)[met]
             tries[now] += 1
-            left[now] = ~met & (tries[now] < _MOST_REFINEMENTS)
-            # Late contacts of chains that broke have more to them than a step.
-            left[now[runs.settled & runs.silent & ~runs.proved]] = False
+            left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rung < last_rungs[now])
+            # Late contacts of chains that broke have more to them than a step, and late ends.
+            left[now[runs.settled & runs.silent & ~runs.proved | runs.endless]] = False
             with np.errstate(divide="ignore"):
                 wanted = (STEP_SHARE * self._goal / errors) ** (1.0 / order)
             shrink = np.log(np.where(np.isfinite(errors), wanted, 0.5)) / math.log(_STEP_LADDER)
             # What converges late, as it amplifies what steps miss, needs larger strides.
             rungs[now] += np.clip(np.ceil(shrink).astype(np.int64), tries[now], 5 + tries[now])
+            rungs = np.minimum(rungs, last_rungs)
         return found
 
     def _step(self, rung: int) -> float:
         return _LARGEST_STEP / self._scene.fast_stiffness**0.5 * _STEP_LADDER**rung
 
-    def _first_rung(self, velocity: float) -> int:
-        """Guess which step an impact velocity needs; -1 where bonds are too sharp for any."""
+    def _rungs_of(self, velocity: float) -> tuple[int, int]:
+        """Return the first and the last step to try; -1 where bonds are too sharp for any."""
         energy = velocity**2 + _HOTTEST_BOND * (self._scene.temperature or 0.0)
         place = math.ceil(math.log(energy) / _ENERGY_LADDER)
         if place not in self._rungs:
-            self._rungs[place] = self._rung_at(math.exp(place * _ENERGY_LADDER))
+            energy = math.exp(place * _ENERGY_LADDER)
+            goals = (STEP_SHARE * self._goal, _SMALLEST_ERROR)
+            first, last = (self._rung_at(energy, goal) for goal in goals)
+            self._rungs[place] = first, max(first, last)
         return self._rungs[place]
 
-    def _rung_at(self, energy: float) -> int:
+    def _rung_at(self, energy: float, goal: float) -> int:
         scene, bond = self._scene, self._scene.bond
         strain = compressed_strain(bond, energy)
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return -1
-        step = 0.5 * usual_step(self.scheme, STEP_SHARE * self._goal, scene.fast_stiffness)
+        step = 0.5 * usual_step(self.scheme, goal, scene.fast_stiffness)
         smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
         return max(math.ceil(smaller), 0)
 

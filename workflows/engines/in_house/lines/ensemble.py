@@ -92,6 +92,8 @@ class ManyOutcomes:
     ----------
     settled : ndarray of shape (samples,)
         Whether a collision was carried to an end; nothing else counts where it was not.
+    endless : ndarray of shape (samples,)
+        Whether no end was found for as long as collisions are followed: none is by other steps.
     proved : ndarray of shape (samples,)
         Whether its end is proved; argued otherwise.
     speeds : ndarray of shape (samples,)
@@ -107,6 +109,7 @@ class ManyOutcomes:
     """
 
     settled: NDArray[np.bool_]
+    endless: NDArray[np.bool_]
     proved: NDArray[np.bool_]
     speeds: Array
     contacts: NDArray[np.int64]
@@ -340,6 +343,7 @@ class _Group:
             grown = self._of.energies(ends) <= MOST_ENERGY_GROWTH * self.energies
         return ManyOutcomes(
             settled=settled & grown,
+            endless=(self.statuses == DUE) if known is None else known.endless,
             proved=~self.argued if known is None else known.proved,
             speeds=_each_sum(self.last_velocities[:, 1:] * masses) / whole,
             contacts=self._number,
