@@ -146,12 +146,40 @@ def test_a_step_that_is_too_large_is_found_out(monkeypatch):
     starts, v = StartStates.of([line]), np.array([0.08])
     good = meetings.meet(starts, v)
     monkeypatch.setattr("chaincor.workflows.accuracy.at_once.many._LARGEST_STEP", 1.1)
-    monkeypatch.setattr(ManyMeetings, "_rung_at", lambda *_: 0)
+    # The first one is too large; finer ones may be tried.
+    monkeypatch.setattr(ManyMeetings, "_rungs_of", lambda *_: (0, 30))
     coarse = ManyMeetings(WARM).meet(starts, v)
     assert not coarse.met[0] or coarse.timesteps[0] < 0.8
     if coarse.met[0]:
         bars = coarse.step_error[0] + good.step_error[0]
         assert abs(coarse.restitution[0] - good.restitution[0]) <= bars
+
+
+@pytest.mark.parametrize(
+    ("fields", "least"),
+    [
+        # Its end is not seen for as long as many are followed.
+        ({"particles": 50, "seed": 1348, "velocity": 3.077e-3, "tolerance": 1e-3}, 0.1),
+        # It comes so slowly that the last digits decide. Order 14 errs less than by them.
+        pytest.param(
+            {"particles": 12, "velocity": 9.13e-5, "tolerance": 1e-6}, 0.05, marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, fields, least):
+    steps = []
+    compare = ManyMeetings._compare
+    monkeypatch.setattr(
+        ManyMeetings,
+        "_compare",
+        lambda self, starts, step, v: steps.append(step) or compare(self, starts, step, v),
+    )
+    scene = Scene(potential="toda", temperature=1e-3, engine="reference", **fields)
+    velocity = np.array([scene.velocity])
+    meetings = ManyMeetings(scene)
+    met = meetings.meet(StartStates.of([scene.line]), velocity)
+    assert not met.met[0]
+    assert min(steps) > least
 
 
 def test_states_are_those_of_the_scenes(monkeypatch):
