@@ -196,12 +196,16 @@ class Collision(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""
+        return finite(self.plain())
+
+    def plain(self) -> dict[str, Any]:
+        """Return the same with all numbers as they are."""
         usual, rare = _names_told()
         values = vars(self)
         plain = {name: values[name] for name in usual}
         plain |= {name: values[name] for name in rare if values[name] is not None}
         plain["error_parts"] = dict(vars(self.error_parts))
-        return finite(plain)
+        return plain
 
     def arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return the arrays by field name, those of a free target among them."""

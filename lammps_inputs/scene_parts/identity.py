@@ -18,6 +18,8 @@ DEFAULT_TOLERANCE = 1e-6
 FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
 # Masses of a scene, where it is shown in a line.
 _MOST_SHOWN = 8
+# To make an encoder anew takes as long as to use it.
+_canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 OUTPUT_KEYS = (*FILE_KEYS, "error")
 
 
@@ -99,8 +101,7 @@ def _plain(value: Any) -> Any:
 
 def hash_of(fields: dict[str, Any]) -> str:
     """Return the SHA-256 of fields, in hexadecimal."""
-    canonical = json.dumps(fields, sort_keys=True, allow_nan=False)
-    return hashlib.sha256(canonical.encode()).hexdigest()
+    return hashlib.sha256(_canonical_json(fields).encode()).hexdigest()
 
 
 def _force_digest(bond: Potential) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.result import Collision
+from chaincor.workflows.result import Collision, finite
 from chaincor.workflows.store.schema import RESULT_COLUMNS
 
 
@@ -38,12 +38,12 @@ class Kept:
     @classmethod
     def of(cls, collision: Collision) -> Self:
         """Return what is kept of a result."""
-        fields = collision.to_dict()
+        fields = collision.plain()
         versions = _versions_json(tuple(fields.pop("versions").items()))
-        columns = {name: fields.pop(name) for name in RESULT_COLUMNS}
+        columns = {name: finite(fields.pop(name)) for name in RESULT_COLUMNS}
         for name in _OF_SCENES:
             del fields[name]
-        columns["details"] = _write_json(fields)
+        columns["details"] = _finite_json(fields)
         arrays = collision.arrays()
         lengths = {name: len(array) for name, array in arrays.items()}
         return cls(columns, versions, lengths, np.concatenate(list(arrays.values())).tobytes())
@@ -73,7 +73,14 @@ class Kept:
 # The scene's columns hold them.
 _OF_SCENES = ("potential", "particles", "engine", "scene_sha256")
 # To make an encoder anew takes as long as to use it.
-_write_json = json.JSONEncoder(sort_keys=True).encode
+_write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
+
+
+def _finite_json(fields: dict[str, Any]) -> str:
+    try:
+        return _write_json(fields)
+    except ValueError:
+        return _write_json(finite(fields))
 
 
 @lru_cache(maxsize=16)
