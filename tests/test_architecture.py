@@ -66,6 +66,7 @@ FLOORS = {
         {"formula_rest", "user_bond"},
         {"formula_code"},
         {"formula_text"},
+        {"force_kernels"},
         {"potential"},
         {"check", "clamped_spline", "exponential", "series"},
     ],

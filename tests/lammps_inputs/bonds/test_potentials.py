@@ -9,6 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chaincor.lammps_inputs.bonds.force_kernels import (
+    PowerParameters,
+    TodaParameters,
+    power_force,
+    toda_force,
+)
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     Harmonic,
@@ -16,11 +22,7 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Logarithmic,
     Morse,
     Power,
-    PowerParameters,
     Toda,
-    TodaParameters,
-    power_force,
-    toda_force,
 )
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError

@@ -13,12 +13,11 @@ from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.meet import decade_within
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
-from chaincor.workflows.engines.in_house.lines.ensemble import (
-    ManyCollisions,
+from chaincor.workflows.engines.in_house.lines.ensemble import ManyCollisions, serves
+from chaincor.workflows.engines.in_house.lines.many_states import (
     ManyOutcomes,
     StartStates,
     chain_energies,
-    serves,
 )
 from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

@@ -7,12 +7,8 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.lines.ensemble import (
-    ManyCollisions,
-    StartStates,
-    chain_energies,
-    serves,
-)
+from chaincor.workflows.engines.in_house.lines.ensemble import ManyCollisions, serves
+from chaincor.workflows.engines.in_house.lines.many_states import StartStates, chain_energies
 from chaincor.workflows.errors import RunError
 
 WARM = Scene(potential="toda", particles=6, velocity=0.08, temperature=1e-3, masses=(1.0, 2.0, 0.5))

@@ -1,7 +1,6 @@
 """Many collisions of one chain with a wall, which differ in their initial states and steps."""
 
 import math
-from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,12 @@ from chaincor.workflows.engines.in_house.lines.ensemble_loop import (
     EndBounds,
 )
 from chaincor.workflows.engines.in_house.lines.lanes import LANES, Lanes
+from chaincor.workflows.engines.in_house.lines.many_states import (
+    ManyOutcomes,
+    StartStates,
+    chain_energies,
+    each_sum,
+)
 from chaincor.workflows.engines.in_house.lines.verlet import LineParameters
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
@@ -49,78 +54,6 @@ def serves(line: Line, bond: Potential) -> bool:
     """Return whether collisions are of a kind that is carried here: a hard, rigid wall."""
     compiled = scalar_force(bond) is not None and len(line.chain_masses) > 1
     return line.rigid and line.first == 1 and not line.soft and bond.smooth and compiled
-
-
-@dataclass(frozen=True)
-class StartStates:
-    """
-    Where collisions of one chain begin.
-
-    Attributes
-    ----------
-    strains : ndarray of shape (samples, n)
-        The gap to the wall, and of the bonds.
-    velocities : ndarray of shape (samples, n)
-        Positive away from the wall.
-    """
-
-    strains: Array
-    velocities: Array
-
-    @classmethod
-    def of(cls, lines: list[Line]) -> "StartStates":
-        """Return those of lines with a rigid wall."""
-        return cls(
-            np.array([line.strains for line in lines]),
-            np.array([line.velocities[1:] for line in lines]),
-        )
-
-    def __len__(self) -> int:
-        return len(self.strains)
-
-    def chosen(self, which: NDArray) -> "StartStates":
-        """Return some of them."""
-        return StartStates(self.strains[which], self.velocities[which])
-
-
-@dataclass(frozen=True)
-class ManyOutcomes:
-    """
-    What came of many collisions.
-
-    Attributes
-    ----------
-    settled : ndarray of shape (samples,)
-        Whether a collision was carried to an end; nothing else counts where it was not.
-    endless : ndarray of shape (samples,)
-        Whether no end was found for as long as collisions are followed: none is by other steps.
-    proved : ndarray of shape (samples,)
-        Whether its end is proved; argued otherwise.
-    speeds : ndarray of shape (samples,)
-        Centre-of-mass velocity afterwards.
-    contacts : ndarray of shape (samples,)
-        How many there were.
-    last_contact_times : ndarray of shape (samples,)
-        From the first contact.
-    silent : ndarray of shape (samples,)
-        Whether two contacts were farther apart than the quiet time of an argued end.
-    bond_min, bond_max : ndarray of shape (samples,)
-        Shortest and longest bond up to the last contact.
-    """
-
-    settled: NDArray[np.bool_]
-    endless: NDArray[np.bool_]
-    proved: NDArray[np.bool_]
-    speeds: Array
-    contacts: NDArray[np.int64]
-    last_contact_times: Array
-    silent: NDArray[np.bool_]
-    bond_min: Array
-    bond_max: Array
-
-    def chosen(self, which: NDArray) -> "ManyOutcomes":
-        """Return some of them."""
-        return ManyOutcomes(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 class ManyCollisions:
@@ -279,8 +212,8 @@ class _Group:
     def _arrival(self) -> Array:
         """Return when the mean displacement would be at the wall."""
         masses = self._line.chain_masses / float(np.sum(self._line.chain_masses))
-        distance = _each_sum(np.cumsum(self.strains, axis=1) * masses)
-        return np.maximum(distance, 0.0) / -_each_sum(self.velocities[:, 1:] * masses)
+        distance = each_sum(np.cumsum(self.strains, axis=1) * masses)
+        return np.maximum(distance, 0.0) / -each_sum(self.velocities[:, 1:] * masses)
 
     def compare(self, lasts: Array) -> None:
         """Carry all until a while after known last contacts, which are from the first."""
@@ -345,7 +278,7 @@ class _Group:
             settled=settled & grown,
             endless=(self.statuses == DUE) if known is None else known.endless,
             proved=~self.argued if known is None else known.proved,
-            speeds=_each_sum(self.last_velocities[:, 1:] * masses) / whole,
+            speeds=each_sum(self.last_velocities[:, 1:] * masses) / whole,
             contacts=self._number,
             last_contact_times=self.ledgers["parted"] - self.firsts,
             silent=self._silent(),
@@ -360,12 +293,6 @@ class _Group:
         # Of more contacts than are listed nothing is known.
         quiet = quiet_time(self._of.particles, self._of._stiffness)
         return (longest > quiet) | (self.counts > 0)
-
-
-def chain_energies(line: Line, bond: Potential, starts: StartStates) -> Array:
-    """Return the energy of each chain, of shape (samples,)."""
-    motion = 0.5 * _each_sum(starts.velocities**2 * line.chain_masses)
-    return motion + np.sum(bond.energy(starts.strains[:, 1:]), axis=1)
 
 
 def _end_bounds(line: Line, bond: Potential, stiffness: float, top: int) -> EndBounds:
@@ -383,8 +310,3 @@ def _end_bounds(line: Line, bond: Potential, stiffness: float, top: int) -> EndB
         reaches=reaches,
         interval=1.0 / stiffness**0.5,
     )
-
-
-def _each_sum(terms: Array) -> Array:
-    """Return the sum of each row; a matrix product may round a row as the number of rows is."""
-    return np.asarray(np.sum(terms, axis=1))

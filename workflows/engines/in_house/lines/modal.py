@@ -25,7 +25,11 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.lines.body_modes import BodyModes, body_modes
+from chaincor.workflows.engines.in_house.lines.modal_bodies import (
+    ModalBodies,
+    mean_distance,
+    opening_velocity,
+)
 from chaincor.workflows.engines.in_house.mode_flight import ModalGap
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -135,9 +139,9 @@ def jitter(scene: Scene, line: Line) -> float:
             line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
         )
         collision = _Collision(scene, scaled, None)
-        arriving = _opening(collision.departure)
+        arriving = opening_velocity(collision.departure)
         collision.run()
-        etas.append((_opening(collision.departure) / arriving) ** 2)
+        etas.append((opening_velocity(collision.departure) / arriving) ** 2)
     return max(abs(eta - etas[0]) for eta in etas)
 
 
@@ -150,68 +154,15 @@ class _State:
     displacements: Array
 
 
-class _Bodies:
-    """Both bodies in their modes: the chain's come first, after the translation."""
-
-    def __init__(self, line: Line, stiffness: float) -> None:
-        self.line = line
-        self.chain = body_modes(line.chain_masses, stiffness)
-        self.target: BodyModes | None = None
-        if not line.rigid:
-            self.target = body_modes(line.target_masses, stiffness)
-        self._split = len(line.chain_masses)
-
-    def at_start(self) -> ModalGap:
-        """Return the gap at the start."""
-        line, chain = self.line, self.chain
-        strains = [chain.strain_amplitudes(line.strains[line.first :])]
-        speeds = [chain.velocity_amplitudes(line.velocities[line.first :])]
-        if self.target is not None:
-            # From the contact outward it goes towards -x: seen in a mirror, it is a chain.
-            strains.append(self.target.strain_amplitudes(line.strains[: line.gap][::-1]))
-            speeds.append(self.target.velocity_amplitudes(-line.velocities[: line.first][::-1]))
-        # Of the relative motion of the centres of mass the mass is the reduced one.
-        translation = 1.0 / math.sqrt(line.reduced_mass)
-        approach = line.separation(line.velocities)
-        bodies = [chain] + ([self.target] if self.target else [])
-        shape = np.concatenate(([translation], *(body.contact for body in bodies)))
-        return ModalGap(
-            np.concatenate(([0.0], *strains)),
-            np.concatenate(([approach / translation], *speeds)),
-            np.concatenate(([0.0], *(body.omega for body in bodies))),
-            shape,
-            float(line.strains[line.gap]),
-        )
-
-    def chain_part(self, amplitudes: Array) -> Array:
-        """Return the chain's of all amplitudes (..., modes)."""
-        return amplitudes[..., 1 : self._split]
-
-    def target_part(self, amplitudes: Array) -> Array:
-        """Return the target's."""
-        return amplitudes[..., self._split :]
-
-
-def _opening(gap: ModalGap) -> float:
-    """Return V, with which the centres of mass move apart."""
-    return float(gap.shape[0] * gap.velocity_modes[0])
-
-
-def _mean_distance(gap: ModalGap) -> float:
-    """Return D, the distance of the mean displacements."""
-    vibration = gap.shape[1:] @ (gap.strain_modes[1:] / gap.omega[1:])
-    return gap.wall_distance - float(vibration)
-
-
 class _Collision:
     """One collision in progress: contacts, samples of the bonds, snapshots."""
 
     def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
         self._scene, self._line = scene, line
         self._interval = frame_interval
-        self._bodies = _Bodies(line, scene.bond.stiffness)
+        self._bodies = ModalBodies(line, scene.bond.stiffness)
         self._gap = gap = self._bodies.at_start()
-        self._approach, self._first_distance = _opening(gap), _mean_distance(gap)
+        self._approach, self._first_distance = opening_velocity(gap), mean_distance(gap)
         self._fastest = float(np.max(gap.omega))
         self._flown_before = 0.0
         self._snapshots: list[_State] = []
@@ -248,7 +199,7 @@ class _Collision:
             self._take_snapshots(self.time)
             if ended != MORE:
                 return Ending("proved")
-            if not _opening(gap) > 0.0:
+            if not opening_velocity(gap) > 0.0:
                 raise UnfinishedCollisionError(
                     f"a time of {self.time:.6g} after the first contact the bodies still approach "
                     "each other; expected them to meet or to part: change the speed or a mass"
@@ -309,7 +260,7 @@ class _Collision:
 
     def _missed(self) -> float:
         """Return the largest momentum that contacts could still give, with all energy there is."""
-        mass, opening = self._line.reduced_mass, _opening(self._gap)
+        mass, opening = self._line.reduced_mass, opening_velocity(self._gap)
         vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
         return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
 
@@ -340,7 +291,7 @@ class _Collision:
     def state(self, gap: ModalGap, moment: float) -> _State:
         """Return both bodies at a moment since the first contact."""
         bodies, line = self._bodies, self._line
-        opening = _opening(gap)
+        opening = opening_velocity(gap)
         target_strains, resting, place = np.empty(0), np.zeros(1), 0.0
         drift = 0.0
         if bodies.target is not None:
@@ -350,7 +301,7 @@ class _Collision:
             share = line.reduced_mass / whole
             drift = -share * (opening - self._approach)
             drifted = self._approach * (moment + self._flown_before)
-            mean = -share * (_mean_distance(gap) - self._first_distance - drifted)
+            mean = -share * (mean_distance(gap) - self._first_distance - drifted)
             target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
             resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
             outward = np.cumsum(np.concatenate(([0.0], target_strains)))
