@@ -13,7 +13,12 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending, quiet_time
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
+from chaincor.workflows.engines.in_house.compile import (
+    Keep,
+    LoopCompiler,
+    ScalarForce,
+    scalar_force,
+)
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
     LastContact,
@@ -138,7 +143,7 @@ class BondLoops:
 def _bond_loops(bond: Potential) -> BondLoops:
     log_length = bond.log_length
     if log_length is not None:
-        advance = _compile(log_length.kernel, keep=True, logarithmic=True)
+        advance = _compile(log_length.kernel, keep=Keep.ALL, logarithmic=True)
         return BondLoops(advance, bond.parameters, np.expm1, np.exp, log_length.energy, True)
     force = scalar_force(bond)
     if force is None:
@@ -154,7 +159,7 @@ def _build(rates: Callable) -> Callable:
 
 
 @lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
-def _compile(function: Callable, *, keep: bool, logarithmic: bool) -> Callable:
+def _compile(function: Callable, *, keep: Keep, logarithmic: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)

@@ -1,8 +1,8 @@
 """How a bond's force becomes part of compiled loops, and how these are kept between processes."""
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import lru_cache
 from types import CellType, FunctionType
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house.loops.code_prints import has_print
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
 
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
@@ -18,8 +19,17 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}}
 # What allocates nothing needs no count of references; what Python does not call, no wrappers.
 _LEAN = {"_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
-# Tells apart the loops of users' forces, which may share a name.
-_COUNT = itertools.count()
+# Forces of so many bonds are remembered, and their loops: named ones come back from disk.
+KEPT = 64
+
+
+class Keep(Enum):
+    """Which loops around a force are kept on disk."""
+
+    NONE = "none"
+    # Numba's own cache takes functions of one name for one; users' may share a name.
+    ALLOCATING_NOTHING = "allocating nothing"
+    ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -33,15 +43,16 @@ class ScalarForce:
         -dU/dr of one strain, ``function(strain, parameters)``.
     parameters : NamedTuple
         What to call it with.
-    keep : bool
-        Whether its compiled form may be kept on disk.
+    keep : Keep
+        Which loops around it may be kept.
     """
 
     function: Callable
     parameters: tuple[float, ...]
-    keep: bool
+    keep: Keep
 
 
+@lru_cache(maxsize=KEPT)
 def scalar_force(bond: Potential) -> ScalarForce | None:
     """
     Return the force of a bond for compiled loops.
@@ -57,28 +68,33 @@ def scalar_force(bond: Potential) -> ScalarForce | None:
         None where there is no function that compiles and then gives the same numbers.
     """
     if bond.force_kernel is not None:
-        return ScalarForce(bond.force_kernel, bond.parameters, keep=True)
-    user_force = bond.users_force
-    if not isinstance(user_force, FunctionType):
-        return None
-    from numba import njit
-    from numba.core.types import Number
-
-    single = njit(user_force, **OPTIONS)
-    strains = np.linspace(-0.25, 0.25, 11)
-    try:
-        compiled = [float(single(strain)) for strain in strains]
-        # Loops need a number: np.where of a number, for one, is an array.
-        plain = all(isinstance(s.return_type, Number) for s in single.nopython_signatures)
-    except Exception:  # also whatever the function itself raises
-        return None
-    if not plain or not np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15):
+        return ScalarForce(bond.force_kernel, bond.parameters, Keep.ALL)
+    users_force = bond.users_force
+    if not isinstance(users_force, FunctionType):
         return None
 
     def function(strain: float, _parameters: tuple[float, ...]) -> float:
-        return single(strain)
+        return users_force(strain)
 
-    return ScalarForce(function, bond.parameters, keep=False)
+    function.__qualname__ = f"{users_force.__module__}.{users_force.__qualname__}"
+    # What uses things of a user's that may change unseen is compiled each time.
+    keep = Keep.ALLOCATING_NOTHING if has_print(users_force) else Keep.NONE
+    force = ScalarForce(function, bond.parameters, keep)
+    compiler = LoopCompiler.for_force(force)
+    known = compiler.register(function)
+
+    def value(strain: float, parameters: tuple[float, ...]) -> float:
+        # Loops need a number: np.where of a number, for one, is an array.
+        return 1.0 * known(strain, parameters)
+
+    single = compiler.compile(value)
+    strains = np.linspace(-0.25, 0.25, 11)
+    try:
+        compiled = [single(strain, bond.parameters) for strain in strains.tolist()]
+    except Exception:  # also whatever the function itself raises
+        return None
+    agrees = np.allclose(compiled, bond.force(strains), rtol=1e-12, atol=1e-15)
+    return force if agrees else None
 
 
 @dataclass(frozen=True)
@@ -96,13 +112,13 @@ class LoopCompiler:
     Attributes
     ----------
     label : str
-        Ends the qualified names of all functions compiled here; no two forces share one.
-    keep : bool
-        Whether compiled loops are kept on disk.
+        Ends the qualified names of all functions compiled here; no two forces of ours share one.
+    keep : Keep
+        Which loops are kept on disk.
     """
 
     label: str
-    keep: bool
+    keep: Keep
     _registered: list[tuple[FunctionType, bool]] = field(default_factory=list, init=False)
 
     @classmethod
@@ -121,8 +137,7 @@ class LoopCompiler:
             With a label of its own.
         """
         function = force.function
-        label = f"{function.__module__}.{function.__qualname__}"
-        return cls(label if force.keep else f"{label}-{next(_COUNT)}", force.keep)
+        return cls(f"{function.__module__}.{function.__qualname__}", force.keep)
 
     def register(self, function: Callable) -> Callable:
         """
@@ -173,7 +188,7 @@ class LoopCompiler:
             options: dict[str, Any] = OPTIONS | _LEAN
             return njit(own, forceinline=True, **options)
 
-        return KeptLoop(own, dispatcher, self.keep)
+        return KeptLoop(own, dispatcher, self.keep is not Keep.NONE)
 
     def compile_allocating(self, function: Callable, threaded: bool = False) -> Callable:
         """
@@ -194,7 +209,8 @@ class LoopCompiler:
         from numba import njit
 
         self._tell_numba({})
-        return njit(self._own(function), cache=self.keep, nogil=threaded, **OPTIONS)
+        cache = self.keep is Keep.ALL
+        return njit(self._own(function), cache=cache, nogil=threaded, **OPTIONS)
 
     def _noted(self, function: Callable, inline: bool) -> FunctionType:
         own = self._own(function)
@@ -222,6 +238,7 @@ class LoopCompiler:
             function.__defaults__,
             tuple(CellType(self._known(cell.cell_contents)) for cell in function.__closure__ or ()),
         )
+        copy.__kwdefaults__ = function.__kwdefaults__
         copy.__qualname__ = f"{function.__qualname__.removesuffix(self.label)}{self.label}"
         return copy
 

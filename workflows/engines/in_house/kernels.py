@@ -8,13 +8,16 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.blocks.loop import build_move
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
+from chaincor.workflows.engines.in_house.compile import (
+    KEPT,
+    Keep,
+    LoopCompiler,
+    ScalarForce,
+    scalar_force,
+)
 from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
 from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
-
-# Loops of so many forces stay loaded: named ones come back from disk, others are compiled again.
-KEPT = 64
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+def _compile(function: Callable, keep: Keep, build_leap: Callable) -> Callable:
     # Per function, not per bond: toda bonds of any steepness share their loops.
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
@@ -91,14 +94,14 @@ def _compile(function: Callable, keep: bool, build_leap: Callable) -> Callable:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_coast(function: Callable, keep: bool) -> Callable:
+def _compile_coast(function: Callable, keep: Keep) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)
     return compiler.compile(build_coast(stages))
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_move(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+def _compile_move(function: Callable, keep: Keep, build_leap: Callable) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)
     leap = compiler.register(build_leap(stages))

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 
-from chaincor.workflows.engines.in_house.compile import LoopCompiler
+from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.loops import beside
 
 
@@ -24,7 +24,7 @@ def add_squares(values):
 
 
 def loop(function):
-    return LoopCompiler("a", keep=True).compile(function)
+    return LoopCompiler("a", keep=Keep.ALL).compile(function)
 
 
 def run_squares(marker):

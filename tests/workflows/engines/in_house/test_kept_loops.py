@@ -5,14 +5,20 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house.compile import LoopCompiler
-from chaincor.workflows.engines.in_house.loops.code_prints import print_of
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
+from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.loops.code_prints import has_print, print_of
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 ROOT = Path(__file__).parents[4]
 SHARE = 0.5
@@ -21,6 +27,9 @@ SHARE = 0.5
 class Pair(NamedTuple):
     first: np.ndarray
     second: np.ndarray
+
+
+ONES = np.ones(1)
 
 
 def doubled(x):
@@ -48,7 +57,7 @@ def arguments():
 
 def loop(folder, monkeypatch, scale=doubled, name="a"):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder))
-    compiler = LoopCompiler(name, keep=True)
+    compiler = LoopCompiler(name, keep=Keep.ALL)
     return compiler.compile(build(compiler.register(scale)))
 
 
@@ -125,7 +134,7 @@ def test_what_allocates_is_refused(tmp_path, monkeypatch):
         return np.zeros(3)[0] + x
 
     with pytest.raises(Exception, match="zeros"):
-        LoopCompiler("b", keep=True).compile(allocate)(1.0)
+        LoopCompiler("b", keep=Keep.ALL).compile(allocate)(1.0)
 
 
 def test_a_folder_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):
@@ -184,3 +193,51 @@ def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():
             env=environment, capture_output=True, text=True, check=True,
         )  # fmt: skip
     assert done.stdout.split() == ["False", "False"]
+
+
+def spring(stiffer):
+    """Return a bond of a user's, whose force closes over a number."""
+
+    def force(s):
+        return -s - stiffer * s**3
+
+    return UserBond(lambda s: 0.5 * s**2 + 0.25 * stiffer * s**4, force)
+
+
+def carried(bond):
+    """Return eta by one step size, and how often its loop was compiled."""
+    scene = Scene(potential=bond, particles=3, velocity=0.3, engine="reference")
+    numerics = Numerics(scheme="verlet", timestep=0.05)
+    eta = stepping.run(scene, numerics).velocities.tobytes()
+    return eta, kernels_for(bond, STEP_SCHEMES["verlet"]).advance.compiled
+
+
+@pytest.mark.slow
+def test_the_loops_of_a_users_force_are_kept_until_it_changes(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    (first, compiled), (again, not_again) = carried(spring(4.0)), carried(spring(4.0))
+    assert (compiled, not_again) == (1, 0)
+    assert again == first
+    # Of the same name, in the same process.
+    other, compiled = carried(spring(5.0))
+    assert compiled == 1
+    assert other != first
+    assert carried(spring(4.0))[0] == first
+
+
+def test_what_may_change_unseen_is_not_kept():
+    constants = ModuleType("constants")
+    constants.stiffness = 1.0
+
+    def of_a_module(s):
+        return -constants.stiffness * s
+
+    def of_an_array(s):
+        return -s * ONES[0]
+
+    def of_numbers(s, exponent=3):
+        return -s - np.exp(0.0) * math.exp(0.0) * s**exponent
+
+    assert not has_print(of_a_module)
+    assert not has_print(of_an_array)
+    assert has_print(of_numbers)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.contact_search import (
     build_contact_search,
     count_sign_changes,
@@ -43,7 +43,7 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     loops = random_state(np.random.default_rng(5), 37)
     arrays = copied(loops)
     force = kernel_of(bond)
-    compiler = LoopCompiler("test_kernels", keep=False)
+    compiler = LoopCompiler("test_kernels", keep=Keep.NONE)
     stages = looped_stages(compiler.register(force.function), compiler.register)
     compiler.compile(stages.stage)(*loops, 37, 0.03, 0.05, force.parameters)
     array_stages(bond).stage(*arrays, 37, 0.03, 0.05, bond.parameters)
@@ -142,7 +142,7 @@ import sys
 import numba, pydantic, numpy as np
 sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.motion import LEDGER, build_coast
 from chaincor.workflows.engines.in_house.stages import looped_stages
 for bond in (Harmonic(), LennardJones()):

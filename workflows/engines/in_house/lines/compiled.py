@@ -7,8 +7,13 @@ from functools import lru_cache
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
-from chaincor.workflows.engines.in_house.kernels import KEPT
+from chaincor.workflows.engines.in_house.compile import (
+    KEPT,
+    Keep,
+    LoopCompiler,
+    ScalarForce,
+    scalar_force,
+)
 from chaincor.workflows.engines.in_house.lines.ensemble_loop import build_carry, is_over
 from chaincor.workflows.engines.in_house.lines.lanes import build_lane_leap
 from chaincor.workflows.engines.in_house.lines.loop import build_line_motion
@@ -54,7 +59,7 @@ def _line_kernels_for(bond: Potential, build_leap: Callable) -> LineKernels:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_line(function: Callable, keep: bool, build_leap: Callable) -> Callable:
+def _compile_line(function: Callable, keep: Keep, build_leap: Callable) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
@@ -81,7 +86,7 @@ def _ensemble_kernels_for(
 
 @lru_cache(maxsize=KEPT)
 def _compile_carry(
-    function: Callable, keep: bool, build_leap: Callable, composed: bool
+    function: Callable, keep: Keep, build_leap: Callable, composed: bool
 ) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register

@@ -15,7 +15,7 @@ def print_of(function: Callable) -> str:
     Parameters
     ----------
     function : callable
-        Plain Python. It may use modules, numbers, classes, functions of NumPy and plain ones.
+        Plain Python. It may use math and NumPy, numbers, classes and plain functions.
 
     Returns
     -------
@@ -32,20 +32,34 @@ def print_of(function: Callable) -> str:
     return sha256("\n".join(parts).encode()).hexdigest()
 
 
+def has_print(function: FunctionType) -> bool:
+    """Return whether a function of a user's uses only what `print_of` sees the changes of."""
+    try:
+        print_of(function)
+    except (TypeError, ValueError):  # the latter of names that are not bound yet
+        return False
+    return True
+
+
+# Of other modules, what a name in them stands for may change.
+_LASTING = {"math", "numpy"}
+
+
 def _describe(value: Any, parts: list[str], seen: set[int]) -> None:
     """Append what a value is, and all that it uses."""
     if isinstance(value, FunctionType):
         if id(value) in seen:
             return
         seen.add(id(value))
-        code, defaults = value.__code__, value.__defaults__ or ()
+        code = value.__code__
+        defaults = (*(value.__defaults__ or ()), *(value.__kwdefaults__ or {}).values())
         cells = [cell.cell_contents for cell in value.__closure__ or ()]
         _describe_code(code, value.__globals__, parts, seen)
         for used in (*defaults, *cells):
             _describe(used, parts, seen)
     elif isinstance(value, type):
         parts.append(f"{value.__module__}.{value.__qualname__}{getattr(value, '_fields', '')}")
-    elif isinstance(value, ModuleType):
+    elif isinstance(value, ModuleType) and value.__name__ in _LASTING:
         parts.append(value.__name__)
     elif value is None or isinstance(value, int | float | str | np.generic):
         parts.append(repr(value))

@@ -99,6 +99,7 @@ class KeptLoop:
             if not self._keep:
                 return _loaded(self._compile(arguments), kinds)
             name = self._function.__qualname__.replace("<locals>", "").replace("..", ".")
+            name = name.replace("<lambda>", "lambda")
             # Of one place, so that what has become stale is written over.
             place = _digest(repr(kinds), _machine_print(), *self._called())
             path = _folder() / f"{name}-{place[:16]}.loop"

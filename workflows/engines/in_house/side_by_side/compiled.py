@@ -4,8 +4,13 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce, scalar_force
-from chaincor.workflows.engines.in_house.kernels import KEPT
+from chaincor.workflows.engines.in_house.compile import (
+    KEPT,
+    Keep,
+    LoopCompiler,
+    ScalarForce,
+    scalar_force,
+)
 from chaincor.workflows.engines.in_house.motion import build_coast
 from chaincor.workflows.engines.in_house.side_by_side.coasts import build_coasts
 from chaincor.workflows.engines.in_house.side_by_side.lanes import build_lane_leap
@@ -23,7 +28,7 @@ def carry_for(bond: Potential, scheme: StepScheme) -> Callable | None:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: bool, composed: bool) -> Callable:
+def _compile(function: Callable, keep: Keep, composed: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
@@ -38,7 +43,7 @@ def coasts_for(bond: Potential) -> Callable | None:
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_coasts(function: Callable, keep: bool) -> Callable:
+def _compile_coasts(function: Callable, keep: Keep) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     stages = looped_stages(compiler.register(function), compiler.register)
     return compiler.compile(build_coasts(compiler.register(build_coast(stages))))
