@@ -226,18 +226,31 @@ def test_the_loops_of_a_users_force_are_kept_until_it_changes(tmp_path, monkeypa
 
 
 def test_what_may_change_unseen_is_not_kept():
-    constants = ModuleType("constants")
-    constants.stiffness = 1.0
-
-    def of_a_module(s):
-        return -constants.stiffness * s
-
     def of_an_array(s):
         return -s * ONES[0]
 
     def of_numbers(s, exponent=3):
         return -s - np.exp(0.0) * math.exp(0.0) * s**exponent
 
-    assert not has_print(of_a_module)
     assert not has_print(of_an_array)
     assert has_print(of_numbers)
+
+
+def test_what_a_module_holds_is_seen_to_change(monkeypatch):
+    module = ModuleType("constants")
+    module.stiffness, module.other = 1.0, 1.0
+    monkeypatch.setitem(globals(), "constants", module)
+
+    def force(s):
+        return -constants.stiffness * s  # noqa: F821
+
+    def twice(s):
+        return constants.other * force(s)  # noqa: F821
+
+    one, both = print_of(force), print_of(twice)
+    module.other = 2.0
+    assert print_of(force) == one
+    assert print_of(twice) != both
+    module.other, module.stiffness = 1.0, 2.0
+    assert print_of(force) != one
+    assert print_of(twice) != both

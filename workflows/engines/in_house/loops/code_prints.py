@@ -15,7 +15,7 @@ def print_of(function: Callable) -> str:
     Parameters
     ----------
     function : callable
-        Plain Python. It may use math and NumPy, numbers, classes and plain functions.
+        Plain Python. It may use modules, numbers, classes, functions of NumPy and plain ones.
 
     Returns
     -------
@@ -41,11 +41,11 @@ def has_print(function: FunctionType) -> bool:
     return True
 
 
-# Of other modules, what a name in them stands for may change.
+# What names in other modules stand for may change, and is looked at.
 _LASTING = {"math", "numpy"}
 
 
-def _describe(value: Any, parts: list[str], seen: set[int]) -> None:
+def _describe(value: Any, parts: list[str], seen: set[Any]) -> None:
     """Append what a value is, and all that it uses."""
     if isinstance(value, FunctionType):
         if id(value) in seen:
@@ -72,15 +72,26 @@ def _describe(value: Any, parts: list[str], seen: set[int]) -> None:
         raise TypeError(f"a compiled loop uses {value!r}; expected functions, numbers or classes")
 
 
-def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[int]) -> None:
+def _describe_code(code: CodeType, names: dict, parts: list[str], seen: set[Any]) -> None:
     parts.append(f"{code.co_code.hex()}{code.co_names}{code.co_varnames}{code.co_freevars}")
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             _describe_code(constant, names, parts, seen)
         else:
             parts.append(repr(constant))
-    for name in code.co_names:
+    _describe_names(code.co_names, names, parts, seen)
+
+
+def _describe_names(used: tuple[str, ...], known: dict, parts: list[str], seen: set[Any]) -> None:
+    for name in used:
         # Names of attributes are among these; that some are names of globals, too, is no harm.
-        if name in names:
-            parts.append(name)
-            _describe(names[name], parts, seen)
+        if name not in known:
+            continue
+        parts.append(name)
+        value = known[name]
+        if isinstance(value, ModuleType) and value.__name__ not in _LASTING:
+            if (id(value), used) not in seen:
+                seen.add((id(value), used))
+                _describe_names(used, vars(value), parts, seen)
+        else:
+            _describe(value, parts, seen)
