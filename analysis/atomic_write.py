@@ -16,8 +16,10 @@ def written_aside(path: Path) -> Iterator[Path]:
     """
     Yield a path beside the wanted one, with its ending, and rename it to that on success.
 
-    Raises InputError if the folder cannot be written to.
+    Raises InputError if there is a folder of this name, or its folder cannot be written to.
     """
+    if path.is_dir():
+        raise InputError(f"{str(path)!r} was given as the file to write, but that is a folder")
     with folder_aside(path.parent, prefix=path.stem) as folder:
         aside = folder / path.name
         yield aside

@@ -39,6 +39,15 @@ SLOWEST_APPROACH = 1e-4
 SHORTEST_TIMESTEP = 1e-9
 
 
+# What makes a file one that another command takes.
+_SWEEP_FILE = "this is the file of a sweep; expected a scene, or `chaincor sweep FILE`"
+_OTHER_FILES = {
+    "scene": _SWEEP_FILE,
+    "axes": _SWEEP_FILE,
+    "units": "units are those of jobs; expected a scene without, or `chaincor inputs FILE`",
+}
+
+
 class Mistakes(ValueError):
     """
     Several mistakes.
@@ -74,6 +83,8 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
     message = problem["msg"].removeprefix("Value error, ")
     if problem["type"] == "extra_forbidden":
         key = str(problem["loc"][0])
+        if key in _OTHER_FILES:
+            return f"unknown key '{key}': {_OTHER_FILES[key]}"
         near = meant(key, known)
         if near is not None:
             return f"unknown key '{key}'; did you mean '{near}'?"
@@ -223,7 +234,7 @@ def _check_speed(scene: "Scene") -> Iterator[str]:
 def _check_warmth(scene: "Scene") -> Iterator[str]:
     if scene.temperature is None:
         if scene.seed is not None:
-            yield ("seed goes with temperature: give both, or neither")
+            yield ("seed goes with temperature: give temperature, too, or drop it")
         return
     for key in ("initial", "compression"):
         if getattr(scene, key) is not None:

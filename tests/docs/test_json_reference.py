@@ -25,6 +25,7 @@ OWN = ("--against", "stepper:eta")
 # Section of the page, the command, and the path to the object that the section is of.
 OBJECTS = [
     ("run", ("run", *SMALL), ()),
+    ("run", ("run", *WARM, "--engine", "reference"), ()),
     ("error_parts", ("run", *SMALL), ("error_parts",)),
     ("run --samples", ("run", *WARM, "--engine", "reference", "--samples", "3"), ()),
     ("analyze", ("analyze", "job"), ()),

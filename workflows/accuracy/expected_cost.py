@@ -2,6 +2,7 @@
 
 import math
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
@@ -50,6 +51,7 @@ def expected_seconds(scene: Scene) -> float:
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
     if scene.line is not None:
         duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
+        duration += scene.contact_duration
     if scene.explicit:
         return _given_seconds(scene, duration)
     asked = asked_tolerance(scene)
@@ -93,6 +95,8 @@ def expected_seconds_together(scene: Scene) -> float:
 
 def refuse_endless(scene: Scene, most_seconds: float) -> None:
     """Raise CostError if a collision is expected to take longer than it may."""
+    if math.isnan(most_seconds):
+        raise InputError("the time it may take is nan; expected a number of seconds or hours")
     expected = expected_seconds(scene)
     if expected <= most_seconds:
         return

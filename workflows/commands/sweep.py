@@ -76,7 +76,7 @@ def sweep(
     keep_jobs: Path | None,
     as_json: bool,
 ) -> None:
-    r"""
+    """
     Run many collisions into a store.
 
     What is in the store already is not computed again: after an interruption, run the same
@@ -88,7 +88,7 @@ def sweep(
     [axes]
     potential = ["lj", "toda"]
     speed = { from = 0.1, to = 1.0, points = 10 }
-    """
+    """  # noqa: D301
     from chaincor.workflows.store.results_store import Store
     from chaincor.workflows.sweep import file as files
     from chaincor.workflows.sweep import points

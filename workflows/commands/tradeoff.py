@@ -87,7 +87,8 @@ def tradeoff(
         return
     if given_own:
         raise click.UsageError(
-            f"{', '.join(given_own)} belong to a LAMMPS script; expected --script FILE beside it"
+            f"{', '.join(given_own)} {'belongs' if len(given_own) == 1 else 'belong'} to a LAMMPS "
+            "script; expected --script FILE beside it"
         )
     if calibrate:
         given = [name for name, value in options.items() if value is not None]

@@ -68,6 +68,8 @@ def analyze(
     InputError
         If the files do not fit together or do not show a collision.
     """
+    if not isinstance(folder, str | Path):
+        raise InputError(f"{folder!r} was given; expected the folder of a LAMMPS job")
     return analyze_found(
         folder,
         data=data,

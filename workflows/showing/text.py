@@ -112,7 +112,8 @@ def _bodies_before(result: Described) -> list[str]:
     if result.initial is not None:
         lines.append(f"initial state of {result.initial}")
     if result.compression is not None:
-        lines.append(f"bonds shorter by {result.compression:.6g} at first")
+        kind = "shorter" if result.compression > 0.0 else "longer"
+        lines.append(f"bonds {kind} by {abs(result.compression):.6g} at first")
     if result.temperature is not None:
         lines.append(f"warm at first: T = {result.temperature:.6g}, seed {result.seed}")
     return lines

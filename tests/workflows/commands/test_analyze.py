@@ -152,6 +152,22 @@ def test_bad_input_is_one_line_and_status_2(job, capsys, arguments, message):
     assert err.count("\n") == 1
 
 
+def test_what_contradicts_the_files_is_refused_or_said(job, capsys):
+    (job / "scene.toml").write_text('potential = "harmonic"\nparticles = 2\nvelocity = 0.1\n')
+    status, out, _ = run(capsys, job, "--potential", "toda")
+    assert "energies are those of toda bonds, as asked for" in " ".join(out.split())
+    dump = job / "dump.lammpstrj"
+    dump.write_text(dump.read_text().replace("id x vx v_time", "id v_displacement vx v_time"))
+    status, out, err = run(capsys, job, "--wall", "3")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert "expected no other wall" in err
+
+
+def test_a_folder_is_no_file_to_write(job, capsys):
+    status, _, err = run(capsys, job, "--potential", "harmonic", "--xyz", job)
+    assert (status, "that is a folder" in err) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

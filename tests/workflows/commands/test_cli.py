@@ -18,11 +18,12 @@ def test_help_lists_every_command(capsys):
         assert f"\n  {command} " in out
 
 
-@pytest.mark.parametrize("command", ["run", "inputs", "doctor", "analyze"])
+@pytest.mark.parametrize("command", ["run", "inputs", "doctor", "analyze", "sweep"])
 def test_every_command_has_help(capsys, command):
     status, out, _ = chaincor(capsys, command, "--help")
     assert status == 0
     assert out.startswith(f"Usage: chaincor {command}")
+    assert "\\b" not in out  # which keeps lines apart, and is not shown
 
 
 def test_help_of_run_documents_every_option(capsys):

@@ -208,7 +208,29 @@ def test_what_would_take_days_is_refused_with_the_estimate(capsys):
     assert err.rstrip().endswith("(see: chaincor explain CostError)")
 
 
+def test_a_file_of_another_command_is_named_as_such(capsys, tmp_path):
+    path = tmp_path / "s.toml"
+    for text, hint in [
+        ("[scene]\nparticles = 3\n", "chaincor sweep FILE"),
+        ("[units]\nstyle = 'metal'\n", "chaincor inputs FILE"),
+    ]:
+        path.write_text(text)
+        status, out, err = chaincor(capsys, "run", str(path))
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert hint in err
+
+
+def test_a_soft_contact_that_lasts_for_hours_is_foreseen(capsys):
+    soft = ("--engine", "reference", "--particles", "6", "--contact", "power")
+    status, _, err = chaincor(
+        capsys, "run", *soft, "--contact-stiffness", "1e-20", "--most-hours", "0.01"
+    )
+    assert (status, "CostError" in err) == (2, True)
+
+
 def test_how_long_a_run_may_take_can_be_said(capsys):
+    status, _, err = chaincor(capsys, *QUICK, "--most-hours", "nan")
+    assert (status, "nan" in err) == (2, True)
     status, _, err = chaincor(capsys, *QUICK, "--most-hours", "1e-9")
     assert (status, "CostError" in err) == (2, True)
     assert chaincor(capsys, *QUICK, "--most-hours", "1")[0] == 0
