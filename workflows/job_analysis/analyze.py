@@ -1,5 +1,6 @@
 """The dump of a LAMMPS job, whichever bodies it shows, to the physics of the collision."""
 
+import os
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -68,7 +69,7 @@ def analyze(
     InputError
         If the files do not fit together or do not show a collision.
     """
-    if not isinstance(folder, str | Path):
+    if not isinstance(folder, str | os.PathLike):
         raise InputError(f"{folder!r} was given; expected the folder of a LAMMPS job")
     return analyze_found(
         folder,
