@@ -55,5 +55,5 @@ def test_of_two_bodies_nothing_is_taken_that_is_not_used(tmp_path):
 def test_a_folder_that_is_none_is_refused(tmp_path):
     with pytest.raises(InputError, match="is not a folder"):
         analyze(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="^None was given; expected the folder"):
+    with pytest.raises(InputError, match=r"^None was given; expected the folder"):
         analyze(None)
