@@ -41,6 +41,7 @@ from chaincor.lammps_inputs.scene_parts.identity import FILE_KEYS as FILE_KEYS
 from chaincor.lammps_inputs.scene_parts.identity import OUTPUT_KEYS as OUTPUT_KEYS
 from chaincor.lammps_inputs.scene_parts.identity import (
     canonical_fields,
+    canonical_json,
     hash_of,
     plain_fields,
     shown_fields,
@@ -388,11 +389,17 @@ class Scene(BaseModel):
         return canonical_fields(self)
 
     @cached_property
+    def canonical_json(self) -> str:
+        """The same as JSON."""
+        return canonical_json(self.canonical_fields)
+
+    @cached_property
     def sha256(self) -> str:
         """Hash of everything that decides the result (not of where outputs are written)."""
-        return hash_of(self.canonical_fields)
+        return hash_of(self.canonical_json)
 
     @cached_property
     def collision_sha256(self) -> str:
         """Hash of the same without the tolerance: one collision, however exactly it is asked."""
-        return hash_of({k: v for k, v in self.canonical_fields.items() if k != "tolerance"})
+        fields = {k: v for k, v in self.canonical_fields.items() if k != "tolerance"}
+        return hash_of(canonical_json(fields))

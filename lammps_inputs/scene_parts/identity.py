@@ -18,9 +18,9 @@ DEFAULT_TOLERANCE = 1e-6
 FILE_KEYS = ("dump", "dump_frames", "save", "arrays")
 # Masses of a scene, where it is shown in a line.
 _MOST_SHOWN = 8
-# To make an encoder anew takes as long as to use it.
-_canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 OUTPUT_KEYS = (*FILE_KEYS, "error")
+# JSON of fields, one way to write them. To make an encoder anew takes as long as to use it.
+canonical_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
 
 
 def canonical_fields(scene: "Scene") -> dict[str, Any]:
@@ -99,9 +99,9 @@ def _plain(value: Any) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
-def hash_of(fields: dict[str, Any]) -> str:
-    """Return the SHA-256 of fields, in hexadecimal."""
-    return hashlib.sha256(_canonical_json(fields).encode()).hexdigest()
+def hash_of(text: str) -> str:
+    """Return the SHA-256 of a text, in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _force_digest(bond: Potential) -> str:

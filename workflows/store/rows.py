@@ -43,7 +43,7 @@ def scene_columns(scene: Scene) -> dict[str, Any]:
         "collision_sha256": row_key(scene),
         "scene_sha256": scene.sha256,
         "velocity": scene.impact_velocity,
-        "scene": json.dumps(canonical, sort_keys=True),
+        "scene": scene.canonical_json,
     }
 
 
