@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
+from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.data_file import declared_masses
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
@@ -191,11 +191,6 @@ def analyze_job(
     source = open_trajectory(job.dump)
     dump = source if view == DumpView() else ViewedDump(source, view)
     first = dump.first()
-    if (view.wall != 0.0 or view.upwards) and DISPLACEMENT_COLUMN in source.first().columns:
-        raise InputError(
-            f"{job.dump} has {DISPLACEMENT_COLUMN}, displacements of a chain that comes along -x "
-            "to a wall at x = 0; expected no other wall or direction: drop them"
-        )
     layout = ChainLayout.from_frame(first)
     if impact_velocity is not None:
         impact_velocity /= units.speed

@@ -61,25 +61,28 @@ class DumpView:
         return replace(self, units=replace(self.units, length=length))
 
     def of(self, frame: DumpFrame) -> DumpFrame:
-        """Return a frame in the chain's units."""
-        units, moved = self.units, self.upwards or self.wall != 0.0
-        names = tuple(
-            # It counts from the wall at 0, with ids that count away from it.
-            "-" if moved and name == _DISPLACEMENT else name
-            for name in frame.columns
-        )
+        """
+        Return a frame in the chain's units.
+
+        Raises InputError if it has displacements, which are counted from a wall at 0, and the wall
+        is elsewhere.
+        """
+        if (self.upwards or self.wall != 0.0) and _DISPLACEMENT in frame.columns:
+            raise InputError(
+                f"the dump has {_DISPLACEMENT}, displacements of a chain that comes along -x to a "
+                "wall at x = 0; expected no other wall or direction: drop them"
+            )
 
         def column(index: int) -> NDArray[np.float64]:
-            return self._converted(names[index], frame.raw_column(index))
+            return self._converted(frame.columns[index], frame.raw_column(index))
 
         bounds = np.array(frame.bounds, dtype=float)
         bounds[0] = self._place(bounds[0])[:: -1 if self.upwards else 1]
         return replace(
             frame,
-            columns=names,
             raw_column=column,
             bounds=bounds,
-            time=None if frame.time is None else frame.time / units.time,
+            time=None if frame.time is None else frame.time / self.units.time,
             units=None,
             absolute_resolution=self._resolution(frame),
         )
