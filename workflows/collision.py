@@ -9,7 +9,7 @@ from typing import overload
 
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import Answer, spread_of
@@ -193,17 +193,14 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
         scene = scene.replace(tolerance=tolerance)
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
-    if scene.explicit:
-        asked, answer = None, _run_as_given(scene)
-    else:
-        asked = scene.tolerance or DEFAULT_TOLERANCE
-        answer = meet.meet(scene, asked)
+    asked = asked_tolerance(scene)
+    answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
     if scene.temperature is not None:
         assert scene.line is not None
         gap = float(scene.line.strains[scene.line.gap])
         drawn = {"draw": {"generator": GENERATOR, "gap": gap}}
         answer = replace(answer, details=answer.details | drawn)
-    result = result_of(scene, answer, asked, started)
+    result = result_of(scene, answer, started)
     if scene.arrays is not None:
         result.save_arrays(scene.arrays)
     return result
@@ -226,7 +223,7 @@ def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
             continue
         answer, energies = answered
         begun = time.perf_counter() - whole / len(scenes)
-        found.append(result_of(scene, answer, asked_tolerance(scene), begun, energies))
+        found.append(result_of(scene, answer, begun, energies))
     return found
 
 

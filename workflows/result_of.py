@@ -16,6 +16,7 @@ from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive
 from chaincor.workflows.engines.outcome import Outcome
@@ -35,7 +36,6 @@ def _all_versions() -> dict[str, str]:
 def result_of(
     scene: Scene,
     answer: Answer,
-    asked: float | None,
     started: float,
     energies: NDArray[np.float64] | None = None,
 ) -> Collision:
@@ -48,8 +48,6 @@ def result_of(
         What collided.
     answer : Answer
         The run that gives the number, and its error.
-    asked : float or None
-        The tolerance; None with explicit numerics.
     started : float
         When work on it began, by ``time.perf_counter``.
     energies : ndarray of shape (n,), optional
@@ -77,7 +75,7 @@ def result_of(
             bond_max = max(bond_max, scouted["bond_max"])
             source = "in-house scouting run, every step, and LAMMPS at contacts"
     longer = scene.bond.natural_length - 1.0
-    total = bar.total
+    total, asked = bar.total, asked_tolerance(scene)
     met = None if asked is None or total is None else total <= asked
     return Collision(
         restitution=eta,

@@ -31,16 +31,13 @@ def _potential(value: Any) -> Any:
     raise ValueError(f"expected one of {', '.join(POTENTIAL_NAMES)}{hint}")
 
 
-def _no_truth_for_a_count(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise ValueError("expected a whole number")
-    return value
+def _not_a_bool(expected: str) -> BeforeValidator:
+    def check(value: Any) -> Any:
+        if isinstance(value, bool):
+            raise ValueError(f"expected {expected}")
+        return value
 
-
-def _no_truth_for_a_number(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise ValueError("expected a number")
-    return value
+    return BeforeValidator(check)
 
 
 def _frames(value: Any) -> Any:
@@ -55,8 +52,8 @@ def _without_null_characters(value: Path) -> Path:
     return value
 
 
-_IsCount = BeforeValidator(_no_truth_for_a_count)
-_IsNumber = BeforeValidator(_no_truth_for_a_number)
+_IsCount = _not_a_bool("a whole number")
+_IsNumber = _not_a_bool("a number")
 
 AnyPotential = Annotated[PotentialName | Potential, BeforeValidator(_potential)]
 Number = Annotated[float, Field(allow_inf_nan=False), _IsNumber]
