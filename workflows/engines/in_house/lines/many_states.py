@@ -1,6 +1,7 @@
 """Where many collisions of one chain begin, and what came of them."""
 
 from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,16 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class StartStates:
+class Rows:
+    """Arrays with a row for each of many collisions."""
+
+    def chosen(self, which: NDArray) -> Self:
+        """Return some of them."""
+        return type(self)(*(getattr(self, f.name)[which] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class StartStates(Rows):
     """
     Where collisions of one chain begin.
 
@@ -38,13 +48,9 @@ class StartStates:
     def __len__(self) -> int:
         return len(self.strains)
 
-    def chosen(self, which: NDArray) -> "StartStates":
-        """Return some of them."""
-        return StartStates(self.strains[which], self.velocities[which])
-
 
 @dataclass(frozen=True)
-class ManyOutcomes:
+class ManyOutcomes(Rows):
     """
     What came of many collisions.
 
@@ -77,10 +83,6 @@ class ManyOutcomes:
     silent: NDArray[np.bool_]
     bond_min: Array
     bond_max: Array
-
-    def chosen(self, which: NDArray) -> "ManyOutcomes":
-        """Return some of them."""
-        return ManyOutcomes(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 def chain_energies(line: Line, bond: Potential, starts: StartStates) -> Array:

@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.lines.many_states import Rows
 from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for, coasts_for
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
 from chaincor.workflows.engines.in_house.side_by_side.trips import MOVING, Room
@@ -31,7 +32,7 @@ LONGEST_IN_LANES = 128
 
 
 @dataclass(frozen=True)
-class ManyRuns:
+class ManyRuns(Rows):
     """
     What came of many runs.
 
@@ -68,10 +69,6 @@ class ManyRuns:
     bond_max: Array
     energies: Array
     seconds: Array
-
-    def chosen(self, which: NDArray) -> "ManyRuns":
-        """Return some of them."""
-        return ManyRuns(*(getattr(self, f.name)[which] for f in fields(self)))
 
     @property
     def displacements(self) -> Array:
