@@ -1,4 +1,4 @@
-"""Random scenes whose ends are hard to tell: late contacts, bonds that break, loose tolerances."""
+"""Random scenes that are hard to tell: late contacts, breaking bonds, long chains, loose wishes."""
 
 import math
 from typing import Any
@@ -44,6 +44,16 @@ def draw_breaking(seed: int, index: int, engine: str) -> Scene:
         )  # fmt: skip
     speed = random.uniform(0.7, 2.0) if name == "lj" else random.uniform(0.6, 1.8)
     return Scene(potential=name, particles=n, speed=float(speed), engine=engine)
+
+
+def draw_long(seed: int, index: int, engine: str) -> Scene:
+    """Return a chain of 1000 to 4000: lj of 0.1 to 1 v* in two of three, toda and log."""
+    random = np.random.default_rng([seed, index, 13])
+    name = ("lj", "toda", "lj", "log", "lj", "lj")[index % 6]
+    n = round(math.exp(random.uniform(math.log(1000.0), math.log(4000.0))))
+    speed = float(random.uniform(0.1, 1.0))
+    tolerance = float(10.0 ** random.uniform(-7.0, -5.0))
+    return Scene(potential=name, particles=n, speed=speed, tolerance=tolerance, engine=engine)
 
 
 def draw_loose(seed: int, index: int, engine: str) -> Scene:

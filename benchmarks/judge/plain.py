@@ -2,7 +2,7 @@
 A plain judge for many scenes: small fixed steps of another scheme, simply run on.
 
     python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1]
-        [--draw late|breaking|loose|together] [--tolerance 1e-6] [--engine reference|lammps]
+        [--draw late|breaking|loose|together|long] [--tolerance 1e-6] [--engine reference|lammps]
         [--processes 1]
 
 The state is particle 1's distance from the wall, the strains and the velocities. Steps are Blanes
@@ -27,7 +27,7 @@ import numpy as np
 from numba import njit
 
 from benchmarks.bars.company_scenes import collide_in_company, draw_together
-from benchmarks.bars.late_scenes import draw_breaking, draw_late, draw_loose
+from benchmarks.bars.late_scenes import draw_breaking, draw_late, draw_long, draw_loose
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
@@ -44,6 +44,9 @@ CLOSER = (1.0, 1.0 / 3.0, 1.0 / 9.0)
 # How far beyond the last contact it runs, in units of the collision: less where the end is called
 # open, which may be late, and where a contact after that would be no surprise.
 MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
+# Long chains take minutes: not so far; but the judge must be sharper than this share of their bars.
+MULTIPLE_LONG, SHARP_LONG = 1.5, 0.3
+SHARP = 1e-4
 LJ, TODA, LOG, POWER, HARMONIC = range(5)
 KINDS = {"lj": LJ, "toda": TODA, "log": LOG, "power": POWER, "harmonic": HARMONIC}
 
@@ -189,6 +192,7 @@ DRAWS = {
     "breaking": draw_breaking,
     "loose": draw_loose,
     "together": draw_together,
+    "long": draw_long,
 }
 
 
@@ -228,12 +232,16 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
     begun = time.process_time()
     multiple = MULTIPLE_OPEN if found.ending == "open" else MULTIPLE
     least = multiple * found.last_contact_time + 5.0 * (scene.particles + 5.0)
+    sharp = SHARP
+    if draw == "long":
+        multiple = MULTIPLE_LONG
+        least, sharp = multiple * found.last_contact_time, SHARP_LONG * found.restitution_error
     frequency = stiffest(scene, found.bond_min)
     for closer in CLOSER:
         coarse, fine = (run_on(scene, closer * step / frequency, least, multiple) for step in STEPS)
         uncertain = abs(coarse["eta"] - fine["eta"]) / ((STEPS[0] / STEPS[1]) ** 4 - 1.0)
         off = abs(found.restitution - fine["eta"])
-        if coarse["contacts"] != fine["contacts"] or not uncertain <= 1e-4:
+        if coarse["contacts"] != fine["contacts"] or not uncertain <= sharp:
             verdict = "judge unsure"
         elif off > found.restitution_error + 3.0 * uncertain + 1e-12:
             verdict = "outside"

@@ -22,6 +22,8 @@ class Answer:
         The run that gives the number.
     bar : ErrorBar
         Its error.
+    jitter : float
+        Change of the in-house eta when all roundings change, as far as it was looked for.
     reason : str or None
         Why the tolerance is not met, where it was compared with one and is not.
     details : dict
@@ -30,6 +32,7 @@ class Answer:
 
     outcome: Outcome
     bar: ErrorBar
+    jitter: float = 0.0
     reason: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
@@ -43,7 +46,7 @@ def answer(
     `step` is its error due to the finite step; for `jitter` see
     :func:`chaincor.workflows.accuracy.error_bars.error_bar`.
     """
-    return Answer(outcome, error_bar(outcome, scene, step, jitter), details=details)
+    return Answer(outcome, error_bar(outcome, scene, step, jitter), jitter, details=details)
 
 
 def reason_missed(found: Answer, tolerance: float) -> str | None:

@@ -90,10 +90,10 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
     roundings change, where they were measured.
     """
-    if scene.line is not None and outcome.scheme in STEP_SCHEMES:
-        jitter *= STEP_SCHEMES[outcome.scheme].amplification
-    elif outcome.engine == "lammps":
+    if scene.line is None and outcome.engine == "lammps":
         jitter *= coarsening(outcome.scheme)
+    elif outcome.scheme in STEP_SCHEMES:
+        jitter *= STEP_SCHEMES[outcome.scheme].amplification
     rounding = max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene))
     return ErrorBar(
         step=step,

@@ -10,7 +10,7 @@ from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lam
 from chaincor.workflows.accuracy.convergence import jitter
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
-from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error
+from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
 # decade; more decades are missed only where nothing converges, and then the bar is not small.
@@ -38,6 +38,8 @@ def meet(scene: Scene, tolerance: float) -> Answer:
         if _bar(found) - found.bar.ending <= goal or stalled:
             break
         goal *= 10.0
+        # What roundings make of a collision they make of it at any step: none is lucky.
+        noise = max(noise, found.jitter)
         if in_house:
             found = meet_in_house(scene, goal, noise, found.outcome)
         else:
@@ -47,11 +49,17 @@ def meet(scene: Scene, tolerance: float) -> Answer:
 
 
 def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
-    """Return the goal that numerics are chosen for, and the jitter of the in-house eta."""
-    floor = rounding_error(scene.engine, scene)
-    goal = goal_above(floor, tolerance)
-    # Light particles between heavy ones amplify more than equal ones ever do.
-    matters = goal < JITTER_MATTERS * floor or scene.line is not None
+    """
+    Return the goal that numerics are chosen for, and the jitter of the in-house eta.
+
+    The latter where numerics hinge on it, else 0: cold chains at a wall are nudged in-house with
+    the steps that resolve them, as coarse ones may tell of far more.
+    """
+    goal = goal_above(rounding_error(scene.engine, scene), tolerance)
+    if scene.line is None:
+        matters = scene.engine == "lammps" and rounding_matters("lammps", scene, goal)
+    else:  # light particles between heavy ones amplify more than equal ones ever do
+        matters = True
     return goal, jitter(scene) if matters and _steps_are_fixed(scene) else 0.0
 
 

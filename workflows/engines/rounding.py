@@ -24,7 +24,7 @@ JITTER_SENSITIVITY: float = measured("jitter_sensitivity")
 # At tolerances below so many times the plain rounding, its amplification must be looked at. A
 # choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
 # agree any more, and the step's error says so.
-JITTER_MATTERS = 1e5
+_JITTER_MATTERS = 1e5
 # The arithmetic itself, a particle: the squared mean of n velocities over hundreds of contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
 
@@ -58,6 +58,11 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
     sensitivity = SHORT_DRIFT_SENSITIVITY if short else ROUNDING_SENSITIVITY
     return arithmetic + sensitivity * grain / v0 * heat_of(scene) ** 0.5
+
+
+def rounding_matters(engine: str, scene: Scene, goal: float) -> bool:
+    """Return whether the rounding that a collision may amplify comes near a goal."""
+    return goal < _JITTER_MATTERS * rounding_error(engine, scene)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:

@@ -7,7 +7,7 @@ import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.by_in_house import with_doubts
+from chaincor.workflows.accuracy.fixed_steps import with_doubts
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.in_house import stepping

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, usual_scheme
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
+from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.meet import decade_within
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.accuracy.tolerance import asked_tolerance

@@ -11,12 +11,7 @@ from chaincor.analysis.restitution import centre_of_mass_velocity
 from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.workflows.accuracy.answer import Answer, answer
-from chaincor.workflows.accuracy.by_in_house import (
-    COARSER,
-    SHARPEST_FIXED,
-    first_step,
-    usual_scheme,
-)
+from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.error_bars import (
     COARSER_SHARE,
     LEAST_SHARE,
@@ -24,6 +19,12 @@ from chaincor.workflows.accuracy.error_bars import (
     with_floors,
 )
 from chaincor.workflows.accuracy.expected_cost import expected_seconds_together
+from chaincor.workflows.accuracy.fixed_steps import (
+    COARSER,
+    LONGEST_TRUSTED,
+    first_step,
+    usual_scheme,
+)
 from chaincor.workflows.accuracy.meet import goal_above
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
@@ -32,12 +33,13 @@ from chaincor.workflows.engines.in_house.finish import LastContact, finish, kine
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import JITTER_MATTERS, rounding_error, rounding_of
+from chaincor.workflows.engines.rounding import rounding_error, rounding_matters, rounding_of
 
 Array = NDArray[np.float64]
 
-# Longer chains are met one by one: their steps leave nothing to be gained.
-LONGEST_TOGETHER = 400
+# Longer chains are met one by one: so many runs are not enough for them, and their steps leave
+# nothing to be gained.
+LONGEST_TOGETHER = LONGEST_TRUSTED
 # Fewer of a kind are met one by one: lanes would stay empty, and their loop has to be loaded.
 LEAST_TOGETHER = 16
 # So many at most, and so many seconds of work, so that progress is seen and little is lost.
@@ -77,9 +79,8 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if not is_smooth(scene) or is_exact(scene) or _writes(scene):
         return None
-    floor = rounding_error("reference", scene)
-    goal = _goal(scene, floor)
-    if goal < JITTER_MATTERS * floor:
+    goal = _goal(scene, rounding_error("reference", scene))
+    if rounding_matters("reference", scene, goal):
         return None
     if sharpness(scene) > SHARPEST_FIXED:
         return None
