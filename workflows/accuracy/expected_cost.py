@@ -29,6 +29,8 @@ _LAMMPS_RUNS = 1.5
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
 _IN_HOUSE_RUNS = 3.5
+# Longer chains need finer steps, and more tries to find them: 1.5 to 15 times the work, for 1e-6.
+_LONG, _LONG_WORK = 1500, 5.0
 # Many at once: what each takes beside the loops, and what these take of that time.
 _TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.3
 # Of the energy, what usually goes to vibrations.
@@ -122,7 +124,8 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
     stages = COMPOSITIONS["order8"].stages * duration / _order8_step(scene, goal)
-    return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
+    more = _LONG_WORK if scene.particles > _LONG else 1.0
+    return _IN_HOUSE_RUNS * more * stages * _in_house_stage(scene)
 
 
 def _in_house_stage(scene: Scene) -> float:

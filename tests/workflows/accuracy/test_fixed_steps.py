@@ -11,8 +11,8 @@ def truths(scene: Scene, *steps: float) -> list[float]:
     return [eta_of(scene, run_in_house(scene, "order8", step)) for step in steps]
 
 
-# Where a step and those at about twice it agree by chance, the order of the scheme makes too small a
-# bar of their difference: by 3.5, 4 and, in the slow one, 11 times. Of the third it was missed.
+# Where a step and those at about twice it agree by chance, the order of the scheme makes too small
+# a bar of their difference: by 3.5, 4 and, in the slow one, 11 times. Of the third it was missed.
 @pytest.mark.parametrize(
     ("potential", "particles", "speed", "tolerance"),
     [
