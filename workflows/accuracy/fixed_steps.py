@@ -203,10 +203,11 @@ def _meet_with_scheme(
     quiet = quiet_time(scene.span, scene.slow_stiffness)
     silent = np.max(np.diff(fine.contact_times), initial=0.0) > quiet
     # Light particles between heavy ones, bodies and warm chains were looked at before. What comes
-    # after a long silence of a chain that broke amplifies rounding, too; and where a step makes or
-    # takes a contact, roundings may as well.
-    matters = scene.line is None and rounding_matters("reference", scene, goal)
-    if matters or silent or found.grazes or found.stalled:
+    # after a long silence of a chain that broke amplifies rounding, too; where a step makes or
+    # takes a contact, roundings may as well, and in long chains that need finer steps than usual.
+    refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
+    matters = noise > 0.0 or refined or rounding_matters("reference", scene, goal)
+    if (scene.line is None and matters) or silent or found.grazes or found.stalled:
         amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         changed = nudged_change(scene, scheme, step, fine)
         noise = max(noise, changed / amplification)
