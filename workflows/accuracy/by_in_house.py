@@ -10,10 +10,7 @@ from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps, plain_scheme
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.irregular import refine
-from chaincor.workflows.accuracy.step_guess import (
-    is_smooth,
-    sharpness,
-)
+from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
