@@ -9,6 +9,7 @@ from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE, usual_scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
+from chaincor.workflows.accuracy.fixed_steps import LONG
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
@@ -30,7 +31,7 @@ _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
 _IN_HOUSE_RUNS = 3.5
 # Longer chains need finer steps, and more tries to find them: 1.5 to 15 times the work, for 1e-6.
-_LONG, _LONG_WORK = 1500, 5.0
+_LONG_WORK = 5.0
 # Many at once: what each takes beside the loops, and what these take of that time.
 _TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.3
 # Of the energy, what usually goes to vibrations.
@@ -124,7 +125,7 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
     stages = COMPOSITIONS["order8"].stages * duration / _order8_step(scene, goal)
-    more = _LONG_WORK if scene.particles > _LONG else 1.0
+    more = _LONG_WORK if scene.particles > LONG else 1.0
     return _IN_HOUSE_RUNS * more * stages * _in_house_stage(scene)
 
 

@@ -25,11 +25,12 @@ from chaincor.workflows.measured import measured
 COARSER = (2.0, 1.86)
 # Schemes, and above which goal each is usually the cheapest.
 _SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
-# This one amplifies rounding least; and of extrapolated ones, which cost less, this: what chains of
-# so many particles take, where contacts that graze make much of the last digit. Costs only.
+# This one amplifies rounding least; and of extrapolated ones, which cost less, this: what longer
+# chains than so many particles take, where contacts that graze make much of the last digit. Costs
+# only.
 _PLAINEST: StepSchemeName = "order8"
 _PLAINER: StepSchemeName = "extrapolated12"
-_LONG = 1500
+LONG = 1500
 # Of more particles than this, grazing contacts and what follows from them may hide that steps are
 # too long for their order: of 1177 random scenes of 60 to 400 that took it for granted, two of over
 # 300 had too small a bar. Then a run at a step nearby has to agree as well, and where contacts come
@@ -57,7 +58,7 @@ def plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
     if scheme == _PLAINEST:
         return scheme
     if scene.line is None:
-        long = scene.particles > _LONG and rounding_matters("reference", scene, goal)
+        long = scene.particles > LONG and rounding_matters("reference", scene, goal)
         return _PLAINER if long else scheme
     amplified = noise * STEP_SCHEMES[scheme].amplification
     return _PLAINEST if jitter_error("reference", amplified, scene) > STEP_SHARE * goal else scheme
@@ -123,7 +124,7 @@ def _refine(
     scene: Scene, goal: float, scheme: StepSchemeName, floor: float, followed: Outcome | None
 ) -> _Refined:
     """Refine until three steps agree, or finer ones help no more."""
-    order, share = effective_order(scene, scheme), COARSER_SHARE[scheme]
+    order = effective_order(scene, scheme)
     # Below the rounding floor a finer step buys nothing.
     reachable = max(goal, floor)
     step = first_step(scene, scheme, reachable)
@@ -151,17 +152,9 @@ def _refine(
             if is_believed(refusals):
                 raise
         else:
-            eta, last = eta_of(scene, fine), fine
-            found.append([eta, *(eta_of(scene, run) for run in coarse)])
-            apart = max(abs(other - eta) for other in found[-1][1:])
-            error, regular = share * apart, not _differ(fine, coarse)
-            if scene.particles > LONGEST_TRUSTED:
-                if not regular:
-                    error = max(share, _GRAZING_SHARE) * apart
-                elif error + floor <= goal:
-                    near = run_in_house(scene, scheme, _NEAR * step, fine)
-                    error = max(error, abs(eta_of(scene, near) - eta))
-                    regular = error == share * apart
+            last = fine
+            found.append([eta_of(scene, run) for run in (fine, *coarse)])
+            error, regular = _step_error(scene, scheme, fine, coarse, goal - floor)
             refusals.clear()
             stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
             if best is None or error < best[0]:
@@ -171,7 +164,7 @@ def _refine(
             break
         # What contacts after an open end could change, no step makes less.
         ending = 0.0 if known is None else ending_error(known, scene)
-        if scene.particles > _LONG and error <= ending > goal:
+        if scene.particles > LONG and error <= ending > goal:
             break
         if regular:
             step *= min(max((STEP_SHARE * reachable / error) ** (1.0 / order), 0.3), 0.8)
@@ -185,6 +178,29 @@ def _refine(
         # The truth may be wherever one of these runs went.
         error = float(np.max(np.abs(np.ravel(found[-STALLED - 1 :]) - eta_of(scene, fine))))
     return _Refined(fine, proofs, error, known, stalled == STALLED, tries)
+
+
+def _step_error(
+    scene: Scene, scheme: StepSchemeName, fine: Outcome, proofs: Sequence[Outcome], enough: float
+) -> tuple[float, bool]:
+    """
+    Return the error of a run's step, and whether it goes by the order of its scheme.
+
+    Where an error of at most `enough` would end the search, a long chain is asked once more.
+    """
+    eta, share = eta_of(scene, fine), COARSER_SHARE[scheme]
+    apart = max(abs(eta_of(scene, run) - eta) for run in proofs)
+    regular = not _differ(fine, proofs)
+    if scene.particles <= LONGEST_TRUSTED:
+        return share * apart, regular
+    if not regular:
+        return max(share, _GRAZING_SHARE) * apart, False
+    if share * apart > enough:
+        return share * apart, True
+    assert fine.timestep is not None
+    near = run_in_house(scene, scheme, _NEAR * fine.timestep, fine)
+    off = abs(eta_of(scene, near) - eta)
+    return max(share * apart, off), off <= share * apart
 
 
 def _meet_with_scheme(
