@@ -6,8 +6,9 @@ from typing import Literal
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import Scheme, TableStyle, Wall
 
-# Engines also extrapolate steps: the in-house one where a tolerance lets it choose, LAMMPS if told.
-StepSchemeName = Scheme | Literal["extrapolated12", "extrapolated14", "extrapolated16"]
+# What the engines can do besides, where a tolerance lets them choose or Python names it: extrapolate
+# steps, both of them, and in-house a splitting with kicks of its own.
+StepSchemeName = Scheme | Literal["srkn14", "extrapolated12", "extrapolated14", "extrapolated16"]
 # Order of convergence of what a scene can name, with the impact-located wall.
 SCHEME_ORDERS: dict[Scheme, int] = {"verlet": 2, "order4": 4, "order6": 6, "order8": 8}
 # Composed steps that are a sensible start for each scheme where the user names none.
@@ -26,7 +27,8 @@ class Numerics:
         ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
     scheme : str
         ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also
-        ``extrapolated12`` and so on, see ``chaincor.workflows.engines.schemes``.
+        ``extrapolated12`` and so on, in-house ``srkn14``, see
+        ``chaincor.workflows.engines.schemes``.
     timestep : float
         The composed step H.
     table : str

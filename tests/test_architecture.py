@@ -41,7 +41,7 @@ FLOORS = {
         {"look_ahead", "rounding"},
         {"outcome", "parting", "schemes"},
         {"whole_end"},
-        {"compositions", "end_watch", "interrupts"},
+        {"compositions", "end_watch", "interrupts", "splittings"},
         {"ending"},
         {"pieces"},
         {"piece_bounds"},

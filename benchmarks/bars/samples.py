@@ -94,7 +94,12 @@ def proof_share(random: Random, count: int) -> Samples:
 
 def coarser_share(random: Random, count: int) -> Samples:
     """Error at a step over the larger difference to twice the step and one a little below."""
-    names: tuple[StepSchemeName, ...] = (*SCHEME_ORDERS, "extrapolated14", "extrapolated12")
+    names: tuple[StepSchemeName, ...] = (
+        *SCHEME_ORDERS,
+        "extrapolated14",
+        "extrapolated12",
+        "srkn14",
+    )
     found: Samples = {name: [] for name in names}
     for name, samples in found.items():
         while len(samples) < count:

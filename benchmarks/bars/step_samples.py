@@ -36,7 +36,12 @@ def _lammps_errors(scene: Scene, shares: tuple[float, ...]) -> dict[str, float]:
 
 def usual_error(random: Random, count: int) -> Samples:
     """Error of eta in-house at the usual step of a scheme, in chains of 50 to 200 particles."""
-    schemes: tuple[StepSchemeName, ...] = (*SCHEME_ORDERS, "extrapolated14", "extrapolated12")
+    schemes: tuple[StepSchemeName, ...] = (
+        *SCHEME_ORDERS,
+        "extrapolated14",
+        "extrapolated12",
+        "srkn14",
+    )
     found: Samples = {scheme: [] for scheme in schemes}
     while len(found["verlet"]) < count:
         scene = draw_scene(random).replace(particles=int(random.integers(50, 200)))

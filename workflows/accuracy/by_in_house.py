@@ -7,11 +7,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import jitter, modal_error
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
-from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps, plain_scheme
+from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.irregular import refine
 from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
@@ -25,6 +24,8 @@ SHARPEST_FIXED = 60.0
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share") * weight for weight in (1.0, 0.4))
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
+# Where no order can be relied on, the share of composed steps asks for least of it.
+_IRREGULAR: StepSchemeName = "order8"
 _MOST_REFINEMENTS = 15
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
@@ -71,10 +72,7 @@ def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
 
 def _meet_irregularly(scene: Scene, goal: float, noise: float) -> Answer:
     """Refine without trust in an order: bonds of users may have kinks."""
-    scheme = plain_scheme(scene, goal, noise)
-    # The share of extrapolated steps rests on their order.
-    composed: StepSchemeName = scheme if scheme in COMPOSITIONS else "order8"
-    found = refine(scene, goal, composed, rounding_error("reference", scene))
+    found = refine(scene, goal, _IRREGULAR, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
         noise = noise or jitter(scene)
     details = {

@@ -81,15 +81,14 @@ def expected_seconds(scene: Scene) -> float:
     return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice + modal
 
 
-def expected_seconds_together(scene: Scene) -> float:
-    """
-    Estimate the same where many collisions of one kind are carried out at once.
-
-    Chains that may break, whose ends have to be argued, are carried out alone in the end.
-    """
+def usually_breaks(scene: Scene) -> bool:
+    """Return whether vibrations usually take what it takes to break a bond."""
     vibration = _VIBRATING * 0.5 * scene.particles * scene.impact_velocity**2
-    if vibration > breaking_energy(scene.bond):
-        return expected_seconds(scene)
+    return vibration > breaking_energy(scene.bond)
+
+
+def expected_seconds_together(scene: Scene) -> float:
+    """Estimate the same where many collisions of one kind are carried out at once."""
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
     asked = asked_tolerance(scene)
     assert asked is not None

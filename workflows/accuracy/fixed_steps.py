@@ -25,11 +25,9 @@ from chaincor.workflows.measured import measured
 COARSER = (2.0, 1.86)
 # Schemes, and above which goal each is usually the cheapest.
 _SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
-# This one amplifies rounding least; and of extrapolated ones, which cost less, this: what longer
-# chains than so many particles take, where contacts that graze make much of the last digit. Costs
-# only.
-_PLAINEST: StepSchemeName = "order8"
-_PLAINER: StepSchemeName = "extrapolated12"
+# This one amplifies rounding least: what longer chains than so many particles take, where contacts
+# that graze make much of the last digit. Costs only.
+_PLAINEST: StepSchemeName = "srkn14"
 LONG = 1500
 # Of more particles than this, grazing contacts and what follows from them may hide that steps are
 # too long for their order: of 1177 random scenes of 60 to 400 that took it for granted, two of over
@@ -59,7 +57,7 @@ def plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
         return scheme
     if scene.line is None:
         long = scene.particles > LONG and rounding_matters("reference", scene, goal)
-        return _PLAINER if long else scheme
+        return _PLAINEST if long else scheme
     amplified = noise * STEP_SCHEMES[scheme].amplification
     return _PLAINEST if jitter_error("reference", amplified, scene) > STEP_SHARE * goal else scheme
 

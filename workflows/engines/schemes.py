@@ -1,7 +1,8 @@
 r"""
-One step of the chain away from the wall, made of Verlet steps: composed or extrapolated.
+One step of the chain away from the wall: split into drifts and kicks, or extrapolated.
 
-*Composition*: Verlet steps of w_k H one after the other. The map stays symmetric and symplectic.
+*Splitting*: drifts and kicks in turns, mostly those of Verlet steps of w_k H one after the other
+(``compositions``, others in ``splittings``). The map stays symmetric and symplectic.
 
 *Extrapolation* (Gragg, Bulirsch and Stoer, with Störmer's rule): the step H is taken k times, as
 1, 2, ... k Verlet steps. The error of each is a series in even powers of H/m, and the mixture
@@ -23,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.workflows.engines.compositions import COMPOSITIONS
+from chaincor.workflows.engines.splittings import SRKN14_DRIFTS, SRKN14_KICKS, SRKN14_ORDER
 
 # In how many Verlet steps a step is taken, by order. LAMMPS, whose coordinates are coarse, takes
 # order 12: with the last two numbers by twos it amplifies rounding, by the sum of |c_m|, 8 times;
@@ -49,11 +51,11 @@ class Rule(NamedTuple):
 
 
 class StepScheme(Protocol):
-    """How a step is made of Verlet steps."""
+    """How a step is made of drifts and kicks."""
 
     @property
     def name(self) -> str:
-        """As in `Numerics`, or ``extrapolated12`` and the like."""
+        """As in `Numerics`."""
 
     @property
     def order(self) -> int:
@@ -104,14 +106,14 @@ class StepScheme(Protocol):
 
 class Splitting(NamedTuple):
     """
-    Fractions of a composed step.
+    Fractions of a split step.
 
     Attributes
     ----------
     drifts : ndarray of shape (stages + 1,)
-        w_1/2, (w_1 + w_2)/2, ..., w_s/2.
+        a_k; of a composition w_1/2, (w_1 + w_2)/2, ..., w_s/2.
     kicks : ndarray of shape (stages,)
-        w_k.
+        b_k; of a composition w_k.
     """
 
     drifts: Array
@@ -119,8 +121,8 @@ class Splitting(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Composed:
-    """Verlet steps of w_k H one after the other."""
+class Split:
+    """Drifts and kicks in turns."""
 
     name: str
     order: int
@@ -129,9 +131,9 @@ class Composed:
     amplification = 1.0
 
     @classmethod
-    def of(cls, name: str) -> "Composed":
+    def composed(cls, name: str) -> "Split":
         """
-        Return a scheme of ``compositions``.
+        Return a scheme of ``compositions``: Verlet steps one after the other.
 
         Parameters
         ----------
@@ -140,7 +142,7 @@ class Composed:
 
         Returns
         -------
-        Composed
+        Split
             With its drifts merged.
         """
         kicks = np.array(COMPOSITIONS[name].weights)
@@ -170,7 +172,7 @@ class Composed:
 
     @staticmethod
     def build_leap(stages: Any) -> Callable:
-        """Return the composed map, see `StepScheme`."""
+        """Return the map of drifts and kicks, see `StepScheme`."""
         first, further, drift = stages.start, stages.stage, stages.drift
 
         def leap(
@@ -310,6 +312,8 @@ class Extrapolated:
         return leap
 
 
-_SCHEMES: list[StepScheme] = [Composed.of(name) for name in COMPOSITIONS]
+_SCHEMES: list[StepScheme] = [Split.composed(name) for name in COMPOSITIONS]
+_SRKN14 = Splitting(np.array(SRKN14_DRIFTS), np.array(SRKN14_KICKS))
+_SCHEMES.append(Split("srkn14", SRKN14_ORDER, _SRKN14))
 _SCHEMES += [Extrapolated.of(counts) for counts in _EXTRAPOLATED.values()]
 STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

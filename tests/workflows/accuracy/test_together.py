@@ -68,8 +68,8 @@ def test_loops_that_come_back_often_change_nothing(monkeypatch):
 
 @pytest.mark.slow
 def test_what_energy_alone_does_not_end_is_left():
-    # At these speeds most chains break.
-    broken = scenes("lj", 20, fastest=1.5)
+    # From 0.59 v* on most chains break; above 0.75 none would be begun together.
+    broken = scenes("lj", 20, fastest=0.74)
     found = collide_together(broken)
     assert any(result is None for result in found)
     for scene, result in zip(broken, found, strict=True):
@@ -89,6 +89,7 @@ def test_what_energy_alone_does_not_end_is_left():
         {"particles": 1000},
         {"potential": "harmonic", "velocity": 0.1},
         {"speed": 30.0, "potential": "log"},
+        {"speed": 1.2},  # usually breaks
     ],
 )
 def test_others_are_met_alone(changes):

@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.error_bars import (
     table_error,
     with_floors,
 )
-from chaincor.workflows.accuracy.expected_cost import expected_seconds_together
+from chaincor.workflows.accuracy.expected_cost import expected_seconds_together, usually_breaks
 from chaincor.workflows.accuracy.fixed_steps import (
     COARSER,
     LONGEST_TRUSTED,
@@ -84,6 +84,8 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if sharpness(scene) > SHARPEST_FIXED:
         return None
+    if usually_breaks(scene):
+        return None  # its end has to be argued, which is done alone
     return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
 
 

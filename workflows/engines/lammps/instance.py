@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.contact_script import displacement
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import (
@@ -85,8 +86,14 @@ class LammpsChain:
         if isinstance(scheme, Extrapolated):
             self._counts = scheme.fractions.counts.astype(int).tolist()
             self.weights = tuple(scheme.fractions.weights.tolist())
-        else:
+        elif numerics.scheme in COMPOSITIONS:
             self.weights = COMPOSITIONS[numerics.scheme].weights
+        else:
+            raise InputError(
+                f"scheme is '{numerics.scheme}', whose kicks no Verlet step of LAMMPS gives; "
+                f"expected {', '.join(COMPOSITIONS)} or an extrapolated one, or use engine "
+                "'reference'"
+            )
         self.timestep = numerics.timestep
         self.stages_done = 0
         self._dump_started = False

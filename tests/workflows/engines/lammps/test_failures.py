@@ -8,6 +8,7 @@ import types
 
 import pytest
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import blind, course
@@ -41,6 +42,12 @@ def failure(kind, scene, numerics):
     assert "\n" not in line
     assert caught.value.exit_status == 1
     return line
+
+
+def test_steps_that_lammps_cannot_take_are_refused_by_name():
+    with pytest.raises(InputError, match="'srkn14', whose kicks .* expected verlet, order4") as bad:
+        lammps.run(Scene(particles=5), Numerics(scheme="srkn14", timestep=0.1))
+    assert bad.value.exit_status == 2
 
 
 def test_a_bond_that_leaves_its_table_is_named(monkeypatch):

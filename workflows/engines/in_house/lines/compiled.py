@@ -18,7 +18,7 @@ from chaincor.workflows.engines.in_house.lines.ensemble_loop import build_carry,
 from chaincor.workflows.engines.in_house.lines.lanes import build_lane_leap
 from chaincor.workflows.engines.in_house.lines.loop import build_line_motion
 from chaincor.workflows.engines.in_house.lines.verlet import array_line_stages, looped_line_stages
-from chaincor.workflows.engines.schemes import Composed, StepScheme
+from chaincor.workflows.engines.schemes import Split, StepScheme
 
 
 @dataclass(frozen=True)
@@ -70,23 +70,23 @@ def _compile_line(function: Callable, keep: Keep, build_leap: Callable) -> Calla
 
 def ensemble_kernels_for(bond: Potential, scheme: StepScheme) -> LineKernels | None:
     """Return the loop over many collisions; None for forces that cannot be compiled."""
-    return _ensemble_kernels_for(bond, scheme.build_leap, isinstance(scheme, Composed))
+    return _ensemble_kernels_for(bond, scheme.build_leap, isinstance(scheme, Split))
 
 
 @lru_cache(maxsize=KEPT)
 def _ensemble_kernels_for(
-    bond: Potential, build_leap: Callable, composed: bool
+    bond: Potential, build_leap: Callable, split: bool
 ) -> LineKernels | None:
     force = scalar_force(bond)
     if force is None:
         return None
-    carry = _compile_carry(force.function, force.keep, build_leap, composed)
+    carry = _compile_carry(force.function, force.keep, build_leap, split)
     return LineKernels(carry, force.parameters)
 
 
 @lru_cache(maxsize=KEPT)
 def _compile_carry(
-    function: Callable, keep: Keep, build_leap: Callable, composed: bool
+    function: Callable, keep: Keep, build_leap: Callable, split: bool
 ) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
@@ -94,7 +94,7 @@ def _compile_carry(
     stages = looped_line_stages(kernel, register)
     leap = register(build_leap(stages))
     advance = compiler.register_long(build_line_motion(kernel, leap, stages, register))
-    lanes = compiler.register_long(build_lane_leap(kernel, composed, register))
+    lanes = compiler.register_long(build_lane_leap(kernel, split, register))
     over = compiler.register_long(is_over)
     carry = build_carry(kernel, advance, lanes, over, register)
     return compiler.compile_allocating(carry, threaded=True)

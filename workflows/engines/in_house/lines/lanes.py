@@ -49,7 +49,7 @@ class Lanes(NamedTuple):
         return cls(old, new, trial, np.zeros(bonds), np.repeat(inverse, LANES))
 
 
-def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Callable:
+def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callable:
     """
     Return one step of all lanes.
 
@@ -57,8 +57,8 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
     ----------
     force : callable
         -dU/dr of one strain, ``force(strain, parameters)``; known to the compiler.
-    composed : bool
-        Whether steps are compositions; else they are extrapolated.
+    split : bool
+        Whether steps are split; else they are extrapolated.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
@@ -100,7 +100,7 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         for j in range(old.shape[0]):
             new[j] = old[j]
 
-    def leap_composed(
+    def leap_split(
         old: State,
         new: State,
         _trial: State,
@@ -149,4 +149,4 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
             for j in range(velocity.shape[0]):
                 new_velocity[j] += share * (velocity[j] - first_velocity[j])
 
-    return leap_composed if composed else leap_extrapolated
+    return leap_split if split else leap_extrapolated

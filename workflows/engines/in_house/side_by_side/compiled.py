@@ -16,7 +16,7 @@ from chaincor.workflows.engines.in_house.side_by_side.coasts import build_coasts
 from chaincor.workflows.engines.in_house.side_by_side.lanes import build_lane_leap
 from chaincor.workflows.engines.in_house.side_by_side.loop import build_carry
 from chaincor.workflows.engines.in_house.stages import looped_stages
-from chaincor.workflows.engines.schemes import Composed, StepScheme
+from chaincor.workflows.engines.schemes import Split, StepScheme
 
 
 def carry_for(bond: Potential, scheme: StepScheme) -> Callable | None:
@@ -24,15 +24,15 @@ def carry_for(bond: Potential, scheme: StepScheme) -> Callable | None:
     force = scalar_force(bond)
     if force is None:
         return None
-    return _compile(force.function, force.keep, isinstance(scheme, Composed))
+    return _compile(force.function, force.keep, isinstance(scheme, Split))
 
 
 @lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: Keep, composed: bool) -> Callable:
+def _compile(function: Callable, keep: Keep, split: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)
-    leap = compiler.register_long(build_lane_leap(kernel, composed, register))
+    leap = compiler.register_long(build_lane_leap(kernel, split, register))
     return compiler.compile(build_carry(kernel, leap, register))
 
 

@@ -1,5 +1,5 @@
 r"""
-Extrapolated and composed steps of many chains side by side, each with a step of its own.
+Extrapolated and split steps of many chains side by side, each with a step of its own.
 
 A chain of twenty is too short for the vector units of a processor: its loops begin and end more
 than they run. Here number i of lane k lies at :math:`i L + k`, and loops run over all lanes. What
@@ -54,8 +54,8 @@ class Lanes(NamedTuple):
         Before and after a step, and what it tries.
     steps, share : ndarray of shape (L,)
         The step H of each lane, and a part of it.
-    parts, drifts : ndarray of shape (n L,)
-        Both, repeated along the chain: `parts` what kicks take, `drifts` the whole step.
+    parts : ndarray of shape (n L,)
+        That part repeated along the chain.
     forces : ndarray of shape ((n + 1) L,)
         Of the bonds, between zeros.
     """
@@ -66,7 +66,6 @@ class Lanes(NamedTuple):
     steps: Array
     share: Array
     parts: Array
-    drifts: Array
     forces: Array
 
     @classmethod
@@ -76,7 +75,7 @@ class Lanes(NamedTuple):
         numbers = particles * LANES
         return cls(
             *(old, new, trial, np.zeros(LANES), np.zeros(LANES)),
-            *(np.zeros(numbers), np.zeros(numbers), np.zeros(numbers + LANES)),
+            *(np.zeros(numbers), np.zeros(numbers + LANES)),
         )
 
     def unnamed(self) -> tuple:
@@ -84,7 +83,7 @@ class Lanes(NamedTuple):
         return *(tuple(state) for state in self[:3]), *self[3:]
 
 
-def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Callable:
+def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callable:
     """
     Return one step of all lanes.
 
@@ -92,15 +91,15 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
     ----------
     force : callable
         -dU/dr of one strain, ``force(strain, parameters)``; known to the compiler.
-    composed : bool
-        Whether steps are compositions; else they are extrapolated.
+    split : bool
+        Whether steps are split; else they are extrapolated.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
     callable
-        ``leap(old, new, trial, steps, share, parts, drifts, forces, wanted, fractions, bond)``:
+        ``leap(old, new, trial, steps, share, parts, forces, wanted, fractions, bond)``:
         from old states to new ones, see `Lanes`; of the bonds the first `wanted` are needed.
     """
 
@@ -110,21 +109,21 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         velocity: Array,
         distance: Array,
         forces: Array,
-        drifts: Array,
-        share: float,
-        kicks: Array,
+        parts: Array,
+        drift: float,
+        kick: float,
         bonds: int,
         bond: Any,
     ) -> None:
         # What the last particle is given is wrong where more bonds follow: then nobody needs it.
         for k in range(LANES):
-            distance[k] += (share * drifts[k]) * velocity[k]
+            distance[k] += (drift * parts[k]) * velocity[k]
         for j in range(bonds * LANES):
-            stretched = strain[j] + (share * drifts[j]) * (velocity[j + LANES] - velocity[j])
+            stretched = strain[j] + (drift * parts[j]) * (velocity[j + LANES] - velocity[j])
             strain[j] = stretched
             forces[j + LANES] = force(stretched, bond)
         for j in range((bonds + 1) * LANES):
-            velocity[j] += kicks[j] * (forces[j] - forces[j + LANES])
+            velocity[j] += (kick * parts[j]) * (forces[j] - forces[j + LANES])
 
     @register
     def copy(old: Array, new: Array) -> None:
@@ -137,37 +136,33 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
             for k in range(LANES):
                 along[i * LANES + k] = one[k]
 
-    def leap_composed(
+    def leap_split(
         old: LaneState,
         new: LaneState,
         _trial: LaneState,
         steps: Array,
         share: Array,
         parts: Array,
-        drifts: Array,
         forces: Array,
         wanted: int,
         fractions: Splitting,
         bond: Any,
     ) -> None:
-        whiles, kicks = fractions
+        drifts, kicks = fractions
         bonds = old[0].shape[0] // LANES
         strain, velocity, distance = new
         copy(old[0], strain)
         copy(old[1], velocity)
         copy(old[2], distance)
-        repeat(steps, drifts)
+        repeat(steps, parts)
         for row in range(kicks.shape[0]):
-            for k in range(LANES):
-                share[k] = kicks[row] * steps[k]
-            repeat(share, parts)
             reach = min(bonds, wanted + kicks.shape[0] - row)
-            stage(strain, velocity, distance, forces, drifts, whiles[row], parts, reach, bond)
-        last = whiles[-1]
+            stage(strain, velocity, distance, forces, parts, drifts[row], kicks[row], reach, bond)
+        last = drifts[-1]
         for k in range(LANES):
             distance[k] += (last * steps[k]) * velocity[k]
         for j in range(strain.shape[0]):
-            strain[j] += (last * drifts[j]) * (velocity[j + LANES] - velocity[j])
+            strain[j] += (last * parts[j]) * (velocity[j + LANES] - velocity[j])
 
     def leap_extrapolated(
         old: LaneState,
@@ -176,7 +171,6 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         steps: Array,
         share: Array,
         parts: Array,
-        drifts: Array,
         forces: Array,
         wanted: int,
         fractions: Mixture,
@@ -199,10 +193,10 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
             copy(first_velocity, velocity)
             distance[:] = 0.0
             reach = min(bonds, wanted + count)
-            stage(strain, velocity, distance, forces, parts, 0.5, parts, reach, bond)
+            stage(strain, velocity, distance, forces, parts, 0.5, 1.0, reach, bond)
             for left in range(count - 1, 0, -1):
                 reach = min(bonds, wanted + left)
-                stage(strain, velocity, distance, forces, parts, 1.0, parts, reach, bond)
+                stage(strain, velocity, distance, forces, parts, 1.0, 1.0, reach, bond)
             for k in range(LANES):
                 distance[k] += (0.5 * parts[k]) * velocity[k]
                 moved[k] += weight * distance[k]
@@ -214,4 +208,4 @@ def build_lane_leap(force: Callable, composed: bool, register: Callable) -> Call
         for k in range(LANES):
             moved[k] += first_distance[k]
 
-    return leap_composed if composed else leap_extrapolated
+    return leap_split if split else leap_extrapolated

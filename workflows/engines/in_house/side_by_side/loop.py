@@ -156,7 +156,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         bond: Any,
     ) -> int:
         # One point of the path of each chain whose contact is searched; returns how many these are.
-        kept, moved, trial, steps, share, parts, drifts, forces = near
+        kept, moved, trial, steps, share, parts, forces = near
         for k in range(LANES):
             if hunts.whose[k] < 0 and trips.waiting.held[0] > 0:
                 s = hunts.whose[k] = pop(trips.waiting)
@@ -164,7 +164,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 load(s, k, ledgers, states, kept)
                 begin(k, hunts, trips.left[s], point_of(kept, k, bond))
                 steps[k] = hunts.time[k]
-        leap(kept, moved, trial, steps, share, parts, drifts, forces, 1, fractions, bond)
+        leap(kept, moved, trial, steps, share, parts, forces, 1, fractions, bond)
         for k in range(LANES):
             s = hunts.whose[k]
             if s < 0:
@@ -259,7 +259,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         bond: Any,
         room: Room,
     ) -> None:
-        old, new, trial, lane_steps, share, parts, drifts, forces = lanes
+        old, new, trial, lane_steps, share, parts, forces = lanes
         trips, hunts, whose, low, high = room
         bonds = states[0].shape[1]
         most_contacts = states[4].shape[2]
@@ -285,7 +285,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 hunting = hunt(hunts, hunting, near, ledgers, states, trips, fractions, bond)
                 continue
             old, new = new, old
-            leap(old, new, trial, lane_steps, share, parts, drifts, forces, bonds, fractions, bond)
+            leap(old, new, trial, lane_steps, share, parts, forces, bonds, fractions, bond)
             note_strains(new[0], low, high)
             done += moving
             for k in range(LANES):
