@@ -6,7 +6,7 @@ from typing import Literal
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import Scheme, TableStyle, Wall
 
-# What the engines can do besides, where a tolerance lets them choose or Python names it: extrapolate
+# What engines can do besides, where a tolerance lets them choose or Python names it: extrapolate
 # steps, both of them, and in-house a splitting with kicks of its own.
 StepSchemeName = Scheme | Literal["srkn14", "extrapolated12", "extrapolated14", "extrapolated16"]
 # Order of convergence of what a scene can name, with the impact-located wall.

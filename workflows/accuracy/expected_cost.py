@@ -9,7 +9,8 @@ from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE, usual_scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
-from chaincor.workflows.accuracy.fixed_steps import LONG
+from chaincor.workflows.accuracy.fixed_steps import LONG, first_step
+from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
@@ -17,6 +18,7 @@ from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.rounding import rounding_error
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError
 
 # Processor times measured for 130 collisions, 10 to 500 particles at 0.01 to 4 v* and tolerances of
@@ -29,11 +31,13 @@ _LAMMPS_RUNS = 1.5
 # LAMMPS's step is chosen.
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
-_IN_HOUSE_RUNS = 3.5
+_IN_HOUSE_RUNS = 2.1
+# Steps that contacts cut into two, a particle.
+_SPLIT_STEPS = 0.9
 # Longer chains need finer steps, and more tries to find them: 1.5 to 15 times the work, for 1e-6.
 _LONG_WORK = 5.0
 # Many at once: what each takes beside the loops, and what these take of that time.
-_TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.3
+_TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.5
 # Of the energy, what usually goes to vibrations.
 _VIBRATING = 0.15
 # A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
@@ -123,14 +127,12 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 
 
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
-    stages = COMPOSITIONS["order8"].stages * duration / _order8_step(scene, goal)
+    scheme = usual_in_house(goal)
+    steps = duration / first_step(scene, scheme, goal) + _SPLIT_STEPS * scene.particles
     more = _LONG_WORK if scene.particles > LONG else 1.0
+    stages = steps * STEP_SCHEMES[scheme].evaluations
     return _IN_HOUSE_RUNS * more * stages * _in_house_stage(scene)
 
 
 def _in_house_stage(scene: Scene) -> float:
     return _IN_HOUSE_STAGE + _IN_HOUSE_BOND * scene.all_particles
-
-
-def _order8_step(scene: Scene, goal: float) -> float:
-    return guess_step(scene, "order8", goal / COARSER_SHARE["order8"])

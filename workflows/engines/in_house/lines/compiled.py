@@ -74,9 +74,7 @@ def ensemble_kernels_for(bond: Potential, scheme: StepScheme) -> LineKernels | N
 
 
 @lru_cache(maxsize=KEPT)
-def _ensemble_kernels_for(
-    bond: Potential, build_leap: Callable, split: bool
-) -> LineKernels | None:
+def _ensemble_kernels_for(bond: Potential, build_leap: Callable, split: bool) -> LineKernels | None:
     force = scalar_force(bond)
     if force is None:
         return None
@@ -85,9 +83,7 @@ def _ensemble_kernels_for(
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_carry(
-    function: Callable, keep: Keep, build_leap: Callable, split: bool
-) -> Callable:
+def _compile_carry(function: Callable, keep: Keep, build_leap: Callable, split: bool) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
     register = compiler.register
     kernel = register(function)

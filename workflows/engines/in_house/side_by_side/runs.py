@@ -28,7 +28,7 @@ from chaincor.workflows.engines.whole_end import certain_at, next_look
 Array = NDArray[np.float64]
 
 # Longer chains fill the vector units by themselves: decides costs only.
-LONGEST_IN_LANES = 128
+LONGEST_IN_LANES = 80
 
 
 @dataclass(frozen=True)
