@@ -84,8 +84,9 @@ class Collision(Shown):
     engine, wall, scheme : str
         What was run. Schemes ``verlet``, ``order4``, ``order6`` and ``order8`` are compositions of
         Verlet steps. To meet a tolerance the in-house engine may report others: ``modal`` (exact,
-        harmonic bonds), ``extrapolated14`` (order 14, Verlet steps extrapolated), ``adaptive8``
-        (Dormand and Prince's order 8, stiff bonds) or ``hard-sphere`` (the limit of high speed).
+        harmonic bonds), ``srkn14`` (order 6, fourteen kicks of Blanes and Moan),
+        ``extrapolated14`` (order 14, Verlet steps extrapolated), ``adaptive8`` (Dormand and
+        Prince's order 8, stiff bonds) or ``hard-sphere`` (the limit of high speed).
     timestep : float or None
         Composed or extrapolated step H; None for exact propagators and adaptive steps.
     table, table_points : str or None, int or None

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.schemes import nystrom
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.engines.splittings import SRKN14_DRIFTS, SRKN14_KICKS, SRKN14_ORDER
 
 Array = NDArray[np.float64]
 State = tuple[float, Array, Array]
@@ -110,9 +111,7 @@ class Nystrom:
 
 
 def _symmetric(order: int, drifts: tuple[float, ...], kicks: tuple[float, ...]) -> Split:
-    """Return a palindrome of its halves, of which the longer one ends in the middle."""
-    if len(drifts) > len(kicks):
-        return Split(order, drifts + drifts[-2::-1], kicks + kicks[::-1])
+    """Return a palindrome of its halves, of which that of the kicks ends in the middle."""
     return Split(order, drifts + drifts[::-1], kicks + kicks[-2::-1])
 
 
@@ -136,15 +135,6 @@ _SOFRONIOU = (
     -0.00486636058313526176219566, -0.39203335370863990644808194, 0.05194250296244964703718290,
     0.05066509075992449633587434, 0.04967437063972987905456880,
 )  # fmt: skip
-# Blanes and Moan (2002), J. Comput. Appl. Math. 142, 313, SRKN of 14 stages.
-_DRIFTS_14 = (
-    0.0378593198406116, 0.102635633102435, -0.0258678882665587, 0.314241403071447,
-    -0.130144459517415, 0.106417700369543, -0.00879424312851058,
-)  # fmt: skip
-_KICKS_14 = (
-    0.09171915262446165, 0.183983170005006, -0.05653436583288827, 0.004914688774712854,
-    0.143761127168358, 0.328567693746804,
-)  # fmt: skip
 # Blanes, Casas, Farres, Laskar, Makazaga and Murua (2013), Appl. Numer. Math. 68, 58.
 _DRIFTS_864 = (
     0.0711334264982231177779387300061549964174, 0.241153427956640098736487795326289649618,
@@ -162,9 +152,7 @@ CANDIDATES: dict[str, Candidate] = {
         10, (*_SOFRONIOU, 1.0 - 2.0 * sum(_SOFRONIOU), *_SOFRONIOU[::-1])
     ),
     "ABA864": _symmetric(4, _DRIFTS_864, _KICKS_864),
-    "SRKN14": _symmetric(
-        6, (*_DRIFTS_14, 1.0 - 2.0 * sum(_DRIFTS_14)), (*_KICKS_14, 0.5 - sum(_KICKS_14))
-    ),
+    "SRKN14": Split(SRKN14_ORDER, SRKN14_DRIFTS, SRKN14_KICKS),
     "extrapolated12": _mixed("extrapolated12"),
     "extrapolated14": _mixed("extrapolated14"),
     "RKN12(10)": Nystrom(),

@@ -59,6 +59,7 @@ def test_reference_values(case, scheme, longer):
         ("order4", (0.2, 0.1, 0.05)),
         ("order6", (0.2, 0.1, 0.05)),
         ("order8", (0.4, 0.28, 0.2)),
+        ("srkn14", (0.4, 0.28, 0.2)),
         ("extrapolated12", (0.6, 0.5, 0.4)),
     ],
 )
@@ -76,11 +77,11 @@ def test_order_of_convergence(scheme, steps):
     )
 
 
-@pytest.mark.parametrize("scheme", list(COMPOSITIONS))
+@pytest.mark.parametrize("scheme", [*COMPOSITIONS, "srkn14"])
 @pytest.mark.parametrize("potential", ["lj", "toda", "log"])
 def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
-    step = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.1}[scheme]
+    step = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.1, "srkn14": 0.1}[scheme]
     stepper = Stepper.of(scene.bond, scheme, step)
     chain = Chain.at_first_contact(scene, stepper.scheme)
     chain.ledger.argue_after = np.inf
