@@ -25,8 +25,8 @@ from chaincor.workflows.measured import measured
 COARSER = (2.0, 1.86)
 # Schemes, and above which goal each is usually the cheapest.
 _SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
-# This one amplifies rounding least: what longer chains than so many particles take, where contacts
-# that graze make much of the last digit. Costs only.
+# This one amplifies rounding least: longer chains than so many particles, where contacts that graze
+# make much of the last digit, take it at any goal. Costs only.
 _PLAINEST: StepSchemeName = "srkn14"
 LONG = 1500
 # Of more particles than this, grazing contacts and what follows from them may hide that steps are
@@ -50,14 +50,13 @@ def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
     return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / COARSER_SHARE[scheme])
 
 
-def plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
+def _plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
     """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
     scheme = usual_scheme(goal)
     if scheme == _PLAINEST:
         return scheme
     if scene.line is None:
-        long = scene.particles > LONG and rounding_matters("reference", scene, goal)
-        return _PLAINEST if long else scheme
+        return _PLAINEST if scene.particles > LONG else scheme
     amplified = noise * STEP_SCHEMES[scheme].amplification
     return _PLAINEST if jitter_error("reference", amplified, scene) > STEP_SHARE * goal else scheme
 
@@ -70,7 +69,7 @@ def meet_with_fixed_steps(
 
     For `noise` and `followed` see :func:`chaincor.workflows.accuracy.by_in_house.meet_in_house`.
     """
-    scheme = plain_scheme(scene, goal, noise)
+    scheme = _plain_scheme(scene, goal, noise)
     found = _meet_with_scheme(scene, goal, scheme, noise, followed)
     assert found.bar.step is not None
     reachable = max(goal, rounding_error("reference", scene))
