@@ -20,8 +20,9 @@ SPARE_CONTACTS = 64
 SPARE_LEAPS = 8
 
 # A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
-# falls by about H^(2k)/(2k)!, which is 5e-14 at H = 1.
-FRONT_MARGIN = 8
+# falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. So no digit tells whether all bonds are
+# moved or only these.
+FRONT_MARGIN = 16
 # A strain below this times the impact velocity has not begun to move. What is left out, summed
 # over all steps of a run, stays orders of magnitude below rounding.
 FRONT_THRESHOLD = 1e-24
