@@ -1,6 +1,7 @@
 """Looking ahead with the stepping engine: a copy of the chain flies on with coarse steps."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,8 +135,10 @@ class LookAhead:
         The chain, which is not changed but for its count of force evaluations.
     stepper : Stepper
         Its steps: where coarse ones are no cheaper, they are not taken.
+    first : callable
+        Returns the chain as it was at step zero.
     start : float
-        Time of the chain's step zero, since the first contact.
+        Time of that, since the first contact.
 
     Attributes
     ----------
@@ -148,6 +151,7 @@ class LookAhead:
         scene: Scene,
         chain: Chain,
         stepper: Stepper,
+        first: Callable[[], Chain],
         start: float = 0.0,
     ) -> None:
         self._scene, self._chain, self._start = scene, chain, start
@@ -155,7 +159,7 @@ class LookAhead:
         self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
         self.not_before = 0.0
         self.doubt = 0.0
-        self._first = chain.copy()
+        self._first = first
         # Contacts so far, and the momentum of the next that all other motions came to.
         self._awaited = (0, 0.0)
 
@@ -268,7 +272,7 @@ class LookAhead:
         self, share: float, now: float, last: float
     ) -> tuple[ChainCoast, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
-        chain = self._first.copy(room=self._chain.arrays.contacts.shape[1])
+        chain = self._first().copy(room=self._chain.arrays.contacts.shape[1])
         stepper = self._stepper.of_size(share * self._stepper.step)
         chain.ledger.argue_after = chain.ledger.patience = math.inf
         chain.advance(stepper, math.ceil((now - self._start) / stepper.step))

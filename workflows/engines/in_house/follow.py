@@ -78,7 +78,7 @@ def follow(
     chain = Chain.in_flight(scene, stepper.scheme, displacements, velocities)
     chain.ledger.last_contact = last_contact - now
     chain.ledger.strain_min = shortest - 1.0
-    look_ahead = LookAhead(scene, chain, stepper, start=now)
+    look_ahead = LookAhead(scene, chain, stepper, chain.copy().copy, start=now)
     watch = EndWatch(scene.particles, bond)
     time = now
     while True:

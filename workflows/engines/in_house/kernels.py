@@ -1,8 +1,9 @@
 """The loops of the stepping engine for one bond potential, compiled where that can be done."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
+from threading import Event
 
 import numpy as np
 
@@ -37,6 +38,8 @@ class Kernels:
         False where the bond's force cannot be compiled and NumPy steps the chain.
     load_move : callable or None
         Returns the loop over a block of a long chain, see ``blocks``; None where not compiled.
+    loaded : Event
+        Set once `advance` and `coast` have been called in this process.
     """
 
     advance: Callable
@@ -44,6 +47,7 @@ class Kernels:
     parameters: tuple[float, ...]
     compiled: bool
     load_move: Callable[[], Callable] | None = None
+    loaded: Event = field(default_factory=Event, compare=False)
 
 
 def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:

@@ -2,7 +2,9 @@
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,11 +81,13 @@ def run(
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)
     stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)
     chain = Chain.at_first_contact(scene, stepper.scheme)
-    look_ahead = LookAhead(scene, chain, stepper)
-    # Without a step to take, this only loads or compiles the loops, which is not integration.
-    with meanwhile(_warm_up_coast, scene, numerics):
-        chain.advance(stepper, 0)
-    look_ahead.warm_up()
+    look_ahead = LookAhead(scene, chain, stepper, _at_first(scene, stepper))
+    if not stepper.kernels.loaded.is_set():
+        # Without a step to take, this only loads or compiles the loops, which is not integration.
+        with meanwhile(_warm_up_coast, scene, numerics):
+            chain.advance(stepper, 0)
+        look_ahead.warm_up()
+        stepper.kernels.loaded.set()
     frames = _Recorder(chain, stepper, frame_interval)
     collision = _Collision(scene, chain, stepper, look_ahead, frames)
     started = time.perf_counter()
@@ -110,10 +114,45 @@ def run(
     )
 
 
+def follow_on(scene: Scene, chain: Chain, stepper: Stepper) -> tuple[Ending, float, int]:
+    """
+    Go on with a chain that was left where its end may be argued, as :func:`run` does.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides: a cold chain of unit masses before a hard wall.
+    chain : Chain
+        Which came back from its last steps with `motion.ARGUE`, its end not looked for before; it
+        is changed in place, and may get new room for contacts.
+    stepper : Stepper
+        Its steps.
+
+    Returns
+    -------
+    Ending, float, int
+        How the collision ends, when that was seen, and the force evaluations so far.
+
+    Raises
+    ------
+    RunError
+        As :func:`run`.
+    """
+    look_ahead = LookAhead(scene, chain, stepper, _at_first(scene, stepper))
+    frames = _Recorder(chain, stepper, None)
+    collision = _Collision(scene, chain, stepper, look_ahead, frames)
+    return collision.run(None, True, motion.ARGUE)
+
+
 def _warm_up_coast(scene: Scene, numerics: Numerics) -> None:
     """Load or compile the loop over coarse steps alone."""
     stepper = Stepper.of(scene.bond, numerics.scheme, numerics.timestep)
-    LookAhead(scene, Chain.at_first_contact(scene, stepper.scheme), stepper).warm_up()
+    first = _at_first(scene, stepper)
+    LookAhead(scene, first(), stepper, first).warm_up()
+
+
+def _at_first(scene: Scene, stepper: Stepper) -> Callable[[], Chain]:
+    return partial(Chain.at_first_contact, scene, stepper.scheme)
 
 
 @dataclass(frozen=True)
@@ -126,8 +165,14 @@ class _Collision:
     look_ahead: LookAhead
     frames: "_Recorder"
 
-    def run(self, known: Outcome | None, follow: bool) -> tuple[Ending, float, int]:
-        """Step until the end; return it, when that is, and the force evaluations it took."""
+    def run(
+        self, known: Outcome | None, follow: bool, left: int | None = None
+    ) -> tuple[Ending, float, int]:
+        """
+        Step until the end; return it, when that is, and the force evaluations it took.
+
+        `left` is why the chain came back from steps that were taken elsewhere.
+        """
         scene, chain, step = self.scene, self.chain, self.stepper.step
         bond, ledger = scene.bond, chain.ledger
         particles, stiffness = scene.particles, bond.stiffness
@@ -139,7 +184,8 @@ class _Collision:
             longest = until if known else watch.followed_until(float(ledger.last_contact))
             last_step = math.ceil(longest / step)
             goal = int(min(last_step + 1, self.frames.next_step()))
-            status = chain.advance(self.stepper, goal)
+            status = chain.advance(self.stepper, goal) if left is None else left
+            left = None
             if status in (motion.OUTSIDE, motion.CROWDED):
                 raise strain_error(
                     scene,
