@@ -12,7 +12,7 @@ from chaincor.workflows.result import Collision
 
 
 def draw_together(seed: int, index: int, engine: str) -> Scene:
-    """Return a scene that sweeps carry out with others: tiny speeds, lj 0.7 to 1.6 v*, any."""
+    """Return a scene that sweeps carry out with others: tiny speeds, lj that may break, any."""
     random = np.random.default_rng([seed, index, 13])
     turn = index % 4
     name = (
@@ -24,8 +24,9 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
     if turn == 0:
         speed = math.exp(random.uniform(math.log(1e-6), math.log(1e-2)))
     elif turn == 1:
-        speed = random.uniform(0.7, 1.6)
-        fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(20.0))))
+        n = fields["particles"] = round(math.exp(random.uniform(math.log(2.0), math.log(150.0))))
+        # From where bonds may break to where several usually do, by the energy of all of it.
+        speed = random.uniform(0.7, 1.6) * min(1.0, 20.0 / n) ** 0.5
     if name == "toda":
         fields["toda_b"] = float(random.choice([3.0, 10.0, 30.0]))
     elif name == "power":

@@ -41,7 +41,7 @@ def test_each_is_what_it_is_alone(potential, particles, tolerance):
     for scene, result in zip(asked, found, strict=True):
         if result is not None:
             assert differing(result, collide(scene)) == []
-            assert (result.ending, result.tolerance_met) == ("proved", True)
+            assert result.tolerance_met
 
 
 @pytest.mark.slow
@@ -67,11 +67,13 @@ def test_loops_that_come_back_often_change_nothing(monkeypatch):
 
 
 @pytest.mark.slow
-def test_what_energy_alone_does_not_end_is_left():
-    # From 0.59 v* on most chains break; above 0.75 none would be begun together.
-    broken = scenes("lj", 20, fastest=0.74)
+@pytest.mark.parametrize(("particles", "tolerance"), [(20, 1e-6), (100, 1e-5)])
+def test_chains_that_may_break_are_followed_to_the_ends_they_have_alone(particles, tolerance):
+    # Above 1.67 and 0.74 v* none would be begun together.
+    fastest = {20: 1.6, 100: 0.74}[particles]
+    broken = scenes("lj", particles, tolerance, fastest=fastest)
     found = collide_together(broken)
-    assert any(result is None for result in found)
+    assert {result.ending for result in found if result is not None} == {"proved", "argued"}
     for scene, result in zip(broken, found, strict=True):
         if result is not None:
             assert differing(result, collide(scene)) == []
@@ -89,7 +91,7 @@ def test_what_energy_alone_does_not_end_is_left():
         {"particles": 1000},
         {"potential": "harmonic", "velocity": 0.1},
         {"speed": 30.0, "potential": "log"},
-        {"speed": 1.2},  # usually breaks
+        {"speed": 2.5},  # usually falls to pieces
     ],
 )
 def test_others_are_met_alone(changes):

@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.error_bars import (
     table_error,
     with_floors,
 )
-from chaincor.workflows.accuracy.expected_cost import expected_seconds_together, usually_breaks
+from chaincor.workflows.accuracy.expected_cost import expected_seconds_together, usually_shatters
 from chaincor.workflows.accuracy.fixed_steps import (
     COARSER,
     LONGEST_TRUSTED,
@@ -28,7 +28,7 @@ from chaincor.workflows.accuracy.fixed_steps import (
 from chaincor.workflows.accuracy.meet import goal_above
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
-from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.finish import LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
@@ -84,8 +84,8 @@ def kind_of(scene: Scene) -> Kind | None:
         return None
     if sharpness(scene) > SHARPEST_FIXED:
         return None
-    if usually_breaks(scene):
-        return None  # its end has to be argued, which is done alone
+    if usually_shatters(scene):
+        return None  # it needs several steps, and most time goes to its end
     return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
 
 
@@ -140,8 +140,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     Meet the tolerances of scenes of one kind, as far as that is done at once.
 
     Each is run at the step that usually meets its goal, at twice and at 1.86 times that. Where the
-    goal is not met so, contacts come or go, or the end is not proved by energy alone, it is to be
-    met alone.
+    goal is not met so, or contacts come or go, it is to be met alone.
 
     Parameters
     ----------
@@ -233,7 +232,7 @@ def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> 
         ),
         scheme=scheme,
         timestep=step,
-        ending=Ending("proved"),
+        ending=runs.endings[k],
         duration=float(runs.durations[k]),
         bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
         seconds=float(runs.seconds[k]),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
@@ -19,16 +20,18 @@ from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for,
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
 from chaincor.workflows.engines.in_house.side_by_side.trips import MOVING, Room
 from chaincor.workflows.engines.in_house.stages import State
+from chaincor.workflows.engines.in_house.stepping import follow_on
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, required_clearance
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.whole_end import certain_at, next_look
+from chaincor.workflows.errors import RunError
 
 Array = NDArray[np.float64]
 
 # Longer chains fill the vector units by themselves: decides costs only.
-LONGEST_IN_LANES = 80
+LONGEST_IN_LANES = 128
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,9 @@ class ManyRuns(Rows):
     Attributes
     ----------
     settled : ndarray of shape (runs,)
-        Whether a run was carried to an end that is proved; nothing else counts where it was not.
+        Whether a run was carried to an end; nothing else counts where it was not.
+    endings : ndarray of shape (runs,)
+        How it ended, where that was looked for.
     durations : ndarray of shape (runs,)
         Simulated time from the first contact to the end.
     evaluations : ndarray of shape (runs,)
@@ -59,6 +64,7 @@ class ManyRuns(Rows):
     """
 
     settled: NDArray[np.bool_]
+    endings: NDArray[np.object_]
     durations: Array
     evaluations: NDArray[np.int64]
     strains: Array
@@ -109,12 +115,11 @@ class ChainRunner:
             self._near = Lanes.of(min(n, self._scheme.reach + 1)).unnamed()
 
     def follow(self, scenes: list[Scene], steps: Array) -> ManyRuns:
-        """Carry collisions to their ends, as far as these can be proved by energy alone."""
+        """Carry collisions to their ends; side by side as far as energy alone proves these."""
         group = _Group(self._started(scenes), steps)
         started = time.perf_counter()
         n, stiffness, ledgers = self._particles, self._bond.stiffness, group.ledgers
         group.goals[:] = np.ceil(longest_collision(n, stiffness, 0.0) / steps) + 1
-        proved = np.zeros(len(steps), bool)
         while np.any(group.statuses == MOVING):
             self._carry(group)
             argued = np.flatnonzero(group.statuses == motion.ARGUE)
@@ -122,10 +127,11 @@ class ChainRunner:
             for place, s in enumerate(argued.tolist()):
                 ends = seen[place]
                 if ends is None:
-                    group.statuses[s] = motion.DONE  # not by energy alone
-                elif ends.off:
-                    proved[s] = True
                     group.statuses[s] = motion.DONE
+                    group.endings[s] = self._follow_on(scenes[s], group, s)
+                elif ends.off:
+                    group.statuses[s] = motion.DONE
+                    group.endings[s] = Ending("proved")
                     group.durations[s] = ends.time
                 else:
                     now, last = float(ledgers["steps"][s] * steps[s]), ledgers["last_contact"][s]
@@ -134,7 +140,8 @@ class ChainRunner:
                     longest = longest_collision(n, stiffness, float(last))
                     group.goals[s] = math.ceil(longest / steps[s]) + 1
                     group.statuses[s] = MOVING
-        return self._outcomes(scenes, group, proved, time.perf_counter() - started)
+        ended = np.array([ending is not None for ending in group.endings])
+        return self._outcomes(group, ended, time.perf_counter() - started)
 
     def compare(self, scenes: list[Scene], steps: Array, lasts: Array) -> ManyRuns:
         """Carry collisions a little beyond their last contacts, which are known."""
@@ -147,7 +154,19 @@ class ChainRunner:
             self._carry(group)
         group.durations[:] = group.ledgers["steps"] * steps
         done = group.statuses == motion.DONE
-        return self._outcomes(scenes, group, done, time.perf_counter() - started)
+        return self._outcomes(group, done, time.perf_counter() - started)
+
+    def _follow_on(self, scene: Scene, group: "_Group", s: int) -> Ending | None:
+        """Follow a chain that may break to its end; None where it has to be carried out alone."""
+        chain = group.chain(s)
+        chain.ledger.active = self._particles - 1
+        stepper = Stepper(self._kernels, self._scheme, float(group.steps[s]))
+        try:
+            ending, group.durations[s], chain.ledger.evaluations = follow_on(scene, chain, stepper)
+        except RunError:
+            return None  # it gets its name there
+        # Otherwise it has more contacts than a row has room for.
+        return ending if chain.arrays.contacts.base is group.states[4] else None
 
     def _started(self, scenes: list[Scene]) -> tuple[Chain, Array]:
         first = Chain.at_first_contact(self._scene, self._scheme)
@@ -218,9 +237,7 @@ class ChainRunner:
             seen[place] = _Seen(off, end)
         group.ledgers["evaluations"][rows] = ledgers["evaluations"]
 
-    def _outcomes(
-        self, scenes: list[Scene], group: "_Group", settled: NDArray[np.bool_], seconds: float
-    ) -> ManyRuns:
+    def _outcomes(self, group: "_Group", settled: NDArray[np.bool_], seconds: float) -> ManyRuns:
         ledgers = group.ledgers
         _, _, strains, velocities, contacts = group.states
         speeds = ledgers["impact_velocity"]
@@ -231,6 +248,7 @@ class ChainRunner:
             bounded = whole <= MOST_ENERGY_GROWTH * 0.5 * self._particles * speeds**2
         return ManyRuns(
             settled=settled & bounded,
+            endings=group.endings,
             durations=group.durations,
             evaluations=ledgers["evaluations"],
             strains=strains,
@@ -274,6 +292,7 @@ class _Group:
         self.goals = np.zeros(count, np.int64)
         self.statuses = np.full(count, MOVING)
         self.durations = np.zeros(count)
+        self.endings = np.full(count, None)
 
     def chain(self, s: int) -> Chain:
         """Return one of them, to be changed in place."""
