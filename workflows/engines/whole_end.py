@@ -8,6 +8,7 @@ particle 1 stays off the wall until then, and coarse steps show that (``look_ahe
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,13 +62,18 @@ def certain_at(
     inner = 0.5 * particles * ((1.0 + ENERGY_MARGIN) * impact_velocity**2 - speed**2)
     if not speed > 0.0 or inner >= breaking_energy(bond):
         return math.inf
-    lever = Lever.of_equal(particles)
+    lever, shares = _leverage(particles)
     free = inner - 0.5 * speed * speed * lever.whole / lever.rest * lever.mass
-    shares = np.arange(particles - 1, 0, -1) / particles
     displacement = wall_distance + float(np.sum(shares * strains))
     certain = now + max(reach(bond, free, lever) - displacement, 0.0) / speed
     followed = longest_collision(particles, bond.stiffness, last_contact)
     return certain if certain <= followed else math.inf
+
+
+@lru_cache(maxsize=64)
+def _leverage(particles: int) -> tuple[Lever, NDArray[np.float64]]:
+    """Return how bonds move particle 1 against the mean, all in all and each."""
+    return Lever.of_equal(particles), np.arange(particles - 1, 0, -1) / particles
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:

@@ -78,6 +78,31 @@ class Attempt:
     kept: Kept | None = None
 
 
+@dataclass(frozen=True)
+class Company:
+    """
+    What came of scenes that were carried out together, sent without these.
+
+    Attributes
+    ----------
+    kept : list of Kept or None
+        In their order; None for those that have to be carried out alone.
+    host : str
+        Where that was.
+    """
+
+    kept: list[Kept | None]
+    host: str
+
+    def attempts(self, scenes: Sequence[Scene]) -> list[Attempt]:
+        """Return those at which something came out."""
+        return [
+            Attempt(scene, None, None, self.host, kept)
+            for scene, kept in zip(scenes, self.kept, strict=True)
+            if kept is not None
+        ]
+
+
 @cache
 def host_name() -> str:
     """Return the name of this machine in the network, ``unknown`` where it has none."""
@@ -106,9 +131,9 @@ def carry_out(scene: Scene) -> Attempt:
     return Attempt(scene, collision, None, host_name())
 
 
-def carry_out_together(scenes: Sequence[Scene]) -> list[Attempt | None]:
+def carry_out_together(scenes: Sequence[Scene]) -> Company:
     """
-    Carry out collisions of one kind at once; None for those that have to be carried out alone.
+    Carry out collisions of one kind at once.
 
     Results are as they are kept: hundreds are to be sent, and what takes long is not to be done
     where all of them come together.
@@ -120,8 +145,5 @@ def carry_out_together(scenes: Sequence[Scene]) -> list[Attempt | None]:
         with _one_at_a_time:
             found = collide_together(scenes)
     except (ChaincorError, *MACHINE_FAILURES):
-        return [None] * len(scenes)
-    return [
-        None if result is None else Attempt(scene, None, None, host_name(), Kept.of(result))
-        for scene, result in zip(scenes, found, strict=True)
-    ]
+        return Company([None] * len(scenes), host_name())
+    return Company([None if each is None else Kept.of(each) for each in found], host_name())

@@ -22,6 +22,7 @@ from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.store.attempt import (
     MACHINE_FAILURES,
     Attempt,
+    Company,
     Failure,
     carry_out,
     carry_out_together,
@@ -198,8 +199,11 @@ def run_plan(
             # Whatever was finished when the interruption came is kept too.
             over = [future for future in pending if future.done()]
             executor.shutdown(wait=False, cancel_futures=True)
-            results = [f.result() for f in over if not f.cancelled() and f.exception() is None]
-            store.record(_attempts_in(results), arrays=arrays, replace=replace)
+            attempts = []
+            for future in over:
+                if not future.cancelled() and future.exception() is None:
+                    attempts += _attempts_in(future.result(), pending[future])
+            store.record(attempts, arrays=arrays, replace=replace)
             raise
     return dataclasses.replace(summary, seconds=time.perf_counter() - started)
 
@@ -250,17 +254,13 @@ def _attempts_of(future: Future, task: _Task) -> tuple[list[Attempt], list[Scene
         if len(task) > 1:
             return [], list(task)  # the one that it is about will tell
         return [Attempt(task[0], None, Failure.from_error(error), host_name())], []
-    attempts = _attempts_in([result])
+    attempts = _attempts_in(result, task)
     ended = {attempt.scene.collision_sha256 for attempt in attempts}
     return attempts, [scene for scene in task if scene.collision_sha256 not in ended]
 
 
-def _attempts_in(results: Iterable[Attempt | list[Attempt | None]]) -> list[Attempt]:
-    found: list[Attempt] = []
-    for result in results:
-        several = result if isinstance(result, list) else [result]
-        found += [attempt for attempt in several if attempt is not None]
-    return found
+def _attempts_in(result: Attempt | Company, task: _Task) -> list[Attempt]:
+    return [result] if isinstance(result, Attempt) else result.attempts(task)
 
 
 def _counted(summary: SweepSummary, attempt: Attempt) -> SweepSummary:

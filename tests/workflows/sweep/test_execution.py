@@ -18,7 +18,8 @@ from chaincor.workflows.errors import (
     StoreError,
     WorkerDiedError,
 )
-from chaincor.workflows.store.attempt import Attempt, Failure, carry_out
+from chaincor.workflows.store.attempt import Attempt, Company, Failure, carry_out
+from chaincor.workflows.store.kept import Kept
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.sweep import execution
 from chaincor.workflows.sweep.cost import share_of_core, sweep_cost
@@ -280,12 +281,14 @@ def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch,
     alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
 
     def half(scenes):
-        return [make_attempt(scene) if k % 2 else None for k, scene in enumerate(scenes)]
+        made = [make_attempt(scene).collision for scene in scenes]
+        return Company([Kept.of(each) if k % 2 else None for k, each in enumerate(made)], "there")
 
     monkeypatch.setattr(execution, "carry_out_together", half)
     summary = run_in_threads(store, alike)
     assert (summary.computed, len(store)) == (40, 40)
     assert len(counted) == 20
+    assert sum(store.find(scene).host == "there" for scene in alike) == 20
     assert run_in_threads(store, alike).found == 40
 
 
