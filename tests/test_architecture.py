@@ -47,7 +47,8 @@ FLOORS = {
         {"piece_bounds"},
     ],
     "workflows/engines/in_house": [
-        {"modal", "side_by_side", "stepping"},
+        {"side_by_side"},
+        {"modal", "stepping"},
         {"lines"},
         {"hard_sphere"},
         {"adaptive"},
