@@ -20,7 +20,9 @@ from chaincor.workflows.store.stored_collision import StoredCollision
 _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
 )
-_STANDING = f"SELECT {standing_columns()} FROM collisions WHERE collision_sha256 = ?"
+_STANDINGS = f"SELECT collision_sha256, {standing_columns()} FROM collisions"
+# Keys of one question to the database; older versions take 999 values.
+_MOST_KEYS = 500
 _ROW = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS} AS has_arrays
     FROM collisions LEFT JOIN environments ON environment = environments.id
@@ -108,12 +110,20 @@ class Store:
 
     def standing(self, scene: Scene) -> Standing | None:
         """Return what decides whether a scene has to be run; None where there is no row."""
-        with named_errors(self.path):
-            return self._standing(row_key(scene))
+        return self.standings([scene])[0]
 
-    def _standing(self, key: str) -> Standing | None:
-        row = self.connection.execute(_STANDING, (key,)).fetchone()
-        return None if row is None else Standing(*row)
+    def standings(self, scenes: Sequence[Scene]) -> list[Standing | None]:
+        """Return the same of each of several scenes."""
+        keys = [row_key(scene) for scene in scenes]
+        found: dict[str, Standing] = {}
+        with named_errors(self.path):
+            for begin in range(0, len(keys), _MOST_KEYS):
+                part = keys[begin : begin + _MOST_KEYS]
+                places = ", ".join("?" * len(part))
+                query = f"{_STANDINGS} WHERE collision_sha256 IN ({places})"
+                for key, *columns in self.connection.execute(query, part):
+                    found[key] = Standing(*columns)
+        return [found.get(key) for key in keys]
 
     def check_writable(self) -> None:
         """Raise now, not after hours of computing, if the store cannot be written."""
@@ -137,7 +147,7 @@ class Store:
         now = datetime.datetime.now(datetime.UTC).isoformat(timespec="milliseconds")
         with named_errors(self.path), transaction(self.connection):
             for attempt in attempts:
-                old = self._standing(row_key(attempt.scene))
+                old = self.standing(attempt.scene)
                 write_attempt(self.connection, attempt, old, now, arrays=arrays, replace=replace)
 
     def select(

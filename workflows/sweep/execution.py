@@ -171,8 +171,8 @@ def run_plan(
                     if not replace:
                         # Another sweep may have computed some of it meanwhile.
                         left = []
-                        for scene in task:
-                            if store.has(scene, arrays=arrays):
+                        for scene, standing in zip(task, store.standings(task), strict=True):
+                            if standing is not None and standing.answers(scene, arrays=arrays):
                                 summary = dataclasses.replace(summary, found=summary.found + 1)
                                 advance(costs[scene.collision_sha256])
                             else:
@@ -219,12 +219,13 @@ def _tasks(todo: Sequence[Scene], in_flight: int) -> tuple[list[_Task], dict[str
     costs: dict[str, float] = {}
     for places in companies(todo, in_flight):
         scenes = [todo[place] for place in places]
-        expected = expected_seconds if len(scenes) == 1 else expected_seconds_together
-        costs |= {scene.collision_sha256: expected(scene) for scene in scenes}
         if len(scenes) == 1:
             alone += scenes
+            costs[scenes[0].collision_sha256] = expected_seconds(scenes[0])
         else:
             tasks.append(tuple(scenes))
+            cost = expected_seconds_together(scenes[0])  # of a kind
+            costs |= {scene.collision_sha256: cost for scene in scenes}
     # Two sweeps at once come to different ones first.
     random.shuffle(tasks)
     return tasks + [(scene,) for scene in _longest_first(alone, costs)], costs

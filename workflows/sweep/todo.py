@@ -45,8 +45,8 @@ def plan_sweep(
     recomputed, is asked for as exactly as before, or more.
     """
     todo, found, known_failures = [], 0, 0
-    for scene in _tightest(scenes):
-        standing = store.standing(scene)
+    wanted = _tightest(scenes)
+    for scene, standing in zip(wanted, store.standings(wanted), strict=True):
         if standing is not None and not recompute:
             if standing.answers(scene, arrays=arrays):
                 found += 1
@@ -70,11 +70,11 @@ def _as_exactly(scene: Scene, standing: Standing) -> Scene:
     return scene if asked <= standing.tolerance else scene.replace(tolerance=standing.tolerance)
 
 
-def _tightest(scenes: Iterable[Scene]) -> Iterable[Scene]:
+def _tightest(scenes: Iterable[Scene]) -> list[Scene]:
     """Return each collision once, as exactly as it is asked for anywhere."""
     chosen: dict[str, Scene] = {}
     for scene in scenes:
         other = chosen.get(scene.collision_sha256)
         if other is None or (asked_tolerance(scene) or 0.0) < (asked_tolerance(other) or 0.0):
             chosen[scene.collision_sha256] = scene
-    return chosen.values()
+    return list(chosen.values())
