@@ -159,7 +159,7 @@ class ChainRunner:
     def _follow_on(self, scene: Scene, group: "_Group", s: int) -> Ending | None:
         """Follow a chain that may break to its end; None where it has to be carried out alone."""
         chain = group.chain(s)
-        chain.ledger.active = self._particles - 1
+        chain.ledger.active = self._particles - 1  # as lanes move all bonds
         stepper = Stepper(self._kernels, self._scheme, float(group.steps[s]))
         try:
             ending, group.durations[s], chain.ledger.evaluations = follow_on(scene, chain, stepper)
