@@ -93,12 +93,12 @@ class Chain:
     @property
     def contact_times(self) -> NDArray[np.float64]:
         """When particle 1 hit the wall."""
-        return self.arrays.contacts[0, : self.ledger.contacts]
+        return self.arrays.contacts[0, : self.ledger["contacts"]]
 
     @property
     def contact_speeds(self) -> NDArray[np.float64]:
         """How fast it came in."""
-        return self.arrays.contacts[1, : self.ledger.contacts]
+        return self.arrays.contacts[1, : self.ledger["contacts"]]
 
     @classmethod
     def at_first_contact(cls, scene: Scene, scheme: StepScheme) -> "Chain":
@@ -126,15 +126,15 @@ class Chain:
         contacts[1, 0] = speed
         reach = min(particles - 1, scheme.reach)
         ledger = np.zeros(1, motion.LEDGER).view(np.recarray)[0]
-        ledger.impact_velocity = speed
-        ledger.momentum = (2 - particles) * speed
-        ledger.patience = PATIENCE
-        ledger.argue_after = PATIENCE * math.pi / math.sqrt(2.0 * scene.bond.stiffness)
-        ledger.strain_floor, ledger.strain_ceiling = allowed_strains(scene.bond)
-        ledger.contacts = 1
-        ledger.step_evaluations = scheme.evaluations
+        ledger["impact_velocity"] = speed
+        ledger["momentum"] = (2 - particles) * speed
+        ledger["patience"] = PATIENCE
+        ledger["argue_after"] = PATIENCE * math.pi / math.sqrt(2.0 * scene.bond.stiffness)
+        ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(scene.bond)
+        ledger["contacts"] = 1
+        ledger["step_evaluations"] = scheme.evaluations
         blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
-        ledger.active = min(particles - 1, blocks * motion.FRONT_BLOCK)
+        ledger["active"] = min(particles - 1, blocks * motion.FRONT_BLOCK)
         last, kept, trial = (now.copied() for _ in range(3))
         log = np.empty((2, 0))
         return cls(ledger, motion.Arrays(now, last, kept, State.room(reach), trial, contacts, log))
@@ -168,10 +168,10 @@ class Chain:
         ledger = chain.ledger
         chain.strain[:] = np.diff(displacements)
         chain.velocity[:] = velocities
-        ledger.wall_distance = max(float(displacements[0]), 0.0)
-        ledger.momentum = float(np.sum(velocities))
-        ledger.active = scene.particles - 1
-        ledger.argue_after = ledger.patience = math.inf
+        ledger["wall_distance"] = max(float(displacements[0]), 0.0)
+        ledger["momentum"] = float(np.sum(velocities))
+        ledger["active"] = scene.particles - 1
+        ledger["argue_after"] = ledger["patience"] = math.inf
         return chain
 
     def copy(self, room: int = 2 * motion.SPARE_CONTACTS) -> "Chain":
@@ -189,7 +189,7 @@ class Chain:
             The same state, without the contacts so far; scratch arrays are shared.
         """
         ledger = self.ledger.copy()
-        ledger.contacts = 1
+        ledger["contacts"] = 1
         own = self.arrays._replace(
             now=self.arrays.now.copied(),
             last=self.arrays.last.copied(),
@@ -225,14 +225,14 @@ class Chain:
         most = steps_at_once(scheme.evaluations * len(self.strain))
         arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
         while True:
-            steps = int(ledger.steps)
-            if loops is not None and running.pays(int(ledger.active), goal - steps):
+            steps = int(ledger["steps"])
+            if loops is not None and running.pays(int(ledger["active"]), goal - steps):
                 return running.advance(ledger, self.arrays, loops, goal, count)
             until = min(goal, steps + most)
             status = kernels.advance(
                 ledger, arrays, until, stepper.step, fractions, kernels.parameters
             )
-            if status != motion.DONE or ledger.steps >= goal:
+            if status != motion.DONE or ledger["steps"] >= goal:
                 return int(status)
 
 

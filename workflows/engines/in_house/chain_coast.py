@@ -56,9 +56,9 @@ class ChainCoast:
         ceiling: float,
     ) -> None:
         self.chain, self.time = chain.copy(), now
-        self.chain.ledger.strain_ceiling = ceiling
+        self.chain.ledger["strain_ceiling"] = ceiling
         # What has stretched before is looked at again.
-        self.chain.ledger.strain_max = float(np.max(chain.strain))
+        self.chain.ledger["strain_max"] = float(np.max(chain.strain))
         self._kernels, self._step, self._clearance = kernels, step, clearance
 
     def fly(self, duration: float) -> bool:
@@ -102,7 +102,7 @@ class ChainCoast:
         tuple
             Distance of particle 1 from the wall, strains and velocities.
         """
-        return float(self.chain.ledger.wall_distance), self.chain.strain, self.chain.velocity
+        return float(self.chain.ledger["wall_distance"]), self.chain.strain, self.chain.velocity
 
 
 # A chain that broke is followed again and again, with so many times the step of the run; more often
@@ -170,7 +170,7 @@ class LookAhead:
     def doubt_about(self, ending: Ending) -> Ending:
         """Return the end of the run as what other motions did leaves it."""
         contacts, momentum = self._awaited
-        missed = contacts == self._chain.ledger.contacts
+        missed = contacts == self._chain.ledger["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
     def settle(self) -> tuple[ChainCoast, Ending] | None:
@@ -184,16 +184,16 @@ class LookAhead:
             contact may come, or a bond may break.
         """
         ledger, scene = self._chain.ledger, self._scene
-        now = self._start + float(ledger.steps * self._stepper.step)
-        last = self._start + float(ledger.last_contact)
+        now = self._start + float(ledger["steps"] * self._stepper.step)
+        last = self._start + float(ledger["last_contact"])
         if now < self.not_before:
             return None
         # What has fallen apart and flown for so long hardly depends on how it is followed.
         if now - last > self._quiet:
             return self._sample(now, last)
-        clearance = required_clearance(scene, float(ledger.wall_distance))
+        clearance = required_clearance(scene, float(ledger["wall_distance"]))
         ceiling = coarse_ceiling(scene.bond)
-        coarse = coarse_step(scene.bond, float(ledger.strain_min))
+        coarse = coarse_step(scene.bond, float(ledger["strain_min"]))
         if clearance is None or np.max(self._chain.strain) >= ceiling:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
@@ -202,7 +202,7 @@ class LookAhead:
         ending = find_end(scene, coast, last)
         if ending is not None:
             return coast, ending
-        ledger.evaluations = coast.chain.ledger.evaluations
+        ledger["evaluations"] = coast.chain.ledger["evaluations"]
         self.not_before = coast.time
         return None
 
@@ -222,17 +222,17 @@ class LookAhead:
             evaluations so far.
         """
         ledger, scene = self._chain.ledger, self._scene
-        now = self._start + float(ledger.steps * self._stepper.step)
-        evaluations = int(ledger.evaluations)
+        now = self._start + float(ledger["steps"] * self._stepper.step)
+        evaluations = int(ledger["evaluations"])
         if until <= now:
             return True, now, evaluations
-        clearance = required_clearance(scene, float(ledger.wall_distance))
+        clearance = required_clearance(scene, float(ledger["wall_distance"]))
         if clearance is None:
             return False, now, evaluations
-        coarse = coarse_step(scene.bond, float(ledger.strain_min))
+        coarse = coarse_step(scene.bond, float(ledger["strain_min"]))
         ceiling = coarse_ceiling(scene.bond)
         coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
-        return coast.fly(until - now), coast.time, int(coast.chain.ledger.evaluations)
+        return coast.fly(until - now), coast.time, int(coast.chain.ledger["evaluations"])
 
     def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
@@ -248,7 +248,7 @@ class LookAhead:
             # Where they do not agree, the run itself is one motion among many.
             self.doubt = max(self.doubt, *met)
         if met:
-            self._awaited = int(self._chain.ledger.contacts), max(met)
+            self._awaited = int(self._chain.ledger["contacts"]), max(met)
             self.not_before = math.inf
             return None
         if differ:
@@ -274,11 +274,11 @@ class LookAhead:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
         chain = self._first().copy(room=self._chain.arrays.contacts.shape[1])
         stepper = self._stepper.of_size(share * self._stepper.step)
-        chain.ledger.argue_after = chain.ledger.patience = math.inf
+        chain.ledger["argue_after"] = chain.ledger["patience"] = math.inf
         chain.advance(stepper, math.ceil((now - self._start) / stepper.step))
-        if chain.ledger.contacts != self._chain.ledger.contacts:
+        if chain.ledger["contacts"] != self._chain.ledger["contacts"]:
             return 2.0 * float(chain.contact_speeds[-1])
-        coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger.strain_min))
+        coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger["strain_min"]))
         coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
         ending = find_end(self._scene, coast, last)
         if ending is None:
@@ -313,8 +313,8 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
     scheme = STEP_SCHEMES["verlet"]
     chain = Chain.in_flight(scene, scheme, outcome.displacements, outcome.velocities)
     step = coarse_step(scene.bond, outcome.bond_min - 1.0)
-    ceiling = float(chain.ledger.strain_ceiling)
+    ceiling = float(chain.ledger["strain_ceiling"])
     coast = ChainCoast(chain, kernels_for(scene.bond, scheme), 0.0, step, -math.inf, ceiling)
     coast.fly(duration)
     ledger = coast.chain.ledger
-    return 1.0 + float(ledger.strain_min), 1.0 + float(ledger.strain_max)
+    return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])

@@ -11,8 +11,9 @@ in which the drifts of neighbouring steps merge, so that one stage of a composit
 and one kick, done in a single pass over the chain.
 """
 
+import ctypes
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ Parameters = tuple[float, ...]
 
 # Bytes that processors move between memory and caches at once.
 LINE = 64
+_ON_A_LINE = LINE // 8
 
 
 class State(NamedTuple):
@@ -58,7 +60,10 @@ class State(NamedTuple):
             Arrays that begin with a line of the processor's memory: what vectors write across two
             lines, the next stage waits for, and an extrapolated step takes half as long again.
         """
-        return cls(_on_a_line(bonds), _on_a_line(bonds + 1))
+        after = bonds + -bonds % _ON_A_LINE
+        numbers: Any = np.empty(after + bonds + _ON_A_LINE)
+        first = -ctypes.addressof(ctypes.c_char.from_buffer(numbers)) % LINE // 8
+        return cls(numbers[first : first + bonds], numbers[first + after :][: bonds + 1])
 
     def copied(self) -> "State":
         """Return a copy, as well placed."""
@@ -66,12 +71,6 @@ class State(NamedTuple):
         copy.strain[:] = self.strain
         copy.velocity[:] = self.velocity
         return copy
-
-
-def _on_a_line(count: int) -> Array:
-    room = np.empty(count + LINE // 8)
-    skipped = -room.ctypes.data % LINE // 8
-    return room[skipped : skipped + count]
 
 
 class Stages(NamedTuple):

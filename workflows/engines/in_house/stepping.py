@@ -94,7 +94,7 @@ def run(
     ending, duration, evaluations = collision.run(known, follow)
     seconds = time.perf_counter() - started
     ledger = chain.ledger
-    frames_until = float(ledger.last_contact) + quiet_time(scene.particles, scene.bond.stiffness)
+    frames_until = float(ledger["last_contact"]) + quiet_time(scene.particles, scene.bond.stiffness)
     return finish(
         scene,
         LastContact(
@@ -107,7 +107,7 @@ def run(
         timestep=numerics.timestep,
         ending=ending,
         duration=duration,
-        bond_range=(1.0 + float(ledger.contact_min), 1.0 + float(ledger.contact_max)),
+        bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
         seconds=seconds,
         force_evaluations=evaluations,
         frames=frames.collected(frames_until),
@@ -178,10 +178,10 @@ class _Collision:
         particles, stiffness = scene.particles, bond.stiffness
         watch = EndWatch(particles, bond)
         if known is not None:
-            ledger.argue_after = ledger.patience = math.inf
+            ledger["argue_after"] = ledger["patience"] = math.inf
             until = float(known.contact_times[-1]) + KNOWN_MARGIN / stiffness**0.5
         while True:
-            longest = until if known else watch.followed_until(float(ledger.last_contact))
+            longest = until if known else watch.followed_until(float(ledger["last_contact"]))
             last_step = math.ceil(longest / step)
             goal = int(min(last_step + 1, self.frames.next_step()))
             status = chain.advance(self.stepper, goal) if left is None else left
@@ -189,45 +189,45 @@ class _Collision:
             if status in (motion.OUTSIDE, motion.CROWDED):
                 raise strain_error(
                     scene,
-                    float(ledger.strain_min),
-                    float(ledger.strain_max),
-                    float(ledger.steps * step),
+                    float(ledger["strain_min"]),
+                    float(ledger["strain_max"]),
+                    float(ledger["steps"] * step),
                     f"take a smaller timestep than {step:g}",
                 )
             if status == motion.FULL:
                 chain.make_room()
                 continue
-            now, last = float(ledger.steps * step), float(ledger.last_contact)
-            late = ledger.steps > last_step
+            now, last = float(ledger["steps"] * step), float(ledger["last_contact"])
+            late = ledger["steps"] > last_step
             if late and known is not None:
-                return known.ending, now, int(ledger.evaluations)
+                return known.ending, now, int(ledger["evaluations"])
             certain = math.inf
             if status == motion.ARGUE:
-                speed, momentum = float(ledger.impact_velocity), float(ledger.momentum)
-                distance = float(ledger.wall_distance)
+                speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+                distance = float(ledger["wall_distance"])
                 certain = certain_at(bond, speed, momentum, distance, chain.strain, now, last)
             if certain < math.inf:
                 off, seen, evaluations = self.look_ahead.keeps_off(certain)
                 if off:
                     self.frames.record_until(seen)
                     return Ending("proved"), seen, evaluations
-                ledger.evaluations = evaluations
-                ledger.argue_after = next_look(now, last, seen) - last
+                ledger["evaluations"] = evaluations
+                ledger["argue_after"] = next_look(now, last, seen) - last
             elif status == motion.ARGUE or late:
                 ending = watch.look(
-                    now, last, float(ledger.wall_distance), chain.strain, chain.velocity
+                    now, last, float(ledger["wall_distance"]), chain.strain, chain.velocity
                 )
                 if ending is not None:
-                    return self.look_ahead.doubt_about(ending), now, int(ledger.evaluations)
+                    return self.look_ahead.doubt_about(ending), now, int(ledger["evaluations"])
                 if not follow and now - last > quiet_time(particles, stiffness):
-                    return Ending("argued"), now, int(ledger.evaluations)
+                    return Ending("argued"), now, int(ledger["evaluations"])
                 settled = self.look_ahead.settle()
                 if settled is not None:
                     coast, ending = settled
                     self.frames.record_until(coast.time)
-                    evaluations = int(coast.chain.ledger.evaluations)
+                    evaluations = int(coast.chain.ledger["evaluations"])
                     return self.look_ahead.doubt_about(ending), coast.time, evaluations
-                ledger.argue_after = watch.next_look(now, last) - last
+                ledger["argue_after"] = watch.next_look(now, last) - last
             if status == motion.DONE:
                 if late and watch.followed_until(last) < now:
                     raise unfinished_error(scene, now)
@@ -252,22 +252,22 @@ class _Recorder:
 
     def record(self) -> None:
         """Take all snapshots that lie within the step about to be done."""
-        begin = self._chain.ledger.steps * self._stepper.step
-        while self.next_step() <= self._chain.ledger.steps:
+        begin = self._chain.ledger["steps"] * self._stepper.step
+        while self.next_step() <= self._chain.ledger["steps"]:
             now = self._next_time()
             copy = self._chain.copy()
             # One step of the size that is missing, contacts included.
             missing = self._stepper.of_size(max(now - begin, 0.0))
-            copy.advance(missing, int(copy.ledger.steps) + 1)
+            copy.advance(missing, int(copy.ledger["steps"]) + 1)
             self._times.append(now)
             self._displacements.append(
-                displacements_from(float(copy.ledger.wall_distance), copy.strain)
+                displacements_from(float(copy.ledger["wall_distance"]), copy.strain)
             )
             self._velocities.append(copy.velocity)
 
     def record_until(self, end: float) -> None:
         """Take all snapshots up to a time before which no contact comes; the chain is moved."""
-        self._chain.ledger.argue_after = math.inf
+        self._chain.ledger["argue_after"] = math.inf
         while self._next_time() <= end:
             self._chain.advance(self._stepper, int(self.next_step()))
             self.record()
