@@ -318,7 +318,7 @@ def count_fragments(
     """
     if math.isinf(bond.dissociation):
         return 1
-    opening = np.diff(velocities)
+    opening = velocities[1:] - velocities[:-1]
     reduced = 0.5 if masses is None else 1.0 / (1.0 / masses[1:] + 1.0 / masses[:-1])
     relative = 0.5 * reduced * opening**2 + bond.energy(strains)
     broken = (strains > 0.0) & (opening > 0.0) & (relative > bond.dissociation)

@@ -180,13 +180,12 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     )
     apart = np.max(np.abs(np.array(others) - eta), axis=0)
     errors = COARSER_SHARE[kind.scheme] * apart
-    quiet = quiet_time(kind.particles, scenes[0].slow_stiffness)
+    agree = np.logical_and.reduce([run.settled & (run.counts == fine.counts) for run in coarse])
+    agree &= _longest_silences(fine) <= quiet_time(kind.particles, scenes[0].slow_stiffness)
     energies, *apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
-        times = fine.contacts[k, 0, : fine.counts[k]]
-        settled = all(run.settled[k] and run.counts[k] == fine.counts[k] for run in coarse)
-        if not (settled and error + floor <= goal) or np.max(np.diff(times), initial=0.0) > quiet:
+        if not (agree[k] and error + floor <= goal):
             continue
         outcome = _outcome(scene, fine, k, kind.scheme, float(steps[k]))
         rounding = table_error(outcome, scene) + rounding_of(outcome, scene)
@@ -203,6 +202,14 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
 
 # What two runs are compared in, as ``error_bars.spreads`` does; there is no target.
 _ARRAYS = ("contact_times", "contact_speeds", "velocities", "target_velocities", "mode_energies")
+
+
+def _longest_silences(runs: ManyRuns) -> Array:
+    """Return the longest time between two contacts of each run; 0 where there is but one."""
+    times = runs.contacts[:, 0]
+    gaps = times[:, 1:] - times[:, :-1]
+    between = np.arange(1, times.shape[1]) < runs.counts[:, None]
+    return np.max(gaps, axis=1, where=between, initial=0.0)
 
 
 def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ...]:
