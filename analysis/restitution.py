@@ -196,9 +196,7 @@ def momentum_residual(
         (P - expected P)/(M v0); rounding for a perfect list of contacts.
     """
     v = np.asarray(velocities, dtype=float)
-    total, first, momentum = float(v.size), 1.0, np.sum(v)
-    if masses is not None:
-        m = np.asarray(masses, dtype=float)
-        total, first, momentum = float(np.sum(m)), m[0], np.sum(m * v)
-    expected = -total * impact_velocity + 2.0 * first * np.sum(contact_speeds)
-    return float((momentum - expected) / (total * impact_velocity))
+    m = np.ones(v.size) if masses is None else np.asarray(masses, dtype=float)
+    total = float(np.sum(m))
+    expected = -total * impact_velocity + 2.0 * m[0] * np.sum(contact_speeds)
+    return float((np.sum(m * v) - expected) / (total * impact_velocity))

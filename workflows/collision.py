@@ -16,8 +16,7 @@ from chaincor.workflows.accuracy.answer import Answer, spread_of
 from chaincor.workflows.accuracy.at_once.together import companies, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import (
-    expected_seconds,
-    expected_seconds_together,
+    expected_of_task,
     refuse_endless,
 )
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -137,9 +136,9 @@ def _collide_each(
     tasks = companies(scenes, 2 * workers)
     costs = [0.0] * len(scenes)
     for places in tasks:
-        expected = expected_seconds if len(places) == 1 else expected_seconds_together
-        for place in places:
-            costs[place] = expected(scenes[place])
+        expected = expected_of_task([scenes[place] for place in places])
+        for place, cost in zip(places, expected, strict=True):
+            costs[place] = cost
     with progress_bar(progress, len(scenes), sum(costs)) as advance:
 
         def keep(places: list[int], results: Iterable[Collision | None]) -> list[list[int]]:

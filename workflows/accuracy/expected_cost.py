@@ -1,6 +1,7 @@
 """What one collision will take: time from the measured cost model."""
 
 import math
+from collections.abc import Sequence
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -103,6 +104,12 @@ def expected_seconds_together(scene: Scene) -> float:
     return _TOGETHER_SECONDS + _TOGETHER_SHARE * _in_house_seconds(scene, duration, asked)
 
 
+def expected_of_task(scenes: Sequence[Scene]) -> list[float]:
+    """Estimate the same of each scene that a worker is handed at once: one, or those of a kind."""
+    expected = expected_seconds if len(scenes) == 1 else expected_seconds_together
+    return [expected(scene) for scene in scenes]
+
+
 def refuse_endless(scene: Scene, most_seconds: float) -> None:
     """Raise CostError if a collision is expected to take longer than it may."""
     if math.isnan(most_seconds):
@@ -133,13 +140,17 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
     scheme = usual_in_house(goal)
     steps = duration / first_step(scene, scheme, goal) + _SPLIT_STEPS * scene.particles
-    more = _LONG_WORK if scene.particles > LONG else 1.0
+    stages = steps * STEP_SCHEMES[scheme].evaluations
+    return _IN_HOUSE_RUNS * _in_house_work(scene) * stages * _in_house_stage(scene)
+
+
+def _in_house_work(scene: Scene) -> float:
+    """Return how many times the work of a chain whose first step does a scene takes."""
     if scene.line is None and scene.particles >= _HOT_PARTICLES:
         low, high = (share * breaking_energy(scene.bond) for share in _HOT)
         if low < 0.5 * scene.impact_velocity**2 < high:
-            more = _HOT_WORK
-    stages = steps * STEP_SCHEMES[scheme].evaluations
-    return _IN_HOUSE_RUNS * more * stages * _in_house_stage(scene)
+            return _HOT_WORK
+    return _LONG_WORK if scene.particles > LONG else 1.0
 
 
 def _in_house_stage(scene: Scene) -> float:

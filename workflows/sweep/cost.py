@@ -6,10 +6,7 @@ from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import companies
-from chaincor.workflows.accuracy.expected_cost import (
-    expected_seconds,
-    expected_seconds_together,
-)
+from chaincor.workflows.accuracy.expected_cost import expected_of_task
 from chaincor.workflows.versions import cores_allowed
 
 # From the command to the first collision: imports, processes, compiled code that is loaded.
@@ -81,8 +78,7 @@ def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
     """
     seconds: list[float] = []
     for places in companies(scenes, 1):
-        expected = expected_seconds if len(places) == 1 else expected_seconds_together
-        seconds += [expected(scenes[place]) for place in places]
+        seconds += expected_of_task([scenes[place] for place in places])
     room = _ROW_BYTES * len(scenes)
     if arrays:
         # Contacts hardly exceed particles; two arrays of contacts, three of particles.

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import companies
-from chaincor.workflows.accuracy.expected_cost import expected_seconds, expected_seconds_together
+from chaincor.workflows.accuracy.expected_cost import expected_of_task
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 from chaincor.workflows.given import scenes_given
 from chaincor.workflows.processes.pool import ProcessPool
@@ -219,13 +219,12 @@ def _tasks(todo: Sequence[Scene], in_flight: int) -> tuple[list[_Task], dict[str
     costs: dict[str, float] = {}
     for places in companies(todo, in_flight):
         scenes = [todo[place] for place in places]
+        keys = [scene.collision_sha256 for scene in scenes]
+        costs |= zip(keys, expected_of_task(scenes), strict=True)
         if len(scenes) == 1:
             alone += scenes
-            costs[scenes[0].collision_sha256] = expected_seconds(scenes[0])
         else:
             tasks.append(tuple(scenes))
-            cost = expected_seconds_together(scenes[0])  # of a kind
-            costs |= {scene.collision_sha256: cost for scene in scenes}
     # Two sweeps at once come to different ones first.
     random.shuffle(tasks)
     return tasks + [(scene,) for scene in _longest_first(alone, costs)], costs

@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, companies, kind_of
 from chaincor.workflows.collision import collide, collide_together
 from chaincor.workflows.engines.in_house.side_by_side import runs
+from chaincor.workflows.errors import UnfinishedCollisionError
 
 # How long it took, and what is no part of the result.
 TIMES = {"seconds", "seconds_total", "replay"}
@@ -42,6 +43,7 @@ def test_each_is_what_it_is_alone(potential, particles, tolerance):
         if result is not None:
             assert differing(result, collide(scene)) == []
             assert result.tolerance_met
+            assert result.ending in ("proved", "argued")
 
 
 @pytest.mark.slow
@@ -77,6 +79,36 @@ def test_chains_that_may_break_are_followed_to_the_ends_they_have_alone(particle
     for scene, result in zip(broken, found, strict=True):
         if result is not None:
             assert differing(result, collide(scene)) == []
+
+
+@pytest.mark.slow
+def test_what_does_not_come_out_is_left():
+    # Cubic bonds with a barrier: some go over it, some need finer steps.
+    speeds = np.random.default_rng(1).uniform(0.05, 0.6, 24).tolist()
+    cubic = {"potential": "power", "power_order": 3, "power_c": -1.0, "particles": 12}
+    common = cubic | {"engine": "reference", "tolerance": 1e-7}
+    asked = [scene for v in speeds if kind_of(scene := Scene(**common, speed=v)) is not None]
+    found = collide_together(asked)
+    assert 0 < sum(result is None for result in found) < len(asked)
+    for scene, result in zip(asked, found, strict=True):
+        if result is not None:
+            assert differing(result, collide(scene)) == []
+
+
+@pytest.mark.slow
+def test_what_cannot_be_followed_to_its_end_is_left(monkeypatch):
+    asked = scenes("lj", 20, fastest=1.6)
+    whole = collide_together(asked)
+
+    def fail(*_):
+        raise UnfinishedCollisionError("")
+
+    monkeypatch.setattr(runs, "follow_on", fail)
+    argued = [result is not None and result.ending == "argued" for result in whole]
+    failed = [result is None for result in collide_together(asked)]
+    assert any(argued)
+    assert all(missing for missing, was in zip(failed, argued, strict=True) if was)
+    assert not all(failed)
 
 
 @pytest.mark.parametrize(

@@ -206,17 +206,14 @@ _ARRAYS = ("contact_times", "contact_speeds", "velocities", "target_velocities",
 
 def _longest_silences(runs: ManyRuns) -> Array:
     """Return the longest time between two contacts of each run; 0 where there is but one."""
-    times = runs.contacts[:, 0]
-    gaps = times[:, 1:] - times[:, :-1]
-    between = np.arange(1, times.shape[1]) < runs.counts[:, None]
-    return np.max(gaps, axis=1, where=between, initial=0.0)
+    gaps = np.diff(runs.contacts[:, 0], axis=1)
+    return np.max(gaps, axis=1, where=runs.listed[:, 1:], initial=0.0)
 
 
 def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ...]:
     """Return the mode energies of the fine runs, and by how much each array differs."""
-    listed = np.arange(fine.contacts.shape[2]) < fine.counts[:, None]
     alike = fine.counts == coarse.counts
-    contacts = np.where(listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
+    contacts = np.where(fine.listed[:, None, :], np.abs(fine.contacts - coarse.contacts), 0.0)
     times, speeds = np.where(alike, np.max(contacts, axis=2).T, np.inf)
     velocities = np.max(np.abs(fine.velocities - coarse.velocities), axis=1)
     energies, others = (

@@ -76,14 +76,14 @@ def follow(
     step = STEP / math.sqrt(stiffest)
     stepper = Stepper.of(bond, "order8", step)
     chain = Chain.in_flight(scene, stepper.scheme, displacements, velocities)
-    chain.ledger.last_contact = last_contact - now
-    chain.ledger.strain_min = shortest - 1.0
+    chain.ledger["last_contact"] = last_contact - now
+    chain.ledger["strain_min"] = shortest - 1.0
     look_ahead = LookAhead(scene, chain, stepper, chain.copy().copy, start=now)
     watch = EndWatch(scene.particles, bond)
     time = now
     while True:
         ending = watch.look(
-            time, last_contact, float(chain.ledger.wall_distance), chain.strain, chain.velocity
+            time, last_contact, float(chain.ledger["wall_distance"]), chain.strain, chain.velocity
         )
         if ending is not None:
             return Flight(time, look_ahead.doubt_about(ending))
@@ -96,9 +96,9 @@ def follow(
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now
         status = chain.advance(stepper, math.ceil(until / step))
-        if chain.ledger.contacts > 1:
+        if chain.ledger["contacts"] > 1:
             return Flight(now + float(chain.contact_times[1]), None, look_ahead.doubt)
         if status != motion.DONE:
-            low, high = float(chain.ledger.strain_min), float(chain.ledger.strain_max)
+            low, high = float(chain.ledger["strain_min"]), float(chain.ledger["strain_max"])
             raise strain_error(scene, low, high, time, f"take a smaller timestep than {step:g}")
-        time = now + float(chain.ledger.steps * step)
+        time = now + float(chain.ledger["steps"] * step)

@@ -11,9 +11,8 @@ in which the drifts of neighbouring steps merge, so that one stage of a composit
 and one kick, done in a single pass over the chain.
 """
 
-import ctypes
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +60,8 @@ class State(NamedTuple):
             lines, the next stage waits for, and an extrapolated step takes half as long again.
         """
         after = bonds + -bonds % _ON_A_LINE
-        numbers: Any = np.empty(after + bonds + _ON_A_LINE)
-        first = -ctypes.addressof(ctypes.c_char.from_buffer(numbers)) % LINE // 8
+        numbers = np.empty(after + bonds + _ON_A_LINE)
+        first = -numbers.ctypes.data % LINE // 8
         return cls(numbers[first : first + bonds], numbers[first + after :][: bonds + 1])
 
     def copied(self) -> "State":

@@ -111,7 +111,7 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
     blocks = _Blocks(ledger, arrays, loops, cores)
     status = motion.DONE
     with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
-        while status == motion.DONE and ledger.steps < goal:
+        while status == motion.DONE and ledger["steps"] < goal:
             status, leaps = head.go_ahead(states[0], goal)
             known = status != motion.CROWDED
             if known and leaps.shape[1] > 0:
@@ -119,7 +119,7 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
             if not known:
                 # Seldom, and then the loop over the whole chain tells it by name.
                 whole = arrays._replace(now=states[0]).unnamed()
-                until = min(goal, int(ledger.steps) + LEAPS)
+                until = min(goal, int(ledger["steps"]) + LEAPS)
                 status = loops.advance(
                     ledger, whole, until, loops.step, loops.fractions, loops.parameters
                 )
@@ -159,17 +159,17 @@ class _Head:
         ledger = self._ledger
         for name in (*_OF_HEAD, _COUNTED):
             ledger[name] = self._of_chain[name]
-        ledger.active, ledger.leaps = self._bonds, 0
+        ledger["active"], ledger["leaps"] = self._bonds, 0
         # Where it is cut off, strains mean nothing.
-        ledger.strain_min = ledger.strain_floor = -math.inf
-        ledger.strain_max = ledger.strain_ceiling = math.inf
+        ledger["strain_min"] = ledger["strain_floor"] = -math.inf
+        ledger["strain_max"] = ledger["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
         self._now.velocity[:] = state.velocity[: self._bonds + 1]
         loops = self._loops
         status = loops.advance(
             ledger, self._arrays, goal, loops.step, loops.fractions, loops.parameters
         )
-        return int(status), self._log[:, : int(ledger.leaps)]
+        return int(status), self._log[:, : int(ledger["leaps"])]
 
     def commit(self, ledger: np.record) -> None:
         """Let the chain know what its head does."""
@@ -195,11 +195,11 @@ class _Blocks:
         """Carry all blocks through leaps; return False where a strain is not allowed."""
         ledger, loops = self._ledger, self._loops
         limits = (
-            float(ledger.strain_min),
-            float(ledger.strain_max),
-            float(ledger.strain_floor),
-            float(ledger.strain_ceiling),
-            motion.FRONT_THRESHOLD * float(ledger.impact_velocity),
+            float(ledger["strain_min"]),
+            float(ledger["strain_max"]),
+            float(ledger["strain_floor"]),
+            float(ledger["strain_ceiling"]),
+            motion.FRONT_THRESHOLD * float(ledger["impact_velocity"]),
         )
         blocks = self._cut(leaps.shape[1])
         states = tuple(old), tuple(new), tuple(self._last)
@@ -230,12 +230,12 @@ class _Blocks:
     def commit(self, ledger: np.record, leaps: NDArray[np.float64]) -> None:
         """Let the chain know what its blocks met; smallest and largest know no order."""
         found = self._found
-        ledger.strain_min = np.min(found[:, loop.LOW])
-        ledger.strain_max = np.max(found[:, loop.HIGH])
-        ledger.active = int(found[-1, loop.ACTIVE])
+        ledger["strain_min"] = np.min(found[:, loop.LOW])
+        ledger["strain_max"] = np.max(found[:, loop.HIGH])
+        ledger["active"] = int(found[-1, loop.ACTIVE])
         if leaps[1].any():
-            ledger.contact_min = np.min(found[:, loop.CONTACT_LOW])
-            ledger.contact_max = np.max(found[:, loop.CONTACT_HIGH])
+            ledger["contact_min"] = np.min(found[:, loop.CONTACT_LOW])
+            ledger["contact_max"] = np.max(found[:, loop.CONTACT_HIGH])
 
     def _cut(self, leaps: int) -> list[_Block]:
         """Return blocks of about equal work, as many for each core."""

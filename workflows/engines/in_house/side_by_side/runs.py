@@ -83,6 +83,11 @@ class ManyRuns(Rows):
         return np.cumsum(np.concatenate((zeros, self.strains), axis=1), axis=1)
 
     @property
+    def listed(self) -> NDArray[np.bool_]:
+        """Which places of `contacts` hold one, of shape (runs, capacity)."""
+        return np.arange(self.contacts.shape[2]) < self.counts[:, None]
+
+    @property
     def last_contact_times(self) -> Array:
         """When particle 1 left the wall."""
         return self.contacts[np.arange(len(self.counts)), 0, self.counts - 1]
@@ -159,12 +164,13 @@ class ChainRunner:
     def _follow_on(self, scene: Scene, group: "_Group", s: int) -> Ending | None:
         """Follow a chain that may break to its end; None where it has to be carried out alone."""
         chain = group.chain(s)
-        chain.ledger.active = self._particles - 1  # as lanes move all bonds
+        chain.ledger["active"] = self._particles - 1  # as lanes move all bonds
         stepper = Stepper(self._kernels, self._scheme, float(group.steps[s]))
         try:
-            ending, group.durations[s], chain.ledger.evaluations = follow_on(scene, chain, stepper)
+            ending, group.durations[s], evaluations = follow_on(scene, chain, stepper)
         except RunError:
             return None  # it gets its name there
+        chain.ledger["evaluations"] = evaluations
         # Otherwise it has more contacts than a row has room for.
         return ending if chain.arrays.contacts.base is group.states[4] else None
 
