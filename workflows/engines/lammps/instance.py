@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT, BondTable
+from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.contact_script import displacement
 from chaincor.lammps_inputs.errors import InputError
@@ -25,6 +25,7 @@ from chaincor.lammps_inputs.script import (
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
@@ -58,6 +59,8 @@ class LammpsChain:
     ----------
     x, v, f : ndarray of shape (n + M,)
         Live coordinates, velocities and forces.
+    far_bonds : FarBonds or None
+        Which bonds have the second table; None where there is one.
     particles : int
         Of the chain, n.
     weights : tuple of float
@@ -73,10 +76,7 @@ class LammpsChain:
         self.particles = scene.particles
         count = scene.particles + (0 if line is None else line.targets)
         self._alone = count == scene.particles
-        self._far = None
-        if table is not None and table.far is not None:
-            self._far = np.zeros(count - (1 if self._alone else 2), dtype=bool)
-        bond_types = 1 if self._far is None else 2
+        bond_types = 1 if table is None or table.far is None else 2
         (folder / DATA_FILE).write_text(format_scene_data(scene, bond_types))
         if table is not None:
             (folder / TABLE_FILE).write_text(table.to_text())
@@ -121,6 +121,7 @@ class LammpsChain:
         self.x, self.v, self.f = (
             self._lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
+        self.far_bonds = FarBonds(self) if bond_types > 1 else None
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
         self._initial = self.snapshot()
@@ -176,22 +177,11 @@ class LammpsChain:
             return x[1:] - x[:-1]  # half the time of np.diff
         return np.concatenate((x[1:n] - x[: n - 1], x[n:-1] - x[n + 1 :]))
 
-    def _fastest_opening(self) -> float:
-        """Return how fast any bond's length changes."""
-        v, n = self.v, self.particles
-        chain = float(np.max(np.abs(np.diff(v[:n])), initial=0.0))
-        return max(chain, float(np.max(np.abs(np.diff(v[n:])), initial=0.0)))
-
-    def _ends(self, bond: int) -> tuple[int, int]:
-        """Return the ids of the particles that a bond joins."""
-        first = bond + (1 if bond < self.particles - 1 else 2)
-        return first, first + 1
-
     def run(self, steps: int) -> None:
         """Take full Verlet steps without looking; RunError, named after what LAMMPS says."""
         self._set_timestep(self.timestep)
         while steps > 0:
-            part = steps if self._far is None else min(steps, self._steps_within_tables())
+            part = steps if self.far_bonds is None else min(steps, self.far_bonds.steps_left())
             for begin in range(0, part, self._at_once):
                 taken = min(self._at_once, part - begin)
                 self._send(self._handle, b"run %d pre no post no" % taken)
@@ -199,8 +189,8 @@ class LammpsChain:
                 if self._failed(self._handle):
                     self._raise_failure()
             steps -= part
-            if self._far is not None:
-                self._change_tables()
+            if self.far_bonds is not None:
+                self.far_bonds.change_tables()
 
     @property
     def guard_position(self) -> float:
@@ -223,17 +213,6 @@ class LammpsChain:
         finally:
             self._guard.watch(False)
         return True
-
-    def _steps_within_tables(self) -> int:
-        """Return how many Verlet steps no bond needs at least to be due for its other table."""
-        assert self._far is not None
-        lengths = self.lengths()
-        room = FAR_OUT - np.max(lengths, where=~self._far, initial=-np.inf)
-        room = min(room, np.min(lengths, where=self._far, initial=np.inf) - FAR_BACK)
-        fastest = self._fastest_opening()
-        # Half the room: bonds may speed up while they fall together. The step of the change is then
-        # the same however steps are divided into runs.
-        return max(1, int(0.5 * room / max(fastest * self.timestep, 1e-9)))
 
     def verlet(self, duration: float) -> None:
         """Take one Verlet step of any length, also a negative one."""
@@ -259,8 +238,8 @@ class LammpsChain:
             self._compose(duration)
         if self._failed(self._handle):
             self._raise_failure()
-        if self._far is not None:
-            self._change_tables()
+        if self.far_bonds is not None:
+            self.far_bonds.change_tables()
 
     def _compose(self, duration: float | None) -> None:
         send, handle = self._send, self._handle
@@ -298,26 +277,6 @@ class LammpsChain:
         self.restore(self._start_rows)
         self.stages_done += sum(self._counts)
 
-    def _change_tables(self) -> None:
-        """Give bonds that got very long the far table, and those that came back the near one."""
-        assert self._far is not None
-        lengths = self.lengths()
-        far = np.where(self._far, lengths > FAR_BACK, lengths > FAR_OUT)
-        changed = np.flatnonzero(far != self._far)
-        if len(changed) == 0:
-            return
-        lines = []
-        for bond in changed.tolist():
-            first, second = self._ends(bond)
-            lines += [
-                f"group ends id {first} {second}",
-                f"set group ends bond {2 if far[bond] else 1}",
-                "group ends delete",
-            ]
-        # A set-up rebuilds the list of bonds with their types, and takes no step.
-        self.commands("\n".join([*lines, "run 0 post no"]))
-        self._far = far
-
     def restart(self, timestep: float) -> None:
         """Put the chain back to its first contact, for a run with another composed step H."""
         if self._guard is not None and timestep != self.timestep and len(self.weights) == 1:
@@ -333,10 +292,10 @@ class LammpsChain:
 
     def restore(self, state: Sequence[NDArray[np.float64]] | NDArray[np.float64]) -> None:
         """Put a copied state back."""
-        if self._far is not None:
+        if self.far_bonds is not None:
             # A bond that broke since then is whole again.
             self.x[:] = state[0]
-            self._change_tables()
+            self.far_bonds.change_tables()
         self.x[:], self.v[:], self.f[:] = state
 
     def write_frame(self, time: float) -> None:

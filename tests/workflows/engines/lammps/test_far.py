@@ -59,8 +59,8 @@ def test_bonds_go_out_and_come_back(tmp_path):
         chain.v[:] = 0.0
         for length, far in ((2.0, False), (2.2, True), (24.0, True), (1.95, True), (1.85, False)):
             chain.x[2] = chain.x[1] + length
-            chain._change_tables()
-            assert chain._far.tolist() == [False, far]
+            chain.far_bonds.change_tables()
+            assert chain.far_bonds.far.tolist() == [False, far]
             chain.run(1)
             # The last particle feels the pull of its bond alone; 1e-6 of time moves nothing.
             expected = scene.bond.force(length - 1.0)
@@ -77,7 +77,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
         chain.run(1)
         state = chain.snapshot()
         chain.x[2] = chain.x[1] + 24.0
-        chain._change_tables()
+        chain.far_bonds.change_tables()
         chain.restore(state)
         for now, then in zip((chain.x, chain.v, chain.f), state, strict=True):
             np.testing.assert_array_equal(now, then)
