@@ -15,10 +15,7 @@ from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import Answer, spread_of
 from chaincor.workflows.accuracy.at_once.together import companies, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
-from chaincor.workflows.accuracy.expected_cost import (
-    expected_of_task,
-    refuse_endless,
-)
+from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
