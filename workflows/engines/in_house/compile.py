@@ -120,6 +120,7 @@ class LoopCompiler:
     label: str
     keep: Keep
     _registered: list[tuple[FunctionType, bool]] = field(default_factory=list, init=False)
+    _foreign: list[tuple[Callable, str]] = field(default_factory=list, init=False)
 
     @classmethod
     def for_force(cls, force: ScalarForce) -> "LoopCompiler":
@@ -164,7 +165,29 @@ class LoopCompiler:
         """
         return self._noted(function, inline=False)
 
-    def compile(self, function: Callable) -> Callable:
+    def register_foreign(self, name: str) -> Callable:
+        """
+        Make a function of another library known: of addresses, and of no result.
+
+        Parameters
+        ----------
+        name : str
+            As that library exports it; `tell_address` is told where it is.
+
+        Returns
+        -------
+        callable
+            Stands for it in functions to be compiled.
+        """
+
+        def foreign(*addresses: int) -> None:
+            raise NotImplementedError("it is called by compiled code only")
+
+        foreign.__qualname__ = f"{name}{self.label}"
+        self._foreign.append((foreign, name))
+        return foreign
+
+    def compile(self, function: Callable) -> KeptLoop:
         """
         Compile a function that Python calls.
 
@@ -175,7 +198,7 @@ class LoopCompiler:
 
         Returns
         -------
-        callable
+        KeptLoop
             Compiled at its first call, or loaded. Other threads of Python run meanwhile.
         """
         own = self._own(function)
@@ -218,12 +241,16 @@ class LoopCompiler:
         return own
 
     def _tell_numba(self, options: dict[str, bool]) -> None:
-        from numba.extending import register_jitable
+        from numba.extending import overload, register_jitable
 
         _spare_linear_algebra()
         while self._registered:
             function, inline = self._registered.pop(0)
             register_jitable(**OPTIONS, **options, forceinline=inline)(function)
+        while self._foreign:
+            stand_in, name = self._foreign.pop(0)
+            settings: Any = OPTIONS | options
+            overload(stand_in, jit_options=settings, strict=False)(_caller_of(name))
 
     def _own(self, function: Callable) -> FunctionType:
         assert isinstance(function, FunctionType)
@@ -247,6 +274,18 @@ class LoopCompiler:
         if not isinstance(value, FunctionType) or value.__qualname__.endswith(self.label):
             return value
         return self.register(value)
+
+
+def _caller_of(name: str) -> Callable:
+    """Return what tells Numba how a function of another library is called."""
+    from numba import types
+
+    def call(*addresses: Any) -> Callable:
+        signature = types.void(*len(addresses) * (types.intp,))
+        function = types.ExternalFunction(name, signature)
+        return lambda *addresses: function(*addresses)
+
+    return call
 
 
 @lru_cache(maxsize=1)

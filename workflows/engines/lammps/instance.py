@@ -1,7 +1,7 @@
 """One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -25,6 +25,7 @@ from chaincor.lammps_inputs.script import (
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.lammps.extrapolation import extrapolated_step
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
@@ -82,9 +83,8 @@ class LammpsChain:
             (folder / TABLE_FILE).write_text(table.to_text())
         self.folder = folder
         scheme = STEP_SCHEMES[numerics.scheme]
-        self._counts: list[int] = []  # Verlet steps in each part of an extrapolated step
+        self._evaluations = scheme.evaluations
         if isinstance(scheme, Extrapolated):
-            self._counts = scheme.fractions.counts.astype(int).tolist()
             self.weights = tuple(scheme.fractions.weights.tolist())
         elif numerics.scheme in COMPOSITIONS:
             self.weights = COMPOSITIONS[numerics.scheme].weights
@@ -109,10 +109,8 @@ class LammpsChain:
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
             self._guard = None
-            if line is None:
-                # Composed schemes take guarded steps only to look ahead, well clear of the wall.
-                stand_for = numerics.timestep if numerics.scheme == "verlet" else 0.0
-                self._guard = WallGuard(self, scene, numerics.wall == "reflect", stand_for)
+            if line is None and numerics.scheme == "verlet":
+                self._guard = WallGuard(self, scene, numerics.wall == "reflect", self.timestep)
         except Exception:
             self.close()
             raise
@@ -125,14 +123,9 @@ class LammpsChain:
         self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
         self._initial = self.snapshot()
-        # Of an extrapolated step: the state before it, and after each of its parts; x, v and f one
-        # after the other, and each by itself.
-        self._start = np.empty(3 * count)
-        self._start_rows = tuple(self._start.reshape(3, count))
-        self._parts = np.empty((len(self._counts), 3 * count))
-        self._part_rows = [tuple(part.reshape(3, count)) for part in self._parts]
-        self._runs = [b"run %d pre no post no" % steps for steps in self._counts]
-        self._mixture = np.array(self.weights)
+        self._extrapolate: Callable[[], None] | None = None
+        if isinstance(scheme, Extrapolated):
+            self._extrapolate = extrapolated_step(self._lammps, scheme.fractions, count)
 
     def __enter__(self) -> Self:
         return self
@@ -223,19 +216,18 @@ class LammpsChain:
             self._raise_failure()
 
     def _encode(self, duration: float) -> list[tuple[bytes, float]]:
-        """Return the Verlet steps that a step's stages, or its parts, are made of."""
-        if self._counts:
-            steps = [duration / count for count in self._counts]
-        else:
-            steps = [w * duration for w in self.weights]
+        """Return the Verlet steps that a composed step is made of."""
+        steps = [w * duration for w in self.weights]
         return [(b"timestep " + number(h).encode(), h) for h in steps]
 
     def step(self, duration: float | None = None) -> None:
         """Take one composed or extrapolated step, by default the full step H."""
-        if self._counts:
-            self._extrapolate(duration)
-        else:
+        if self._extrapolate is None:
             self._compose(duration)
+        else:
+            self._set_timestep(self.timestep if duration is None else duration)
+            self._extrapolate()
+            self.stages_done += self._evaluations
         if self._failed(self._handle):
             self._raise_failure()
         if self.far_bonds is not None:
@@ -254,32 +246,9 @@ class LammpsChain:
         self._current = current
         self.stages_done += len(stages)
 
-    def _extrapolate(self, duration: float | None) -> None:
-        """Take the step as 1, 2, ... Verlet steps, each time from its start, and mix the ends."""
-        send, handle = self._send, self._handle
-        x, v, f = self.x, self.v, self.f
-        start_x, start_v, start_f = self._start_rows
-        start_x[:], start_v[:], start_f[:] = x, v, f
-        verlet = self._full_step if duration is None else self._encode(duration)
-        rows = self._part_rows
-        for (command, timestep), run, part in zip(verlet, self._runs, rows, strict=True):
-            if part is not rows[0]:
-                x[:], v[:], f[:] = start_x, start_v, start_f
-            if timestep != self._current:
-                send(handle, command)
-                self._current = timestep
-            send(handle, run)
-            part_x, part_v, part_f = part
-            part_x[:], part_v[:], part_f[:] = x, v, f
-        # Weights sum to 1: mixing differences keeps the rounding of what hardly changes out.
-        self._parts -= self._start
-        self._start += np.dot(self._mixture, self._parts)
-        self.restore(self._start_rows)
-        self.stages_done += sum(self._counts)
-
     def restart(self, timestep: float) -> None:
         """Put the chain back to its first contact, for a run with another composed step H."""
-        if self._guard is not None and timestep != self.timestep and len(self.weights) == 1:
+        if self._guard is not None and timestep != self.timestep:
             self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep

@@ -1,5 +1,6 @@
 """Compiled loops kept as object code: found, trusted, and told apart."""
 
+import ctypes
 import math
 import os
 import subprocess
@@ -18,6 +19,7 @@ from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print, print_of
+from chaincor.workflows.engines.in_house.loops.kept_loops import tell_address
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 ROOT = Path(__file__).parents[4]
@@ -125,6 +127,46 @@ def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
     assert kernel.compiled == 2
     with pytest.raises(TypeError, match="expected numbers, arrays or records"):
         kernel(pair, weights, table, "3", *rest[1:])
+
+
+def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    told = []
+    listener = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)(
+        lambda first, second: told.append((first, second))
+    )
+    tell_address("chaincor_test_listener", listener)
+
+    def build_tale(listen):
+        def tale(numbers):
+            for i in range(len(numbers)):
+                listen(numbers[i], 10 * numbers[i])
+
+        return tale
+
+    numbers = np.array([2, 3])
+    for compiled in (1, 0):
+        compiler = LoopCompiler("listening", keep=Keep.ALL)
+        kernel = compiler.compile(build_tale(compiler.register_foreign("chaincor_test_listener")))
+        run = kernel.bound(numbers)
+        assert kernel.compiled == compiled
+        run()
+        run()
+    assert told == 4 * [(2, 20), (3, 30)]
+
+
+def test_what_is_bound_keeps_its_arguments(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    def add_up(numbers, total):
+        for i in range(len(numbers)):
+            total[0] += numbers[i]
+
+    total = np.zeros(1)
+    run = LoopCompiler("bound", keep=Keep.NONE).compile(add_up).bound(np.ones(1_000_000), total)
+    run()
+    run()
+    assert total[0] == 2e6
 
 
 def test_what_allocates_is_refused(tmp_path, monkeypatch):

@@ -50,7 +50,7 @@ class ObjectCode(NamedTuple):
     returns : str
         What that returns: ``int64``, ``float64`` or ``none``.
     needs : list of str
-        Functions of the mathematical library that it calls.
+        Functions that it calls: of the mathematical library, and those of `tell_address`.
     """
 
     code: bytes
@@ -80,19 +80,23 @@ class KeptLoop:
 
     def __init__(self, function: FunctionType, dispatcher: Callable[[], Any], keep: bool) -> None:
         self._function, self._dispatcher, self._keep = function, dispatcher, keep
-        self._calls: dict[tuple, Callable] = {}
+        self._binds: dict[tuple, Callable] = {}
         self.compiled = 0
 
     def __call__(self, *arguments: Any) -> Any:
         """Run it; arguments are numbers, arrays, records and tuples of those."""
+        return self.bound(*arguments)()
+
+    def bound(self, *arguments: Any) -> Callable[[], Any]:
+        """Return what runs it with these arguments, as they are then."""
         kinds: list[Any] = []
         values: list[Any] = []
         _take_apart(arguments, kinds, values)
         key = tuple(kinds)
-        call = self._calls.get(key)
-        if call is None:
-            call = self._calls[key] = self._prepare(key, arguments)
-        return call(values)
+        bind = self._binds.get(key)
+        if bind is None:
+            bind = self._binds[key] = self._prepare(key, arguments)
+        return bind(values, arguments)
 
     def _prepare(self, kinds: tuple, arguments: tuple) -> Callable:
         with _LOCK:
@@ -204,7 +208,7 @@ def _argument_types(kinds: tuple) -> list:
 
 
 def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
-    """Return the function of some object code, called with what `_take_apart` makes."""
+    """Return what binds the function of some object code to what `_take_apart` makes."""
     import llvmlite.binding as llvm
 
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine())
@@ -217,15 +221,20 @@ def _loaded(made: ObjectCode, kinds: tuple) -> Callable:
     )
     function, returned = prototype(address), _RETURNED[made.returns]
 
-    def call(values: list, _code: Any = engine) -> Any:
-        result = (returned or ctypes.c_int64)()
-        exception = ctypes.c_void_p()
-        status = function(ctypes.addressof(result), ctypes.addressof(exception), *values)
-        if status not in (_RETURNED_ONE, _RETURNED_NONE):
-            raise RuntimeError(f"the compiled loop {made.symbol} failed with status {status}")
-        return None if returned is None else result.value
+    def bind(values: list, arguments: tuple) -> Callable[[], Any]:
+        result, exception = (returned or ctypes.c_int64)(), ctypes.c_void_p()
+        whole = (ctypes.addressof(result), ctypes.addressof(exception), *values)
 
-    return call
+        # What it works with, and on, lives as long as it does.
+        def run(_kept: Any = (engine, exception, arguments)) -> Any:
+            status = function(*whole)
+            if status not in (_RETURNED_ONE, _RETURNED_NONE):
+                raise RuntimeError(f"the compiled loop {made.symbol} failed with status {status}")
+            return None if returned is None else result.value
+
+        return run
+
+    return bind
 
 
 @lru_cache(maxsize=1)
@@ -287,6 +296,13 @@ def _read(path: Path, key: str) -> ObjectCode | None:
     return made if whole and all(map(_is_known, made.needs)) else None
 
 
+def tell_address(name: str, function: Any) -> None:
+    """Say where a function of another library is, before a loop that calls it is compiled."""
+    import llvmlite.binding as llvm
+
+    llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
+
+
 def _is_known(name: str) -> bool:
     """Tell LLVM where a function of the mathematical library is, as Numba would."""
     import llvmlite.binding as llvm
@@ -296,7 +312,7 @@ def _is_known(name: str) -> bool:
     # Python's own module has that library with it, or the program has where it is part of that.
     function = getattr(ctypes.CDLL(getattr(math, "__file__", None)), name, None)
     if function is not None:
-        llvm.add_symbol(name, ctypes.cast(function, ctypes.c_void_p).value)
+        tell_address(name, function)
     return function is not None
 
 

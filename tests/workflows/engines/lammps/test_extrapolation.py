@@ -1,0 +1,87 @@
+"""Extrapolated steps in LAMMPS, by heavier particles, against their parts by other timesteps."""
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.lammps.engine import _tabulate
+from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import BondRangeError
+
+STEP = 0.3
+SCENES = {
+    "chain": Scene(particles=10, speed=0.4),
+    "no table": Scene(potential="harmonic", particles=10, velocity=0.1),
+    "unequal masses": Scene(particles=9, speed=0.4, masses=(1.0, 2.5, 0.4)),
+    "free target": Scene(particles=6, speed=0.4, target_particles=4, target_masses=(3.0,)),
+}
+
+
+def set_up(scene, folder, scheme="extrapolated12", bond_range=(0.8, 1.3)):
+    numerics = Numerics(scheme=scheme, timestep=STEP, bond_range=bond_range)
+    table = None if scene.bond.is_harmonic else _tabulate(scene.bond, bond_range, numerics)
+    return LammpsChain(scene, numerics, table, folder)
+
+
+def masses_of(chain):
+    return chain.lammps.numpy.extract_atom("mass").copy()
+
+
+@pytest.mark.parametrize("scheme", ["extrapolated12", "extrapolated14"])
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("duration", [None, 0.17])
+def test_a_step_is_the_mixture_of_its_parts(tmp_path, name, scheme, duration):
+    with set_up(SCENES[name], tmp_path, scheme) as chain:
+        chain.v[0] = -chain.v[0]  # so that bonds are strained
+        masses = masses_of(chain)
+        for _ in range(4):
+            chain.step()
+        before, done = chain.snapshot(), chain.stages_done
+        chain.step(duration)
+        after = np.array(chain.snapshot())
+        mixture = STEP_SCHEMES[scheme].fractions
+        assert chain.stages_done - done == np.sum(mixture.counts)
+        expected = np.zeros_like(after)
+        for count, weight in zip(mixture.counts.astype(int), mixture.weights, strict=True):
+            chain.restore(before)
+            h = (duration or STEP) / count
+            chain.commands(f"timestep {h:.17g}\nrun {count} pre no post no")
+            expected += weight * np.array(chain.snapshot())
+        # Coordinates up to 10 are rounded to 1e-15, in each of 8 steps, and the mixture amplifies
+        # that up to 60 times; masses or velocities of another part would be wrong by 1e-3.
+        assert np.max(np.abs(after - expected)) < 5e-13
+        assert np.max(np.abs(after - before)) > 1e-3
+        assert np.array_equal(masses_of(chain), masses)
+
+
+def test_steps_of_either_length_take_turns(tmp_path):
+    with set_up(SCENES["chain"], tmp_path) as chain:
+        chain.v[0] = -chain.v[0]
+        start = chain.snapshot()
+        chain.step(0.5 * STEP)
+        chain.verlet(1e-9)
+        middle = chain.snapshot()
+        chain.step()
+        turns = np.array(chain.snapshot())
+        chain.restore(middle)
+        chain.step(STEP)
+        assert np.array_equal(turns, chain.snapshot())
+        chain.restart(0.5 * STEP)
+        chain.restore(start)
+        chain.step()
+        chain.verlet(1e-9)
+        assert np.array_equal(middle, chain.snapshot())
+
+
+def test_a_step_that_fails_leaves_masses_as_they_are(tmp_path):
+    with set_up(SCENES["unequal masses"], tmp_path, bond_range=(0.99, 1.01)) as chain:
+        chain.v[0] = -chain.v[0]
+        masses, before = masses_of(chain), chain.snapshot()
+        with pytest.raises(BondRangeError, match="expected all bonds inside"):
+            chain.step(6.0 * STEP)
+        assert np.array_equal(masses_of(chain), masses)
+        chain.restore(before)
+        chain.verlet(1e-3)
+        assert np.max(np.abs(chain.x - before[0])) < 1e-3
