@@ -9,10 +9,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
@@ -167,6 +169,12 @@ def test_what_is_bound_keeps_its_arguments(tmp_path, monkeypatch):
     run()
     run()
     assert total[0] == 2e6
+
+
+def test_without_compilation_one_line_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    with pytest.raises(InputError, match="NUMBA_DISABLE_JIT is set"):
+        loop(tmp_path, monkeypatch)(*arguments())
 
 
 def test_what_allocates_is_refused(tmp_path, monkeypatch):

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.in_house.loops.beside import a_loop_is_compiled
 from chaincor.workflows.engines.in_house.loops.code_prints import print_of
 
@@ -127,6 +128,11 @@ class KeptLoop:
         from numba.core import config as settings
 
         config: Any = settings
+        if config.DISABLE_JIT:
+            raise InputError(
+                "NUMBA_DISABLE_JIT is set in the environment, and loops are not compiled yet; "
+                "expected Numba to compile them: unset it"
+            )
         self.compiled += 1
         loop = self._dispatcher()
         types = tuple(map(numba.typeof, arguments))
