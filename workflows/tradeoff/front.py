@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import Engine, Scheme
+from chaincor.workflows.accuracy.by_lammps import usual_scheme
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.measured import measured
 from chaincor.workflows.tradeoff.measurement import Measurement
@@ -118,14 +119,19 @@ def cheapest_settings(
     return rows
 
 
-def give_advice(rows: list[CheapestRow], tolerance: float) -> str:
-    """Say in one line what an error costs."""
+def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
+    """Say in one line what an error costs, and where a tolerance chooses something quicker."""
     good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
-    if not good:
+    if good:
+        row = min(good, key=lambda each: each.seconds)
+        advice = f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}"
+    else:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
-        return f"{tolerance:.0e} is beyond what was measured here (reached: {reached})"
-    row = min(good, key=lambda each: each.seconds)
-    return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}"
+        advice = f"{tolerance:.0e} is beyond what was measured here (reached: {reached})"
+    usual = usual_scheme(scene, tolerance)
+    if usual not in SCHEME_ORDERS:
+        advice += f"; --tolerance {tolerance:.0e} takes {usual} steps, quicker ones no script has"
+    return advice
 
 
 def describe(setting: Setting) -> str:

@@ -143,7 +143,7 @@ def measure_tradeoff(
         budgets=budgets,
         tables=tables,
         tolerance=tolerance,
-        advice=give_advice(cheapest["lammps"], tolerance),
+        advice=give_advice(scene, cheapest["lammps"], tolerance),
         seconds=time.perf_counter() - started,
     )
 

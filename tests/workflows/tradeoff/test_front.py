@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.tradeoff.front import (
     RESERVE,
@@ -96,10 +97,22 @@ def test_rows_carry_over_to_other_scenes_by_the_fastest_bond(study):
 
 def test_advice_is_one_line_with_the_cheapest_good_setting(study):
     rows = cheapest_settings(SCENE, study, "lammps")
-    assert give_advice(rows, 1e-4) == "1e-04 costs 50 ms: LAMMPS, event wall, order8, H 0.4"
-    assert give_advice(rows, 1e-2) == "1e-02 costs 10 ms: LAMMPS, event wall, verlet, dt 0.1"
-    assert "beyond what was measured" in give_advice(rows, 1e-9)
-    assert "nothing" in give_advice([], 1e-9)
+    assert give_advice(SCENE, rows, 1e-4) == "1e-04 costs 50 ms: LAMMPS, event wall, order8, H 0.4"
+    assert give_advice(SCENE, rows, 1e-2) == "1e-02 costs 10 ms: LAMMPS, event wall, verlet, dt 0.1"
+    assert "beyond what was measured" in give_advice(SCENE, rows, 1e-9)
+    assert "nothing" in give_advice(SCENE, [], 1e-9)
+
+
+def test_advice_tells_of_steps_that_only_a_tolerance_can_choose(study):
+    rows = cheapest_settings(SCENE, study, "lammps")
+    told = "; --tolerance 1e-08 takes extrapolated12 steps, quicker ones no script has"
+    assert give_advice(SCENE, rows, 1e-8).endswith(told)
+    chosen = collide(SCENE.replace(particles=5), tolerance=1e-8)
+    assert chosen.scheme == "extrapolated12"
+    # Slow chains, whose rounding they would amplify, are not given them.
+    slow = Scene(speed=1e-5)
+    assert give_advice(slow, rows, 1e-8).endswith("was measured here (reached: 1e-07)")
+    assert collide(slow.replace(particles=5), tolerance=1e-8).scheme != "extrapolated12"
 
 
 @pytest.mark.parametrize(
