@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -25,10 +26,10 @@ from chaincor.lammps_inputs.script import (
 )
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.interrupts import steps_at_once
-from chaincor.workflows.engines.lammps.extrapolation import extrapolated_step
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
+from chaincor.workflows.engines.lammps.whole_steps import composed_step, extrapolated_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
 from chaincor.workflows.errors import RunError
 
@@ -64,8 +65,6 @@ class LammpsChain:
         Which bonds have the second table; None where there is one.
     particles : int
         Of the chain, n.
-    weights : tuple of float
-        Of the stages of a composed step, or of the mixture that makes an extrapolated one.
     stages_done : int
         Verlet steps taken, which is the number of force evaluations.
     """
@@ -84,11 +83,7 @@ class LammpsChain:
         self.folder = folder
         scheme = STEP_SCHEMES[numerics.scheme]
         self._evaluations = scheme.evaluations
-        if isinstance(scheme, Extrapolated):
-            self.weights = tuple(scheme.fractions.weights.tolist())
-        elif numerics.scheme in COMPOSITIONS:
-            self.weights = COMPOSITIONS[numerics.scheme].weights
-        else:
+        if not isinstance(scheme, Extrapolated) and numerics.scheme not in COMPOSITIONS:
             raise InputError(
                 f"scheme is '{numerics.scheme}', whose kicks no Verlet step of LAMMPS gives; "
                 f"expected {', '.join(COMPOSITIONS)} or an extrapolated one, or use engine "
@@ -120,12 +115,14 @@ class LammpsChain:
             self._lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
         self.far_bonds = FarBonds(self) if bond_types > 1 else None
-        self._full_step = self._encode(numerics.timestep)
         self._current = numerics.timestep
         self._initial = self.snapshot()
-        self._extrapolate: Callable[[], None] | None = None
+        self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
         if isinstance(scheme, Extrapolated):
-            self._extrapolate = extrapolated_step(self._lammps, scheme.fractions, count)
+            self._take_step = extrapolated_step(self._lammps, scheme.fractions, count)
+        elif numerics.scheme != "verlet":
+            weights = COMPOSITIONS[numerics.scheme].weights
+            self._take_step = composed_step(self._lammps, weights, count)
 
     def __enter__(self) -> Self:
         return self
@@ -215,36 +212,15 @@ class LammpsChain:
         if self._failed(self._handle):
             self._raise_failure()
 
-    def _encode(self, duration: float) -> list[tuple[bytes, float]]:
-        """Return the Verlet steps that a composed step is made of."""
-        steps = [w * duration for w in self.weights]
-        return [(b"timestep " + number(h).encode(), h) for h in steps]
-
     def step(self, duration: float | None = None) -> None:
         """Take one composed or extrapolated step, by default the full step H."""
-        if self._extrapolate is None:
-            self._compose(duration)
-        else:
-            self._set_timestep(self.timestep if duration is None else duration)
-            self._extrapolate()
-            self.stages_done += self._evaluations
+        self._set_timestep(self.timestep if duration is None else duration)
+        self._take_step()
+        self.stages_done += self._evaluations
         if self._failed(self._handle):
             self._raise_failure()
         if self.far_bonds is not None:
             self.far_bonds.change_tables()
-
-    def _compose(self, duration: float | None) -> None:
-        send, handle = self._send, self._handle
-        stages = self._full_step if duration is None else self._encode(duration)
-        current = self._current
-        for command, timestep in stages:
-            # Palindromes begin with the weight they end with, and some weights come in pairs.
-            if timestep != current:
-                send(handle, command)
-                current = timestep
-            send(handle, _RUN_ONE)
-        self._current = current
-        self.stages_done += len(stages)
 
     def restart(self, timestep: float) -> None:
         """Put the chain back to its first contact, for a run with another composed step H."""
@@ -252,7 +228,6 @@ class LammpsChain:
             self._guard.stand(timestep)
         self.restore(self._initial)
         self.timestep = timestep
-        self._full_step = self._encode(timestep)
         self.stages_done = 0
 
     def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

@@ -1,10 +1,11 @@
-"""Extrapolated steps in LAMMPS, by heavier particles, against their parts by other timesteps."""
+"""Steps in LAMMPS by heavier or lighter particles, against their parts by other timesteps."""
 
 import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.lammps.engine import _tabulate
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -29,10 +30,26 @@ def masses_of(chain):
     return chain.lammps.numpy.extract_atom("mass").copy()
 
 
-@pytest.mark.parametrize("scheme", ["extrapolated12", "extrapolated14"])
+def parts_of(chain, scheme, duration, before):
+    """Take a step by LAMMPS's timesteps, without the loop; return x, v and f."""
+    if scheme in COMPOSITIONS:
+        for weight in COMPOSITIONS[scheme].weights:
+            chain.commands(f"timestep {weight * duration:.17g}\nrun 1 pre no post no")
+        return np.array(chain.snapshot())
+    mixture, mixed = STEP_SCHEMES[scheme].fractions, 0.0
+    for count, weight in zip(mixture.counts.astype(int), mixture.weights, strict=True):
+        chain.restore(before)
+        chain.commands(f"timestep {duration / count:.17g}\nrun {count} pre no post no")
+        mixed = mixed + weight * np.array(chain.snapshot())
+    return mixed
+
+
+@pytest.mark.parametrize(
+    "scheme", ["verlet", "order4", "order6", "order8", "extrapolated12", "extrapolated14"]
+)
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("duration", [None, 0.17])
-def test_a_step_is_the_mixture_of_its_parts(tmp_path, name, scheme, duration):
+def test_a_step_is_what_its_parts_make(tmp_path, name, scheme, duration):
     with set_up(SCENES[name], tmp_path, scheme) as chain:
         chain.v[0] = -chain.v[0]  # so that bonds are strained
         masses = masses_of(chain)
@@ -41,23 +58,19 @@ def test_a_step_is_the_mixture_of_its_parts(tmp_path, name, scheme, duration):
         before, done = chain.snapshot(), chain.stages_done
         chain.step(duration)
         after = np.array(chain.snapshot())
-        mixture = STEP_SCHEMES[scheme].fractions
-        assert chain.stages_done - done == np.sum(mixture.counts)
-        expected = np.zeros_like(after)
-        for count, weight in zip(mixture.counts.astype(int), mixture.weights, strict=True):
-            chain.restore(before)
-            h = (duration or STEP) / count
-            chain.commands(f"timestep {h:.17g}\nrun {count} pre no post no")
-            expected += weight * np.array(chain.snapshot())
-        # Coordinates up to 10 are rounded to 1e-15, in each of 8 steps, and the mixture amplifies
-        # that up to 60 times; masses or velocities of another part would be wrong by 1e-3.
+        assert chain.stages_done - done == STEP_SCHEMES[scheme].evaluations
+        chain.restore(before)
+        expected = parts_of(chain, scheme, duration or STEP, before)
+        # Coordinates up to 10 are rounded to 1e-15, in each of 8 steps or 17, and a mixture
+        # amplifies that up to 60 times; of another part, masses would be wrong by 1e-3.
         assert np.max(np.abs(after - expected)) < 5e-13
         assert np.max(np.abs(after - before)) > 1e-3
         assert np.array_equal(masses_of(chain), masses)
 
 
-def test_steps_of_either_length_take_turns(tmp_path):
-    with set_up(SCENES["chain"], tmp_path) as chain:
+@pytest.mark.parametrize("scheme", ["order8", "extrapolated12"])
+def test_steps_of_either_length_take_turns(tmp_path, scheme):
+    with set_up(SCENES["chain"], tmp_path, scheme) as chain:
         chain.v[0] = -chain.v[0]
         start = chain.snapshot()
         chain.step(0.5 * STEP)
@@ -75,8 +88,9 @@ def test_steps_of_either_length_take_turns(tmp_path):
         assert np.array_equal(middle, chain.snapshot())
 
 
-def test_a_step_that_fails_leaves_masses_as_they_are(tmp_path):
-    with set_up(SCENES["unequal masses"], tmp_path, bond_range=(0.99, 1.01)) as chain:
+@pytest.mark.parametrize("scheme", ["order8", "extrapolated12"])
+def test_a_step_that_fails_leaves_masses_as_they_are(tmp_path, scheme):
+    with set_up(SCENES["unequal masses"], tmp_path, scheme, (0.99, 1.01)) as chain:
         chain.v[0] = -chain.v[0]
         masses, before = masses_of(chain), chain.snapshot()
         with pytest.raises(BondRangeError, match="expected all bonds inside"):
