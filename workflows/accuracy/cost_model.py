@@ -30,8 +30,8 @@ class CostModel:
     harmonic_bond, linear_bond, spline_bond : float
         One bond in one step, by kind of bond.
     stage : float
-        Added by one stage of a composition: a ``timestep`` and a ``run`` command. About as much as
-        is added by one part of an extrapolated step, which has to be copied, too.
+        Added by one stage of a composition, or one part of an extrapolated step: a ``run`` command,
+        and what makes its Verlet steps longer or shorter.
     contact : float
         Added by one contact with Verlet: blind windows, the shortened step, the reversal.
     """
