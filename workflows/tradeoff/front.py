@@ -122,16 +122,15 @@ def cheapest_settings(
 def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
     """Say in one line what an error costs, and where a tolerance chooses something quicker."""
     good = [row for row in rows if row.error <= tolerance * (1.0 + 1e-9)]
-    if good:
-        row = min(good, key=lambda each: each.seconds)
-        advice = f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}"
-    else:
+    # Extrapolated steps, which neither a scene can name nor a script can have.
+    has_more = usual_scheme(scene, tolerance) not in SCHEME_ORDERS
+    if not good:
         reached = f"{rows[-1].error:.0e}" if rows else "nothing"
-        advice = f"{tolerance:.0e} is beyond what was measured here (reached: {reached})"
-    usual = usual_scheme(scene, tolerance)
-    if usual not in SCHEME_ORDERS:
-        advice += f"; --tolerance {tolerance:.0e} takes {usual} steps, quicker ones no script has"
-    return advice
+        more = f"; --tolerance {tolerance:.0e} may reach it" if has_more else ""
+        return f"{tolerance:.0e} is beyond what was measured here (reached: {reached}){more}"
+    row = min(good, key=lambda each: each.seconds)
+    more = f"; quicker: --tolerance {tolerance:.0e}" if has_more else ""
+    return f"{tolerance:.0e} costs {format_seconds(row.seconds)}: {describe(row.setting)}{more}"
 
 
 def describe(setting: Setting) -> str:
