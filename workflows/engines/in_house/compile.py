@@ -181,7 +181,7 @@ class LoopCompiler:
         """
 
         def foreign(*addresses: int) -> None:
-            raise NotImplementedError("it is called by compiled code only")
+            raise TypeError(f"{name} is for compiled code, and was called by Python")
 
         foreign.__qualname__ = f"{name}{self.label}"
         self._foreign.append((foreign, name))

@@ -29,11 +29,11 @@ from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
-from chaincor.workflows.engines.lammps.whole_steps import composed_step, extrapolated_step
+from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
 from chaincor.workflows.errors import RunError
 
-_RUN_ONE = b"run 1 pre no post no"
+_RUN_ONE = run_command(1)
 # A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
 _PARTICLE_WORK = 10
 
@@ -118,11 +118,8 @@ class LammpsChain:
         self._current = numerics.timestep
         self._initial = self.snapshot()
         self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
-        if isinstance(scheme, Extrapolated):
-            self._take_step = extrapolated_step(self._lammps, scheme.fractions, count)
-        elif numerics.scheme != "verlet":
-            weights = COMPOSITIONS[numerics.scheme].weights
-            self._take_step = composed_step(self._lammps, weights, count)
+        if numerics.scheme != "verlet":  # which is one run, and needs no loop
+            self._take_step = whole_step(self._lammps, scheme, count)
 
     def __enter__(self) -> Self:
         return self
@@ -174,7 +171,7 @@ class LammpsChain:
             part = steps if self.far_bonds is None else min(steps, self.far_bonds.steps_left())
             for begin in range(0, part, self._at_once):
                 taken = min(self._at_once, part - begin)
-                self._send(self._handle, b"run %d pre no post no" % taken)
+                self._send(self._handle, run_command(taken))
                 self.stages_done += taken
                 if self._failed(self._handle):
                     self._raise_failure()

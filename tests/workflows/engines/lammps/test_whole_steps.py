@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.bond_table import tabulate_near_and_far
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.lammps.engine import _tabulate
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import BondRangeError
@@ -22,7 +22,7 @@ SCENES = {
 
 def set_up(scene, folder, scheme="extrapolated12", bond_range=(0.8, 1.3)):
     numerics = Numerics(scheme=scheme, timestep=STEP, bond_range=bond_range)
-    table = None if scene.bond.is_harmonic else _tabulate(scene.bond, bond_range, numerics)
+    table = None if scene.bond.is_harmonic else tabulate_near_and_far(scene.bond, bond_range)
     return LammpsChain(scene, numerics, table, folder)
 
 
