@@ -33,6 +33,10 @@ ARRIVAL_CROSSINGS = 200.0
 # too far apart for it: up to so many crossings after the last contact.
 CERTAIN_CROSSINGS = 2000.0
 
+# An argument begins anew where the first piece loses or gains particles: what that stirs up may
+# come to its other end. Of a long one, whose far end boils, one in so many may come and go.
+EVAPORATING = 400
+
 LOOKS_PER_CROSSING = 10.0
 # Looks get rarer with the time since the contact.
 LOOK_GROWTH = 1.4
@@ -156,9 +160,10 @@ class EndWatch:
         if risk == 0.0:
             return Ending("proved")
         sizes = tuple(int(pieces.sizes[0]) for pieces in parted)
-        if risk > RISK_ALLOWED or sizes != self._first_sizes:
-            self._calm_since = now
-        self._first_sizes = sizes
+        changes = zip(sizes, self._first_sizes, strict=True)
+        changed = any(abs(size - first) > first // EVAPORATING for size, first in changes)
+        if risk > RISK_ALLOWED or changed:
+            self._calm_since, self._first_sizes = now, sizes
         if risk <= RISK_ALLOWED and now - self._calm_since > self._quiet:
             return Ending("argued")
         if not late or self._is_awaited(now, parted):

@@ -129,6 +129,37 @@ def test_silence_counts_anew_after(reason):
     assert watch.look(2.6 * quiet, last, *broken).kind == "argued"
 
 
+def long_piece(size, particles=900):
+    """Particles that vibrate as one cold piece with energy to break a bond, the others far off."""
+    velocities = np.full(particles, 2.1)
+    velocities[:size] = 0.1 + math.sqrt(2.0 * 0.1 / size) * (-1.0) ** np.arange(size)
+    strains = np.zeros(particles - 1)
+    strains[size - 1] = 50.0
+    return 5000.0, strains, velocities
+
+
+@pytest.mark.parametrize(("size", "anew"), [(849, False), (848, False), (847, True)])
+def test_a_long_piece_may_lose_a_few_in_silence(size, anew):
+    # 850 // 400 = 2 of them.
+    before, after = long_piece(850), long_piece(size)
+    for state in (before, after):
+        assert 0.0 < return_risk(find_pieces(*state, LJ), LJ) <= RISK_ALLOWED
+    quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
+    assert watch.look(1.0, 0.0, *before) is None
+    assert watch.look(0.5 * quiet, 0.0, *after) is None
+    ending = watch.look(1.1 * quiet, 0.0, *after)
+    assert ending is None if anew else ending.kind == "argued"
+    assert watch.look(1.6 * quiet, 0.0, *after).kind == "argued"
+
+
+def test_few_losses_of_a_long_piece_add_up():
+    quiet, watch = quiet_time(900, 1.0), EndWatch(900, LJ)
+    for share, size in ((0.01, 850), (0.3, 849), (0.5, 848), (0.7, 847), (1.1, 846)):
+        assert watch.look(share * quiet, 0.0, *long_piece(size)) is None
+    assert watch.look(1.65 * quiet, 0.0, *long_piece(846)) is None
+    assert watch.look(1.75 * quiet, 0.0, *long_piece(846)).kind == "argued"
+
+
 def test_a_piece_under_way_to_the_wall_is_waited_for():
     # Its mean has 50 to go at 0.05: 1000, and a tenth more.
     state = hot_piece(-0.05, energy=1e-4)

@@ -10,7 +10,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.fixed_steps import with_doubts
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
-from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house import chain_coast, stepping
+from chaincor.workflows.engines.in_house.chain import Chain
 from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.showing.text import describe
 
@@ -72,6 +74,33 @@ def test_a_contact_that_only_the_run_itself_misses_is_in_the_bar(monkeypatch):
     found = stepping.run(scene, Numerics(scheme="order8", timestep=0.05))
     assert found.ending.kind == "open"
     assert found.ending.missed_momentum >= 0.1
+
+
+def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch):
+    # The same motion as above, as if it were long: from the first contact on it would be another.
+    scene = Scene(potential="lj", particles=48, speed=1.3505)
+    numerics = Numerics(scheme="order8", timestep=0.05)
+    whole = stepping.run(scene, numerics)
+    begun = []
+    after = Chain.after_last_contact
+    monkeypatch.setattr(Chain, "after_last_contact", lambda self: begun.append(1) or after(self))
+    monkeypatch.setattr(chain_coast, "_MOST_SAMPLED", 47)
+    found = stepping.run(scene, numerics)
+    assert begun == [1]
+    assert np.array_equal(found.contact_times, whole.contact_times)
+    assert found.ending.kind != "proved"
+
+
+def test_one_that_takes_all_cores_is_not_followed_again(monkeypatch):
+    scene = Scene(potential="lj", particles=48, speed=1.3505)
+    numerics = Numerics(scheme="order8", timestep=0.05)
+    whole = stepping.run(scene, numerics)
+    monkeypatch.setattr(chain_coast, "LEAST_ACTIVE", 47)
+    monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: pytest.fail("it was"))
+    found = stepping.run(scene, numerics)
+    assert found.ending.kind == "argued"
+    assert found.duration > whole.contact_times[-1] + quiet_time(48, 1.0)
+    assert np.array_equal(found.contact_times, whole.contact_times)
 
 
 @pytest.mark.slow

@@ -197,6 +197,14 @@ class Chain:
         )
         return Chain(ledger, own)
 
+    def after_last_contact(self) -> "Chain":
+        """Return a copy as it was right after its last contact, at t = 0 then."""
+        chain, last = self.copy(), self.arrays.last
+        chain.strain[:], chain.velocity[:] = last.strain, last.velocity
+        chain.ledger["wall_distance"] = chain.ledger["last_contact"] = 0.0
+        chain.ledger["steps"] = 0
+        return chain
+
     def make_room(self) -> None:
         """Double the room for contacts."""
         contacts = self.arrays.contacts

@@ -247,3 +247,22 @@ def test_bonds_of_users(force, compiled, scheme):
     ours, theirs = stepping.run(named, numerics), stepping.run(scene, numerics)
     # The same force to rounding; 1e-16 / s of cancellation in the user's formula is 1e-13.
     assert np.abs(ours.velocities - theirs.velocities).max() < 1e-11 * named.impact_velocity
+
+
+def test_a_chain_after_its_last_contact_goes_the_same_way():
+    scene = Scene(potential="lj", particles=48, speed=1.3505)
+    stepper = Stepper.of(scene.bond, "order8", 0.02)
+    chain = Chain.at_first_contact(scene, stepper.scheme)
+    assert chain.advance(stepper, 10**6) == motion.ARGUE
+    last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
+    again = chain.after_last_contact()
+    assert (again.ledger["contacts"], again.ledger["wall_distance"]) == (1, 0.0)
+    kept = chain.strain.copy()
+    count = 100
+    again.ledger["argue_after"] = np.inf
+    assert again.advance(stepper.of_size((0.02 * steps - last) / count), count) == motion.DONE
+    # Both are good to 1e-10 by then.
+    assert again.strain == pytest.approx(chain.strain, abs=1e-9)
+    assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)
+    assert again.ledger["wall_distance"] == pytest.approx(chain.ledger["wall_distance"], abs=1e-9)
+    assert np.array_equal(chain.strain, kept)
