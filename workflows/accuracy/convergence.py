@@ -1,5 +1,6 @@
 """Refining the in-house integrator until it has converged."""
 
+import math
 import sys
 from dataclasses import dataclass
 
@@ -119,8 +120,14 @@ def modal_error(scene: Scene) -> float:
     return 0.0 if scene.line is None else 3.0 * line_jitter(scene, scene.line)
 
 
-def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome) -> float:
-    """Return how much eta of a run changes for impact velocities a few units of rounding away."""
+def nudged_change(
+    scene: Scene, scheme: StepSchemeName, step: float, plain: Outcome, enough: float = math.inf
+) -> float:
+    """
+    Return how much eta of a run changes for impact velocities a few units of rounding away.
+
+    That is the largest change, or the first that is `enough`.
+    """
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         change = 1.0 + ulps * sys.float_info.epsilon
@@ -130,6 +137,8 @@ def nudged_change(scene: Scene, scheme: StepSchemeName, step: float, plain: Outc
             nudged, near = scene, change * step
         other = run_in_house(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
+        if worst >= enough:
+            break
     return worst
 
 

@@ -10,8 +10,8 @@ from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE, usual_scheme
 from chaincor.workflows.accuracy.cost_model import cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
-from chaincor.workflows.accuracy.fixed_steps import LONG, first_step
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
+from chaincor.workflows.accuracy.regular import LONG, first_step
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration

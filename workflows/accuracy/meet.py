@@ -10,7 +10,7 @@ from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lam
 from chaincor.workflows.accuracy.convergence import jitter
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
-from chaincor.workflows.engines.rounding import rounding_error, rounding_matters
+from chaincor.workflows.engines.rounding import jitter_error, rounding_error, rounding_matters
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
 # decade; more decades are missed only where nothing converges, and then the bar is not small.
@@ -29,13 +29,16 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     """
     goal, noise = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
+    loosest = goal * 10.0**_MOST_LOOSER
     best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, noise)
     for _ in range(_MOST_LOOSER):
         # What contacts after an open end could change, no step makes less; and where refinement
         # stalled above the roundings, a smaller bar at looser steps would be luck.
         assert found.bar.step is not None
         stalled = found.bar.step > max(goal, found.bar.rounding)
-        if _bar(found) - found.bar.ending <= goal or stalled:
+        # Nor is it less where steps that amplify no rounding leave more than the loosest goal.
+        hopeless = loosest < found.bar.rounding <= jitter_error(scene.engine, found.jitter, scene)
+        if _bar(found) - found.bar.ending <= goal or stalled or hopeless:
             break
         goal *= 10.0
         # What roundings make of a collision they make of it at any step: none is lucky.

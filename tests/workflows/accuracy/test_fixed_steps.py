@@ -49,3 +49,34 @@ def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
     assert max(etas) - min(etas) > 1e-6
     assert not found.tolerance_met
     assert all(abs(found.restitution - eta) <= found.restitution_error for eta in etas)
+
+
+@pytest.mark.slow
+def test_a_chain_whose_contacts_hinge_on_the_last_digit_is_told_soon():
+    """
+    An lj chain of 4500, which any rounding changes, at every step.
+
+    Three steps and a nudge say so; what other schemes and steps make of it is in the bar.
+    """
+    scene = Scene(potential="lj", particles=4500, speed=0.4, engine="reference")
+    found = collide(scene, tolerance=1e-6)
+    assert not found.tolerance_met
+    assert "amplifies the last digit" in found.reason
+    assert len(found.details["choice"]["tries"]) == 3
+    etas = truths(scene, 0.1, 0.05)
+    ulp = 2.0**-52
+    nudged = scene.replace(speed=None, velocity=(1.0 + 3.0 * ulp) * scene.impact_velocity)
+    etas += truths(nudged, 0.05)
+    assert max(etas) - min(etas) > 1e-4
+    assert all(abs(found.restitution - eta) <= found.restitution_error for eta in etas)
+    assert found.restitution_error < 0.1
+
+
+@pytest.mark.slow
+def test_long_steps_do_not_tell_what_roundings_make():
+    # At H = 0.126 nudging the speed changes eta by 2e-3, at 0.063 by 4e-9.
+    scene = Scene(potential="lj", particles=4000, speed=0.4, engine="reference")
+    found = collide(scene, tolerance=1e-6)
+    assert found.tolerance_met
+    # By order 8 at 0.06 and less, 0.7773699 within 4e-8.
+    assert abs(found.restitution - 0.7773699) <= found.restitution_error + 1e-7

@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from benchmarks.bars.honest import random_scene, try_scene
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy import meet as meeting
+from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.rounding import jitter_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
+from chaincor.workflows.result import ErrorBar
 from tests.reference_cases import CASES, case_name, case_scene
 
 # The published values are good to this.
@@ -101,6 +107,23 @@ def test_the_scheme_is_that_of_the_measured_table(engine, table, tolerance):
     usual = next(name for name, least in measured(table).items() if 0.999 * tolerance > least)
     scene = Scene(potential="lj", particles=10, speed=0.4, engine=engine)
     assert collide(scene, tolerance=tolerance).scheme == usual
+
+
+@pytest.mark.parametrize(
+    ("rounding", "jitter", "asked"),
+    [(1e-3, 1e-3, 1), (1e-3, 1e-5, 3), (1e-7, 1e-7, 3)],
+    ids=["no scheme can", "another scheme may", "looser ones may"],
+)
+def test_looser_goals_are_tried_where_they_can_help(monkeypatch, rounding, jitter, asked):
+    scene = Scene(potential="lj", particles=5, engine="reference")
+    outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
+    # jitter_error multiplies.
+    jitter /= jitter_error("reference", 1.0, scene)
+    found = Answer(outcome, ErrorBar(step=1e-10, table=0.0, rounding=rounding), jitter)
+    goals = []
+    monkeypatch.setattr(meeting, "meet_in_house", lambda *given: goals.append(given[1]) or found)
+    assert meeting.meet(scene, 1e-9).bar is found.bar
+    assert goals == pytest.approx([1e-9, 1e-8, 1e-7][:asked])
 
 
 @pytest.mark.slow

@@ -19,13 +19,9 @@ from chaincor.workflows.accuracy.error_bars import (
     with_floors,
 )
 from chaincor.workflows.accuracy.expected_cost import expected_seconds_together, usually_shatters
-from chaincor.workflows.accuracy.fixed_steps import (
-    COARSER,
-    LONGEST_TRUSTED,
-    first_step,
-    usual_scheme,
-)
+from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.meet import goal_above
+from chaincor.workflows.accuracy.regular import COARSER, LONGEST_TRUSTED, first_step
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.ending import quiet_time
