@@ -8,9 +8,8 @@ Long chains in-house: what a second core gives, and how the time grows with the 
 The first compares leaps of chains in motion (lj, 0.4 v*, extrapolated14), in turn on each number of
 cores, by the shortest time of many: the ratio to one core, the processor time that it takes more,
 and whether all bits are equal. The second and the third run whole collisions to 1e-6 on all cores
-and print time, bar and the exponent of the time between neighbours; 4000 particles take a minute
-and a half, 100000 half a day at least. `OMP_NUM_THREADS`, where set, limits these. Only an idle
-machine tells.
+and print time, bar and the exponent of the time between neighbours; 4000 particles take a quarter
+of a minute, 100000 an hour. `OMP_NUM_THREADS`, where set, limits these. Only an idle machine tells.
 """
 
 import argparse

@@ -56,6 +56,16 @@ def draw_long(seed: int, index: int, engine: str) -> Scene:
     return Scene(potential=name, particles=n, speed=speed, tolerance=tolerance, engine=engine)
 
 
+def draw_forgetful(seed: int, index: int, engine: str) -> Scene:
+    """Return a chain of 3000 to 6000, lj in two of three or log, fast enough to break up."""
+    random = np.random.default_rng([seed, index, 17])
+    name = ("lj", "log", "lj")[index % 3]
+    n = round(math.exp(random.uniform(math.log(3000.0), math.log(6000.0))))
+    speed = float(random.uniform(0.3, 1.0) if name == "lj" else random.uniform(0.7, 1.0))
+    tolerance = float(10.0 ** random.uniform(-7.0, -4.0))
+    return Scene(potential=name, particles=n, speed=speed, tolerance=tolerance, engine=engine)
+
+
 def draw_loose(seed: int, index: int, engine: str) -> Scene:
     """Return a harmonic, lj or toda scene at a loose tolerance or with an explicit Verlet step."""
     random = np.random.default_rng([seed, index, 11])

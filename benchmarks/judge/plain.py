@@ -1,22 +1,25 @@
 """
 A plain judge for many scenes: small fixed steps of another scheme, simply run on.
 
-    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1]
-        [--draw late|breaking|loose|together|long] [--tolerance 1e-6] [--engine reference|lammps]
-        [--processes 1]
+    python -m benchmarks.judge.plain -o FILE [--count 3500] [--seed 1] [--processes 1]
+        [--draw late|breaking|loose|together|long|forgetful] [--tolerance 1e-6]
+        [--engine reference|lammps]
 
 The state is particle 1's distance from the wall, the strains and the velocities. Steps are Blanes
 and Moan's composition of order 4 for Hamiltonians that are quadratic in the momenta (2002).
 A hit is where a step ends behind the wall, or turns near it within the step; the step is then
 shortened by secants until it ends there. Two runs, at steps that share no phase, must agree in
-their contacts, if need be at parts of these steps, else the judge says nothing. Nothing is
-shared with the engines, nor with ``judge.py``, which is far more exact and far slower.
+their contacts, if need be at parts of these steps, else the judge says nothing; of long chains
+whose contacts the last digits decide, all runs at speeds that differ in these must lie within the
+bar. Nothing is shared with the engines, nor with ``judge.py``, which is far more exact and far
+slower.
 """
 
 import argparse
 import json
 import math
 import multiprocessing
+import sys
 import time
 from collections import Counter
 from functools import partial
@@ -27,10 +30,17 @@ import numpy as np
 from numba import njit
 
 from benchmarks.bars.company_scenes import collide_in_company, draw_together
-from benchmarks.bars.late_scenes import draw_breaking, draw_late, draw_long, draw_loose
+from benchmarks.bars.late_scenes import (
+    draw_breaking,
+    draw_forgetful,
+    draw_late,
+    draw_long,
+    draw_loose,
+)
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from chaincor.workflows.result import Collision
 
 # J. Comput. Appl. Math. 142 (2002) 313: kicks b, drifts a, palindromes of 7 and 6.
 _B = (0.0829844064174052, 0.396309801498368, -0.0390563049223486)
@@ -47,6 +57,9 @@ MULTIPLE, MULTIPLE_OPEN = 20.0, 3.0
 # Long chains take minutes: not so far; but the judge must be sharper than this share of their bars.
 MULTIPLE_LONG, SHARP_LONG = 1.5, 0.3
 SHARP = 1e-4
+# The same where the last digits decide, and by how many units of them speeds differ.
+MULTIPLE_FORGETFUL = 1.05
+NUDGES = (-4.0, 0.0, 1.0, 3.0)
 LJ, TODA, LOG, POWER, HARMONIC = range(5)
 KINDS = {"lj": LJ, "toda": TODA, "log": LOG, "power": POWER, "harmonic": HARMONIC}
 
@@ -193,6 +206,7 @@ DRAWS = {
     "loose": draw_loose,
     "together": draw_together,
     "long": draw_long,
+    "forgetful": draw_forgetful,
 }
 
 
@@ -236,6 +250,8 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
     if draw == "long":
         multiple = MULTIPLE_LONG
         least, sharp = multiple * found.last_contact_time, SHARP_LONG * found.restitution_error
+    if draw == "forgetful":
+        return row | _judge_by_nudges(scene, found, begun)
     frequency = stiffest(scene, found.bond_min)
     for closer in CLOSER:
         coarse, fine = (run_on(scene, closer * step / frequency, least, multiple) for step in STEPS)
@@ -251,6 +267,28 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
             break
     row |= {"judge": fine, "judge_error": uncertain, "judge_seconds": time.process_time() - begun}
     return row | {"verdict": verdict}
+
+
+def _judge_by_nudges(scene: Scene, found: Collision, begun: float) -> dict[str, Any]:
+    """Return the verdict of runs at speeds that differ in their last digits."""
+    if found.tolerance_met:
+        return {"verdict": "met, not judged"}  # `--draw long` judges such
+    step = CLOSER[1] * STEPS[0] / stiffest(scene, found.bond_min)
+    least = MULTIPLE_FORGETFUL * found.last_contact_time
+    runs = []
+    for ulps in NUDGES:
+        speed = (1.0 + ulps * sys.float_info.epsilon) * scene.impact_velocity
+        nudged = scene.replace(speed=None, velocity=speed)
+        runs.append(run_on(nudged, step, least, MULTIPLE_FORGETFUL))
+    worst = max(runs, key=lambda run: abs(run["eta"] - found.restitution))
+    etas = [run["eta"] for run in runs]
+    off = abs(worst["eta"] - found.restitution)
+    return {
+        "judge": worst,
+        "judge_error": max(etas) - min(etas),
+        "judge_seconds": time.process_time() - begun,
+        "verdict": "inside" if off <= found.restitution_error + 1e-12 else "outside",
+    }
 
 
 def report(rows: list[dict[str, Any]]) -> None:
