@@ -155,7 +155,11 @@ def _bond_loops(bond: Potential) -> BondLoops:
 
 
 def _build(rates: Callable) -> Callable:
-    return adaptive.build_flight(rates, lambda function: function)
+    return adaptive.build_flight(rates, _as_it_is, _as_it_is)
+
+
+def _as_it_is(function: Callable) -> Callable:
+    return function
 
 
 @lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``
@@ -165,7 +169,8 @@ def _compile(function: Callable, *, keep: Keep, logarithmic: bool) -> Callable:
     kernel = register(function)
     bond = kernel if logarithmic else register(strain_bond(kernel))
     rates = register(looped_rates(bond))
-    return compiler.compile_allocating(adaptive.build_flight(rates, compiler.register_long))
+    flight = adaptive.build_flight(rates, register, compiler.register_long)
+    return compiler.compile_allocating(flight)
 
 
 class _Flight:

@@ -1,5 +1,10 @@
 """The adaptive engine: agreement with stepping, extremes of compression, errors within accuracy."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,6 +17,8 @@ from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.loops.adaptive_rates import array_rates, looped_rates
 from chaincor.workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
+
+ROOT = Path(__file__).parents[4]
 
 
 def restitution(outcome, scene):
@@ -131,6 +138,26 @@ def test_equations_of_motion_in_loops_and_arrays():
     assert np.allclose(loops, arrays, rtol=1e-14, atol=1e-16)
     # Momentum changes by nothing but the wall.
     assert loops[7:].sum() == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.slow
+def test_what_was_just_compiled_gives_the_bits_of_what_is_loaded(tmp_path):
+    program = (
+        "from chaincor import Scene, collide\n"
+        "fields = dict(potential='log', particles=15, speed=4.294111380315183)\n"
+        "result = collide(Scene(engine='reference', **fields), tolerance=1.37e-9)\n"
+        "print(result.scheme, result.restitution.hex(), result.restitution_error.hex())"
+    )
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment, capture_output=True, text=True, check=True,
+        ).stdout
+        for _ in range(2)
+    ]  # fmt: skip
+    assert said[0].startswith("adaptive8")
+    assert said[0] == said[1]
 
 
 def test_bond_that_cannot_be_compiled():

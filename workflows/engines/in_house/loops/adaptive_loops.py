@@ -111,7 +111,7 @@ class Search(NamedTuple):
     parameters: Parameters
 
 
-def build_flight(rates: Callable, register: Callable) -> Callable:
+def build_flight(rates: Callable, register: Callable, register_long: Callable) -> Callable:
     """
     Put the loops of the adaptive engine together.
 
@@ -119,8 +119,10 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
     ----------
     rates : callable
         The equations of motion, ``rates(state, out, parameters)``.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
+    register, register_long : callable
+        Make a function known to the compiler, or leave it as it is; the second, one that works for
+        long. Of a loop that several such functions make, Numba runs other code where it has just
+        compiled it than where it loads it, and last digits differ: so only one is.
 
     Returns
     -------
@@ -129,7 +131,7 @@ def build_flight(rates: Callable, register: Callable) -> Callable:
         caller; `arrays` as in `Arrays`, `method` a `Tableau`.
     """
 
-    @register
+    @register_long
     def take(
         start: Array,
         result: Array,
