@@ -158,7 +158,7 @@ def refine(
             break
         # What contacts after an open end could change, no step makes less.
         ending = 0.0 if known is None else ending_error(known, scene)
-        if scene.particles > LONG and error <= ending > goal:
+        if scene.particles > LONG and regular and error <= ending > goal:
             break
         if regular:
             step *= min(max((STEP_SHARE * reachable / error) ** (1.0 / order), 0.3), 0.8)

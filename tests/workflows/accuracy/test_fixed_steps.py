@@ -1,9 +1,17 @@
 """Error bars of long chains, where contacts that graze hide that steps are too long."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from chaincor import Scene, collide
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.workflows.accuracy import regular
+from chaincor.workflows.accuracy.error_bars import ending_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.engines.ending import Ending
+from chaincor.workflows.engines.in_house import stepping
 
 
 def truths(scene: Scene, *steps: float) -> list[float]:
@@ -49,6 +57,38 @@ def test_what_roundings_make_of_a_long_chain_is_in_every_bar():
     assert max(etas) - min(etas) > 1e-6
     assert not found.tolerance_met
     assert all(abs(found.restitution - eta) <= found.restitution_error for eta in etas)
+
+
+def made_up(scene, step, eta, contacts, missed):
+    """Return an outcome as a run at some step would have it, with an open end."""
+    short = Scene(potential="lj", particles=5, engine="reference")
+    run = stepping.run(short, Numerics(scheme="order8", timestep=0.1))
+    return replace(
+        run,
+        timestep=step,
+        velocities=np.full(scene.particles, eta**0.5 * scene.impact_velocity),
+        contact_times=np.arange(float(contacts)),
+        contact_speeds=np.ones(contacts),
+        ending=Ending("open", missed),
+    )
+
+
+def test_an_open_end_does_not_hide_steps_that_are_too_long(monkeypatch):
+    # As of lj, 3099 particles at 0.945 v*: until steps are fine enough, contacts come and go, and
+    # two runs that both are off by 1.2e-3 agree to 1.7e-4, less than what the open end leaves.
+    scene = Scene(potential="lj", particles=3099, speed=0.945, engine="reference")
+    missed = 6e-4 * scene.particles * scene.impact_velocity / (2.0 * 0.7168**0.5)
+
+    def run(scene, _scheme, step, _known=None):
+        resolved = step < 0.08
+        eta = 0.71686 if resolved else 0.71803 + 1.7e-4 * step
+        return made_up(scene, step, eta, 2702 if resolved else 2700 + round(10 * step), missed)
+
+    monkeypatch.setattr(regular, "run_in_house", run)
+    found = regular.refine(scene, 1e-6, "srkn14", 1e-12, None)
+    assert ending_error(found.fine, scene) == pytest.approx(6e-4, rel=1e-3)
+    assert eta_of(scene, found.fine) == pytest.approx(0.71686, abs=1e-9)
+    assert not found.grazes
 
 
 @pytest.mark.slow
