@@ -282,6 +282,11 @@ class Scene(BaseModel):
         """Whether the numerics are given, not to be chosen from a tolerance."""
         return any(getattr(self, key) is not None for key in NUMERICS_KEYS)
 
+    @property
+    def asked_tolerance(self) -> float | None:
+        """Error asked of eta, the default one where none is given; None with explicit numerics."""
+        return None if self.explicit else self.tolerance or DEFAULT_TOLERANCE
+
     def replace(self, **changes: Any) -> "Scene":
         """
         Return a copy with some fields changed, validated anew.

@@ -19,7 +19,6 @@ from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_e
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.given import scenes_given, workers_given
@@ -189,7 +188,7 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
         scene = scene.replace(tolerance=tolerance)
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
-    asked = asked_tolerance(scene)
+    asked = scene.asked_tolerance
     answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
     if scene.temperature is not None:
         assert scene.line is not None

@@ -16,7 +16,6 @@ from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.bodies import bodies_after, impulse_residual
 from chaincor.workflows.engines.in_house import adaptive
 from chaincor.workflows.engines.outcome import Outcome
@@ -75,7 +74,7 @@ def result_of(
             bond_max = max(bond_max, scouted["bond_max"])
             source = "in-house scouting run, every step, and LAMMPS at contacts"
     longer = scene.bond.natural_length - 1.0
-    total, asked = bar.total, asked_tolerance(scene)
+    total, asked = bar.total, scene.asked_tolerance
     met = None if asked is None or total is None else total <= asked
     return Collision(
         restitution=eta,

@@ -13,7 +13,6 @@ from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
 from chaincor.workflows.accuracy.regular import LONG, first_step
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
@@ -66,7 +65,7 @@ def expected_seconds(scene: Scene) -> float:
         duration += scene.contact_duration
     if scene.explicit:
         return _given_seconds(scene, duration)
-    asked = asked_tolerance(scene)
+    asked = scene.asked_tolerance
     assert asked is not None
     # A wish below rounding is not worked for.
     goal = max(asked, rounding_error(scene.engine, scene))
@@ -99,7 +98,7 @@ def usually_shatters(scene: Scene) -> bool:
 def expected_seconds_together(scene: Scene) -> float:
     """Estimate the same where many collisions of one kind are carried out at once."""
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
-    asked = asked_tolerance(scene)
+    asked = scene.asked_tolerance
     assert asked is not None
     return _TOGETHER_SECONDS + _TOGETHER_SHARE * _in_house_seconds(scene, duration, asked)
 

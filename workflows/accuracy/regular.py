@@ -109,7 +109,7 @@ def refine(
     Returns
     -------
     Refined
-        The runs that tell; of those among which finer steps did not help, the first.
+        The runs that tell: the best ones, but where roundings decide the first of the last few.
 
     Raises
     ------
@@ -168,12 +168,13 @@ def refine(
         raise refusals[-1]
     assert known is not None
     if stuck:
-        # None of these is better than the first, and the truth may be wherever one run went.
-        alike = found[-max(stalled + 1, STALLED) :]
-        eta = eta_of(scene, alike[0].fine)
+        # The truth may be wherever one of these runs went. Where each step is another nudge, the
+        # finest is no better than the first, whose end may have been followed.
+        alike = found[-STALLED:] if forgets else found[-STALLED - 1 :]
+        best = alike[0] if forgets else best
+        eta = eta_of(scene, best.fine)
         runs = [run for each in alike for run in (each.fine, *each.proofs)]
-        best = alike[0]._replace(error=max(abs(eta_of(scene, run) - eta) for run in runs))
-    # Each step then is another nudge.
+        best = best._replace(error=max(abs(eta_of(scene, run) - eta) for run in runs))
     nudged = max(nudged, best.error) if forgets else 0.0
     return Refined(*best, known, stuck, nudged, tries)
 

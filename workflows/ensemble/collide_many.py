@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.collision import MOST_SECONDS
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.ensemble.groups import Group, group_scenes, shared_fields
@@ -110,7 +109,7 @@ def _collide_many(
     return Ensemble(
         samples=tuple(sample for sample in found if sample is not None),
         scene=shared,
-        tolerance=asked_tolerance(first),
+        tolerance=first.asked_tolerance,
         workers=workers,
         seconds_total=time.perf_counter() - started,
         versions=versions(),

@@ -5,7 +5,6 @@ from functools import lru_cache
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.store.attempt import Attempt, Failure
 from chaincor.workflows.store.kept import Kept
 from chaincor.workflows.store.rows import array_to_bytes, row_key, scene_columns
@@ -86,7 +85,7 @@ def _write_failure(
     old: Standing | None,
     record: dict[str, Any],
 ) -> None:
-    tolerance = asked_tolerance(scene)
+    tolerance = scene.asked_tolerance
     values = (failure.name, failure.message, tolerance, int(failure.stands))
     columns: dict[str, Any] = dict(zip(FAILURE_COLUMNS, values, strict=True))
     if old is None or old.restitution is None:

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 
 
 @dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Standing:
         """
         if self.restitution is None or (arrays and not self.has_arrays):
             return False
-        asked = asked_tolerance(scene)
+        asked = scene.asked_tolerance
         if asked is None:
             return True
         return self.reached <= asked or (self.tolerance is not None and self.tolerance <= asked)
@@ -64,7 +63,7 @@ class Standing:
         """Say whether a scene failed by itself when no smaller an error was asked for."""
         if not self.failure_stands:
             return False
-        asked = asked_tolerance(scene)
+        asked = scene.asked_tolerance
         return asked is None or self.failure_tolerance is None or asked <= self.failure_tolerance
 
     def yields_to(self, other: "Standing", *, renew: bool = False) -> bool:

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.standing import Standing
 
@@ -64,7 +63,7 @@ def _as_exactly(scene: Scene, standing: Standing) -> Scene:
 
     A looser run could not take its place, neither for missing arrays nor to recompute it.
     """
-    asked = asked_tolerance(scene)
+    asked = scene.asked_tolerance
     if asked is None or standing.restitution is None or standing.tolerance is None:
         return scene
     return scene if asked <= standing.tolerance else scene.replace(tolerance=standing.tolerance)
@@ -75,6 +74,6 @@ def _tightest(scenes: Iterable[Scene]) -> list[Scene]:
     chosen: dict[str, Scene] = {}
     for scene in scenes:
         other = chosen.get(scene.collision_sha256)
-        if other is None or (asked_tolerance(scene) or 0.0) < (asked_tolerance(other) or 0.0):
+        if other is None or (scene.asked_tolerance or 0.0) < (other.asked_tolerance or 0.0):
             chosen[scene.collision_sha256] = scene
     return list(chosen.values())

@@ -13,7 +13,6 @@ from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.meet import decade_within
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.in_house.lines.ensemble import ManyCollisions, serves
 from chaincor.workflows.engines.in_house.lines.many_states import (
     ManyOutcomes,
@@ -87,7 +86,7 @@ class ManyMeetings:
     """
 
     def __init__(self, scene: Scene) -> None:
-        line, asked = scene.line, asked_tolerance(scene)
+        line, asked = scene.line, scene.asked_tolerance
         assert line is not None
         assert asked is not None
         self._scene, self._line = scene, line
@@ -102,7 +101,7 @@ class ManyMeetings:
         line = scene.line
         if scene.engine != "reference" or scene.explicit or line is None:
             return False
-        asked = asked_tolerance(scene)
+        asked = scene.asked_tolerance
         assert asked is not None
         return decade_within(asked) >= SHARPEST_GOAL and serves(line, scene.bond)
 

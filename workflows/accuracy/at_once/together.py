@@ -23,7 +23,6 @@ from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.meet import goal_above
 from chaincor.workflows.accuracy.regular import COARSER, LONGEST_TRUSTED, first_step
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
-from chaincor.workflows.accuracy.tolerance import asked_tolerance
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.finish import LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
@@ -122,7 +121,7 @@ def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
 
 
 def _goal(scene: Scene, floor: float) -> float:
-    asked = asked_tolerance(scene)
+    asked = scene.asked_tolerance
     assert asked is not None
     return goal_above(floor, asked)
 
