@@ -2,12 +2,12 @@
 
 import ast
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.programs import python
 
 ROOT = Path(__file__).parents[1]
 MAY_IMPORT = {
@@ -186,14 +186,6 @@ def test_the_plan_of_the_house_names_what_is_there():
     named = set(re.findall(r"`((?:workflows|analysis|lammps_inputs|tests)/[\w./]*)`", page))
     assert len(named) > 20
     assert sorted(path for path in named if not (ROOT / path).exists()) == []
-
-
-def python(code):
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def test_analysis_works_without_lammps():

@@ -86,7 +86,7 @@ def shown_fields(scene: "Scene") -> dict[str, Any]:
             fields["speed"] = float(f"{scene.impact_velocity / scale:.12g}")
     fields["engine"] = scene.engine
     if not scene.explicit:
-        fields["tolerance"] = scene.tolerance or DEFAULT_TOLERANCE
+        fields["tolerance"] = scene.asked_tolerance
     for key in ("masses", "target_masses"):
         if len(masses := fields.get(key, ())) > _MOST_SHOWN:
             fields[key] = f"{', '.join(f'{m:g}' for m in masses[:3])}, ... ({len(masses)} in all)"

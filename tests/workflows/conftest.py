@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision, ErrorBar
 from chaincor.workflows.store.attempt import Attempt, Failure
@@ -24,7 +24,7 @@ def make_attempt(_template: Collision) -> Callable[..., Attempt]:
     from dataclasses import replace
 
     def make(scene: Scene, restitution: float = 0.5, error: float | None = None) -> Attempt:
-        tolerance = None if scene.explicit else scene.tolerance or DEFAULT_TOLERANCE
+        tolerance = scene.asked_tolerance
         if error is None and tolerance is not None:
             error = 0.5 * tolerance
         collision = replace(

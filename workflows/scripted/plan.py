@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.bond_table import MARGIN_BINS, BondTable, interpolat
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import ScriptedBar
 from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
@@ -82,10 +82,11 @@ def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) ->
     """
     if table_range is not None:
         _refuse_range(scene, table_range)
-    if scene.explicit:
+    asked = scene.asked_tolerance
+    if asked is None:
         plan = _as_given(scene, table_range)
     else:
-        plan = _for_tolerance(scene, scene.tolerance or DEFAULT_TOLERANCE, table_range)
+        plan = _for_tolerance(scene, asked, table_range)
     if table_range is None or plan.table is None:
         return plan
     return replace(plan, fastest=_fastest_held(scene, plan.table))

@@ -17,6 +17,7 @@ from chaincor.workflows.engines.in_house.compile import (
     Keep,
     LoopCompiler,
     ScalarForce,
+    as_it_is,
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.finish import (
@@ -155,11 +156,7 @@ def _bond_loops(bond: Potential) -> BondLoops:
 
 
 def _build(rates: Callable) -> Callable:
-    return adaptive.build_flight(rates, _as_it_is, _as_it_is)
-
-
-def _as_it_is(function: Callable) -> Callable:
-    return function
+    return adaptive.build_flight(rates, as_it_is, as_it_is)
 
 
 @lru_cache(maxsize=64)  # as of fixed steps, see ``kernels``

@@ -158,6 +158,7 @@ class LookAhead:
     ) -> None:
         self._scene, self._chain, self._start = scene, chain, start
         self._stepper, self._kernels = stepper, stepper.kernels
+        self._long = scene.particles > _MOST_SAMPLED
         self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
         self.not_before = 0.0
         self.doubt = 0.0
@@ -240,11 +241,13 @@ class LookAhead:
 
     def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
-        few = self._scene.particles > _MOST_SAMPLED
-        ends = [self._follow_again(share, now, last) for share in _SAMPLES[: 1 if few else None]]
+        shares = _SAMPLES[:1] if self._long else _SAMPLES
+        ends = [self._follow_again(share, now, last) for share in shares]
         settled = [end for end in ends if isinstance(end, tuple)]
-        differ = len(settled) == len(ends) and (few or not self._alike([end for end, _ in settled]))
-        if differ and not few:
+        differ = len(settled) == len(ends) and (
+            self._long or not self._alike([end for end, _ in settled])
+        )
+        if differ and not self._long:
             ends += [self._follow_again(share, now, last) for share in _MORE_SAMPLES]
             settled = [end for end in ends if isinstance(end, tuple)]
         met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
@@ -277,7 +280,7 @@ class LookAhead:
     ) -> tuple[ChainCoast, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
         whole = self._chain
-        if self._scene.particles > _MOST_SAMPLED and last > self._start:
+        if self._long and last > self._start:
             chain, begin, contacts = whole.after_last_contact(), last, 1
         else:
             chain = self._first().copy(room=whole.arrays.contacts.shape[1])
@@ -287,7 +290,7 @@ class LookAhead:
         chain.advance(stepper, math.ceil((now - begin) / stepper.step))
         if chain.ledger["contacts"] != contacts:
             return 2.0 * float(chain.contact_speeds[-1])
-        coarse = share * coarse_step(self._scene.bond, float(self._chain.ledger["strain_min"]))
+        coarse = share * coarse_step(self._scene.bond, float(whole.ledger["strain_min"]))
         coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
         ending = find_end(self._scene, coast, last)
         if ending is None:

@@ -276,6 +276,11 @@ class LoopCompiler:
         return self.register(value)
 
 
+def as_it_is(function: Callable) -> Callable:
+    """Take the place of `LoopCompiler.register` where Python itself runs the loops."""
+    return function
+
+
 def _caller_of(name: str) -> Callable:
     """Return what tells Numba how a function of another library is called."""
     from numba import types

@@ -14,6 +14,7 @@ from chaincor.workflows.engines.in_house.compile import (
     Keep,
     LoopCompiler,
     ScalarForce,
+    as_it_is,
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
@@ -83,7 +84,7 @@ def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
         return float(bond.force(np.array([strain]))[0])
 
     stages = array_stages(bond)
-    advance = build_motion(first_force, build_leap(stages), stages, lambda function: function)
+    advance = build_motion(first_force, build_leap(stages), stages, as_it_is)
     return Kernels(advance, build_coast(stages), bond.parameters, compiled=False)
 
 

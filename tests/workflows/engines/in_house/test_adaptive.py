@@ -1,10 +1,5 @@
 """The adaptive engine: agreement with stepping, extremes of compression, errors within accuracy."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,8 +12,7 @@ from chaincor.workflows.engines.in_house import adaptive as stiff
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.loops.adaptive_rates import array_rates, looped_rates
 from chaincor.workflows.errors import BarrierError, CrossingError, UnfinishedCollisionError
-
-ROOT = Path(__file__).parents[4]
+from tests.programs import python
 
 
 def restitution(outcome, scene):
@@ -148,14 +142,7 @@ def test_what_was_just_compiled_gives_the_bits_of_what_is_loaded(tmp_path):
         "result = collide(Scene(engine='reference', **fields), tolerance=1.37e-9)\n"
         "print(result.scheme, result.restitution.hex(), result.restitution_error.hex())"
     )
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path)}
-    said = [
-        subprocess.run(
-            [sys.executable, "-c", program],
-            env=environment, capture_output=True, text=True, check=True,
-        ).stdout
-        for _ in range(2)
-    ]  # fmt: skip
+    said = [python(program, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2)]
     assert said[0].startswith("adaptive8")
     assert said[0] == said[1]
 

@@ -2,10 +2,6 @@
 
 import ctypes
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
@@ -23,8 +19,8 @@ from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print, print_of
 from chaincor.workflows.engines.in_house.loops.kept_loops import tell_address
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from tests.programs import python
 
-ROOT = Path(__file__).parents[4]
 SHARE = 0.5
 
 
@@ -236,13 +232,9 @@ def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():
         "collide(Scene(particles=5, tolerance=1e-4, engine='reference'))\n"
         "print('numba' in sys.modules, 'scipy' in sys.modules)"
     )
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
     for _ in range(2):  # the first may have to compile
-        done = subprocess.run(
-            [sys.executable, "-c", program],
-            env=environment, capture_output=True, text=True, check=True,
-        )  # fmt: skip
-    assert done.stdout.split() == ["False", "False"]
+        printed = python(program)
+    assert printed.split() == ["False", "False"]
 
 
 def spring(stiffer):

@@ -12,6 +12,7 @@ from chaincor.workflows.engines.in_house.compile import (
     Keep,
     LoopCompiler,
     ScalarForce,
+    as_it_is,
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.lines.ensemble_loop import build_carry, is_over
@@ -54,7 +55,7 @@ def _line_kernels_for(bond: Potential, build_leap: Callable) -> LineKernels:
         return float(bond.force(np.array([strain]))[0])
 
     stages = array_line_stages(bond)
-    advance = build_line_motion(first_force, build_leap(stages), stages, lambda function: function)
+    advance = build_line_motion(first_force, build_leap(stages), stages, as_it_is)
     return LineKernels(advance, bond.parameters)
 
 
