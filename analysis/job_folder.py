@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
-from chaincor.analysis.dumps.data_file import declared_masses
+from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
-from chaincor.analysis.dumps.view import DumpView, ViewedDump
+from chaincor.analysis.dumps.view import DumpView, Frames, ViewedDump
 from chaincor.analysis.frame_analysis import EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
@@ -188,8 +188,7 @@ def analyze_job(
     view = view or view_of(job)
     units = view.units
     _refuse_other_units((*job.scripts, *job.logs), units.style)
-    source = open_trajectory(job.dump)
-    dump = source if view == DumpView() else ViewedDump(source, view)
+    dump = open_dump(job, view)
     first = dump.first()
     layout = ChainLayout.from_frame(first)
     if impact_velocity is not None:
@@ -212,9 +211,7 @@ def analyze_job(
     if job.data is not None:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
         _expect_one_chain(job.data, layout.particles)
-    declared = declared_masses(job.data, job.scripts, job.logs)
-    by_type = {kind: mass / units.mass for kind, mass in declared.by_type.items()}
-    declared = replace(declared, by_type=by_type)
+    declared = masses_declared(job, units)
     if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
@@ -259,6 +256,19 @@ def view_of(job: Job) -> DumpView:
     """Return how to see the dump of a job: in the units that lie beside it, if any do."""
     path = job.dump.parent / UNITS_FILE
     return DumpView(UnitSystem.from_file(path)) if path.exists() else DumpView()
+
+
+def open_dump(job: Job, view: DumpView) -> Frames:
+    """Return the dump of a job in the chain's units; exactly as it is where it is in them."""
+    source = open_trajectory(job.dump)
+    return source if view == DumpView() else ViewedDump(source, view)
+
+
+def masses_declared(job: Job, units: UnitSystem) -> DeclaredMasses:
+    """Return the masses that the files of a job declare, in the chain's units."""
+    declared = declared_masses(job.data, job.scripts, job.logs)
+    by_type = {kind: mass / units.mass for kind, mass in declared.by_type.items()}
+    return replace(declared, by_type=by_type)
 
 
 def _refuse_other_units(paths: Iterable[Path], style: str) -> None:

@@ -14,6 +14,8 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
 _QUADRATURE_NODES = 64
+# For bonds without a compression of their own to measure strains by: they soften both ways.
+_USUAL_STRAIN = 0.5
 
 
 def pair_interval(bond: Potential, impact_velocity: float) -> float:
@@ -99,7 +101,8 @@ def anharmonic_coefficient(bond: Potential) -> float:
     Return c of U = k s^2/2 + c s^r + ..., r being the bond's lowest anharmonic order.
 
     (U''(s) - k)/(r (r - 1) s^(r-2)) tends to c; its mean over +s and -s is even in s, so two
-    Richardson steps leave an error of order s^6.
+    Richardson steps leave an error of order s^6. How small s must be, the bond tells: in parts of
+    the compression at which the anharmonic part of U equals the harmonic one.
 
     Parameters
     ----------
@@ -119,10 +122,10 @@ def anharmonic_coefficient(bond: Potential) -> float:
     order = bond.anharmonic_order
     if order is None:
         raise InputError(f"bond '{bond.name}' has no anharmonic term")
-    strains = np.array([0.01, 0.005, 0.0025])
-    if order > 3:
-        # Higher orders divide by a higher power of s: larger strains keep the digits.
-        strains *= 10.0
+    root = bond.compressed_root
+    own = _USUAL_STRAIN if root is None else 1.0 - root
+    # Higher orders divide by a higher power of s: larger strains keep the digits.
+    strains = own * (0.03 if order == 3 else 0.15) * np.array([1.0, 0.5, 0.25])
 
     def ratio(s: NDArray[np.float64]) -> NDArray[np.float64]:
         return (bond.curvature(s) - bond.stiffness) / (order * (order - 1) * s ** (order - 2))

@@ -267,6 +267,13 @@ class Scene(BaseModel):
         return max(self.particles, self.target_particles or 0)
 
     @property
+    def frame_interval(self) -> float | None:
+        """Time between the frames of a dump; None where its frames are those of contacts."""
+        if isinstance(self.dump_frames, str):
+            return None
+        return self.span / self.slow_stiffness**0.5 / self.dump_frames
+
+    @property
     def comes_moving(self) -> bool:
         """Whether particles come with velocities of their own, given or drawn."""
         state = self.initial_state

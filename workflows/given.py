@@ -1,12 +1,12 @@
 """What callers in Python hand over, refused in one line where it is something else."""
 
-import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.versions import cores_allowed
 
 
 def scene_given(value: Any) -> Scene:
@@ -33,7 +33,7 @@ def scenes_given(values: Any) -> list[Scene]:
 def workers_given(workers: Any) -> int:
     """Return how many collisions to carry out at a time: one a core by default."""
     if workers is None:
-        return os.cpu_count() or 1
+        return cores_allowed()
     if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number, 1 or more")
     return workers

@@ -94,9 +94,8 @@ def job_files(
 
 
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:
-    if isinstance(scene.dump_frames, str):
-        return "contacts"
-    return scene.particles / (scene.bond.stiffness**0.5 * scene.dump_frames)
+    interval = scene.frame_interval
+    return "contacts" if interval is None else interval
 
 
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:

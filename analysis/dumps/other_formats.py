@@ -12,6 +12,7 @@ from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
+from chaincor.analysis.dumps.view import Frames
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -22,14 +23,15 @@ if TYPE_CHECKING:
 SYMBOL = "Ar"
 
 
-def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]:
+def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[ChainState]:
     """
     Yield the states in a dump.
 
     Parameters
     ----------
-    dump : pathlib.Path or str
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
+    dump : pathlib.Path, str or Frames
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
+        what it returned, as seen in the chain's units.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
 
@@ -38,12 +40,12 @@ def read_states(dump: Path | str, timestep: float = 1.0) -> Iterator[ChainState]
     ChainState
         One state a frame.
     """
-    source = open_trajectory(dump)
+    source = _opened(dump)
     return ChainLayout.from_frame(source.first()).states(source, timestep)
 
 
 def to_ase(
-    dump: Path | str, timestep: float = 1.0, masses: ArrayLike | None = None
+    dump: Path | str | Frames, timestep: float = 1.0, masses: ArrayLike | None = None
 ) -> "Iterator[Atoms]":
     """
     Yield the frames as ASE Atoms, in reduced units and float64.
@@ -52,8 +54,9 @@ def to_ase(
 
     Parameters
     ----------
-    dump : pathlib.Path or str
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
+    dump : pathlib.Path, str or Frames
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
+        what it returned, as seen in the chain's units.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
     masses : array_like, optional
@@ -71,7 +74,7 @@ def to_ase(
     InputError
         If particles are of different types and their masses are not known.
     """
-    m = _masses(open_trajectory(dump).first(), masses)
+    m = _masses(_opened(dump).first(), masses)
     for state in read_states(dump, timestep):
         yield ase_atoms(state, m)
 
@@ -128,7 +131,7 @@ def ase_atoms(
 
 
 def write_extended_xyz(
-    dump: Path | str,
+    dump: Path | str | Frames,
     path: Path | str,
     timestep: float = 1.0,
     masses: ArrayLike | None = None,
@@ -138,8 +141,9 @@ def write_extended_xyz(
 
     Parameters
     ----------
-    dump : pathlib.Path or str
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens.
+    dump : pathlib.Path, str or Frames
+        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
+        what it returned, as seen in the chain's units.
     path : pathlib.Path or str
         The file to write; it appears when it is complete.
     timestep : float
@@ -153,7 +157,7 @@ def write_extended_xyz(
         Number of frames.
     """
     count = 0
-    m = _masses(open_trajectory(dump).first(), masses).tolist()
+    m = _masses(_opened(dump).first(), masses).tolist()
     with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
         for state in read_states(dump, timestep):
             n = state.velocities.size
@@ -168,6 +172,10 @@ def write_extended_xyz(
             )
             count += 1
     return count
+
+
+def _opened(dump: Path | str | Frames) -> Frames:
+    return open_trajectory(dump) if isinstance(dump, Path | str) else dump
 
 
 def _masses(first: DumpFrame, given: ArrayLike | None) -> NDArray[np.float64]:

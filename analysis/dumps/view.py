@@ -20,7 +20,12 @@ _EXACT_DIGITS = 16
 class Frames(Protocol):
     """What is read: a dump, or a trajectory of another format."""
 
-    truncated: bool
+    @property
+    def truncated(self) -> bool:
+        """Whether the last complete iteration met a frame cut short."""
+
+    def __iter__(self) -> Iterator[DumpFrame]:
+        """Yield the frames."""
 
     def first(self) -> DumpFrame:
         """Return the first frame."""

@@ -113,7 +113,7 @@ def judge_ladder(
     is_rough = bool(np.median(rough[:-1] - ROUGH * change) > 2.0 * floor)
     known = fit.order_error < KNOWN_ORDER
     if is_rough and decay - decay_error > LEAST_DECAY:
-        return _irregular(values, scatter, rough, decay, decay_error)
+        return _irregular(values, scatter, decay, decay_error)
     biased = _bias_is_seen(h, values)
     if known and biased:
         error = fit.limit_error
@@ -215,7 +215,6 @@ def _bias_is_seen(h: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
 def _irregular(
     values: NDArray[np.float64],
     scatter: NDArray[np.float64],
-    rough: NDArray[np.float64],
     decay: float,
     decay_error: float,
 ) -> LadderVerdict:

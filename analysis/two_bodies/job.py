@@ -12,9 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.dumps.data_file import declared_masses
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
-from chaincor.analysis.job_folder import Job, find_job, find_jobs_below, has_dump
+from chaincor.analysis.dumps.view import DumpView
+from chaincor.analysis.job_folder import (
+    Job,
+    find_job,
+    find_jobs_below,
+    has_dump,
+    masses_declared,
+    open_dump,
+    view_of,
+)
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import energy_split
 from chaincor.analysis.two_bodies.frames import BODY_COLUMN, BodiesLayout, BodiesState
@@ -85,6 +93,7 @@ def analyze_two_bodies(
     bond: Potential | None = None,
     timestep: float | None = None,
     progress: Callable[[int], None] | None = None,
+    view: DumpView | None = None,
 ) -> TwoBodyAnalysis:
     """
     Analyse the dump of a job with a free target, or with a soft wall.
@@ -101,6 +110,9 @@ def analyze_two_bodies(
         Simulated time per step, for dumps that do not carry the time.
     progress : callable, optional
         Called with the number of bytes of the dump read so far.
+    view : DumpView, optional
+        Units of the dump, and of `timestep`; by default those of ``units.toml`` beside the dump,
+        else the chain's own.
 
     Returns
     -------
@@ -112,14 +124,15 @@ def analyze_two_bodies(
     InputError
         If the dump does not hold two bodies that approach each other in its first frame.
     """
-    dump = open_trajectory(job.dump)
+    view = view or view_of(job)
+    dump = open_dump(job, view)
     first = dump.first()
+    if timestep is not None:
+        timestep /= view.units.time
     scene = None if job.scene is None else Scene.from_file(job.scene)
     if scene is not None:
         bond = bond or scene.bond
-    layout = BodiesLayout.from_frame(
-        first, targets, declared_masses(job.data, job.scripts, job.logs)
-    )
+    layout = BodiesLayout.from_frame(first, targets, masses_declared(job, view.units))
     state = opening = layout.read(first)
     v0 = -layout.relative_velocity(opening)
     if not v0 > 0.0:

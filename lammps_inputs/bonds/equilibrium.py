@@ -270,27 +270,9 @@ def _series(bond: Potential, temperature: float, begins: Array, ends: Array) -> 
     return _TO_SERIES @ (np.nan_to_num(values, nan=0.0) * half)
 
 
-def crossing_strains(bond: Potential) -> float:
-    """
-    Return the strain at which particles would pass through each other, or the bond's data end.
-
-    Parameters
-    ----------
-    bond : Potential
-        The bond; harmonic particles may pass.
-
-    Returns
-    -------
-    float
-        -inf where there is none.
-    """
-    free = bond.anharmonic_order is None and bond.strain_min == -math.inf
-    return -math.inf if free else max(-1.0, bond.strain_min)
-
-
 def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
     """Return the strains between which the density is drawn; refuse a temperature too high."""
-    floor, ceiling = crossing_strains(bond), min(bond.barrier_strain, bond.strain_max)
+    floor, ceiling = bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
     if bond.dissociation == 0.0:
         raise SceneError(
             f"temperature is given, and a {bond.name} bond holds nothing together in tension: "

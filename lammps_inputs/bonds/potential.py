@@ -185,6 +185,17 @@ class Potential(ABC):
         return math.inf
 
     @property
+    def crossing_strain(self) -> float:
+        """
+        Strain at which particles would pass through each other, or where the bond's data end.
+
+        -inf where they may pass: harmonic bonds, and a user's own that are given at any strain and
+        of which no anharmonic term is known. Results then say that they did.
+        """
+        free = self.anharmonic_order is None and self.strain_min == -math.inf
+        return -math.inf if free else max(-1.0, self.strain_min)
+
+    @property
     def barrier(self) -> float:
         """U at the barrier strain; inf where there is none."""
         strain = self.barrier_strain

@@ -1,5 +1,6 @@
 """A user's bond table, as LAMMPS reads it, made a potential."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +41,7 @@ def read_bond_table(path: Path) -> Potential:
         length 1.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
+        text = Path(path).read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or type(error).__name__
         raise TableError(f"cannot read the bond table {str(path)!r}: {reason}") from None
@@ -84,14 +85,37 @@ def _bond_of(text: str, path: str) -> Potential:
     if zero != 0.0:
         force = _smooth(lengths - (1.0 + zero), forces)
         assert force is not None
-    work = force.antiderivative()
-    return UserBond(
-        energy=lambda strain: -work(strain),
-        force=force,
-        name=Path(path).stem,
-        strain_min=float(force.x[0]),
-        strain_max=float(force.x[-1]),
-    )
+    return TableBond(text, path, force)
+
+
+class TableBond(UserBond):
+    """
+    The bond of a table; what is sent to worker processes is the table's text.
+
+    Parameters
+    ----------
+    text : str
+        What the file held when it was read.
+    path : str
+        Where it was.
+    force : scipy.interpolate.CubicSpline
+        Through its forces.
+    """
+
+    def __init__(self, text: str, path: str, force: "CubicSpline") -> None:
+        self.text, self._path = text, path
+        energy = force.antiderivative()
+        energy.c *= -1.0
+        super().__init__(
+            energy=energy,
+            force=force,
+            name=Path(path).stem,
+            strain_min=float(force.x[0]),
+            strain_max=float(force.x[-1]),
+        )
+
+    def __reduce__(self) -> tuple[Callable, tuple[str, str]]:
+        return _bond_of, (self.text, self._path)
 
 
 def _last_digit(word: str) -> float:

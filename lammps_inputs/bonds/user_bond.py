@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -153,7 +154,7 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
     except Exception:  # whatever a function of one number does with three
         takes_arrays = False
     if takes_arrays:
-        return lambda strain: np.asarray(function(strain), dtype=float)
+        return _OfArrays(function)
     try:
         for strain in three.tolist():
             float(function(strain))
@@ -163,16 +164,26 @@ def _of_arrays(function: Callable, what: str) -> Callable[..., Array]:
             f"the {what} fails at strain 1e-3 or 0 with {type(error).__name__}: {said}; expected "
             "a function of the strain r - 1 that returns a number for each"
         ) from None
-    return np.vectorize(_finite_or_nan(function), otypes=[float])
+    return np.vectorize(_FiniteOrNan(function), otypes=[float])
 
 
-def _finite_or_nan(function: Callable) -> Callable[[float], float]:
-    """Return a function of one number that gives nan where the user's one has no value."""
+# Objects, not functions within functions, which could not be sent to worker processes.
+@dataclass(frozen=True)
+class _OfArrays:
+    function: Callable
 
-    def value(strain: float) -> float:
+    def __call__(self, strain: Array) -> Array:
+        return np.asarray(self.function(strain), dtype=float)
+
+
+@dataclass(frozen=True)
+class _FiniteOrNan:
+    """A function of one number that gives nan where the user's one has no value."""
+
+    function: Callable
+
+    def __call__(self, strain: float) -> float:
         try:
-            return float(function(float(strain)))
+            return float(self.function(float(strain)))
         except (ValueError, OverflowError, ZeroDivisionError):
             return math.nan
-
-    return value

@@ -9,6 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.table_file import TableBond
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
 
 if TYPE_CHECKING:
@@ -47,7 +48,8 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
         fields["energy"] = scene.bond.text
         fields["parameters"] = scene.bond.given
     if scene.bond_file is not None:
-        fields["bond_file"] = hashlib.sha256(scene.bond_file.read_bytes()).hexdigest()
+        assert isinstance(scene.bond, TableBond)
+        fields["bond_file"] = hash_of(scene.bond.text)
     for key in BODY_KEYS:
         fields.pop(key, None)
     fields |= body_fields(scene)

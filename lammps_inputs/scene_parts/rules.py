@@ -279,9 +279,10 @@ def _check_numerics(scene: "Scene") -> Iterator[str]:
         yield (f"wall 'reflect' goes with scheme 'verlet', not '{scene.scheme}'")
     if scene.timestep is not None:
         stiffness = scene.fast_stiffness
-        if scene.timestep < SHORTEST_TIMESTEP / stiffness**0.5:
+        shortest = SHORTEST_TIMESTEP / stiffness**0.5
+        if scene.timestep < shortest:
             yield (
-                f"timestep is {scene.timestep:g}; expected {SHORTEST_TIMESTEP:g} or more: a "
+                f"timestep is {scene.timestep:g}; expected {shortest:g} or more: a "
                 "shorter one would not come to an end"
             )
         limit = VERLET_STABILITY_LIMIT / (2.0 * stiffness**0.5)

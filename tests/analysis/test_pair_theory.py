@@ -5,7 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from chaincor.analysis.pair_theory import anharmonic_coefficient, pair_interval, pair_interval_slope
-from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import (
+    Harmonic,
+    LennardJones,
+    Logarithmic,
+    Morse,
+    Power,
+    Toda,
+)
 from chaincor.lammps_inputs.errors import InputError
 
 BONDS = [LennardJones(), Toda(), Logarithmic(), Power(3, -1.0), Power(4, 1.0), Power(5, -2.0)]
@@ -70,6 +77,9 @@ def test_anharmonic_coefficients():
     assert anharmonic_coefficient(LennardJones()) == pytest.approx(-3.5, rel=1e-8)
     assert anharmonic_coefficient(Toda(4.0)) == pytest.approx(-4.0 / 6.0, rel=1e-8)
     assert anharmonic_coefficient(Power(6, 0.7)) == pytest.approx(0.7, rel=1e-8)
+    # Of steep bonds too, whose higher terms count at strains of 1/b.
+    assert anharmonic_coefficient(Toda(1000.0)) == pytest.approx(-1000.0 / 6.0, rel=1e-8)
+    assert anharmonic_coefficient(Morse(60.0)) == pytest.approx(-30.0, rel=1e-8)
 
 
 def test_harmonic_bond_has_no_slope():

@@ -78,6 +78,7 @@ BAD = [
     ({"tolerance": 1e-6, "wall": "event", "table": "spline"}, "tolerance and wall, table are both"),
     ({"timestep": -0.1}, "timestep is -0.1"),
     ({"timestep": 1.0}, "timestep is 1; expected less than 1, .*unstable"),
+    ({"timestep": 5e-8, "masses": (1e4,)}, "timestep is 5e-08; expected 1e-07 or more"),
     ({"wall": "reflect", "scheme": "order6"}, "wall 'reflect' goes with scheme 'verlet'"),
     ({"engine": "reference", "table": "spline"}, "table is for engine 'lammps'"),
     ({"engine": "reference", "wall": "reflect"}, "wall 'reflect' is for engine 'lammps'"),
@@ -268,6 +269,16 @@ def test_hash_is_the_same_in_every_version_and_on_every_machine():
     assert Scene(potential="harmonic", particles=10, velocity=0.1, tolerance=1e-8).sha256 == (
         "005466a9e5f36fee4dca2b3b383af9c2ab9e055059e4ca09c66a29f52340ca4e"
     )
+
+
+@pytest.mark.parametrize(
+    ("fields", "crossing"),
+    [({}, 20.0), ({"masses": (100,)}, 200.0), ({"target_particles": 50}, 50.0)],
+)
+def test_frames_are_counted_while_sound_crosses_the_longer_body(fields, crossing):
+    scene = Scene(particles=20, dump_frames=10.0, **fields)
+    assert scene.frame_interval == pytest.approx(crossing / 10.0, rel=1e-15)
+    assert scene.replace(dump_frames="contacts").frame_interval is None
 
 
 def test_hash_follows_meaning_not_spelling():

@@ -137,6 +137,36 @@ def test_a_point_without_a_job_is_named(capsys, tmp_path):
     assert count_states(jobs) == {"missing": 1, "refused": 1}
 
 
+def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_path):
+    scene = Scene(particles=3, speed=0.3, masses=(1, 4))
+    write_grid([scene], [], tmp_path, "bash")
+    assert submit(tmp_path) == 0
+    (job,) = collect_grid(tmp_path)
+    assert (job.attempt.collision.tolerance, job.attempt.collision.tolerance_met) == (1e-6, True)
+    # Of the momentum of masses 1, 4, 1; a run by LAMMPS loses no more than rounding of some steps.
+    assert job.attempt.collision.momentum_residual < 1e-12
+    log = tmp_path / "0001" / "log.lammps"
+    worse = [
+        "restitution_error = 1e-3" if line.startswith("restitution_error = ") else line
+        for line in log.read_text().splitlines()
+    ]
+    log.write_text("\n".join(worse))
+    (job,) = collect_grid(tmp_path)
+    assert job.attempt.collision.tolerance_met is False
+
+
+def test_bonds_of_an_axis_name_all_their_fields(capsys, tmp_path):
+    sweep = write_sweep(
+        tmp_path / "sweep.toml",
+        "[scene]\nparticles = 3\nspeed = 0.2\n"
+        '[axes]\nbond = [{ potential = "lj" }, { potential = "toda", toda_b = 5 }]\n',
+    )
+    assert chaincor(capsys, "inputs", sweep, "-o", str(tmp_path / "jobs"))[0] == 0
+    with (tmp_path / "jobs" / "manifest.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["potential"], row["toda_b"]) for row in rows] == [("lj", ""), ("toda", "5.0")]
+
+
 def test_a_grid_is_not_overwritten_unasked(tmp_path):
     scenes = [Scene(potential="harmonic", particles=3, velocity=0.1, scheme="verlet")]
     write_grid(scenes, [], tmp_path, "bash")

@@ -87,6 +87,39 @@ def test_the_dump_of_a_job_in_metal_units_is_analysed(argon, capsys):
     assert "in units metal: v0 = 0.690" in out
 
 
+def test_the_dump_of_two_bodies_in_metal_units_is_analysed(tmp_path, capsys):
+    scene = Scene(potential="toda", velocity=0.05, particles=6, target_particles=3, dump_frames=50)
+    found = {}
+    for name, units in (("reduced", UnitSystem()), ("metal", ARGON)):
+        write_job(scene, tmp_path / name, dump=True, units=units)
+        assert run_lmp(tmp_path / name).returncode == 0
+        found[name] = analyzed(capsys, tmp_path / name)
+        # Of a run by itself only the format of its dump tells an error: 1e-6 is what is asked.
+        status, out, err = chaincor(capsys, "validate", "--against", str(tmp_path / name))
+        assert status == 0, out + err
+    metal, reduced = found["metal"], found["reduced"]
+    assert metal["units"]["style"] == "metal"
+    for name in ("restitution", "velocity", "velocity_after", "target_velocity_after"):
+        assert metal[name] == pytest.approx(reduced[name], rel=1e-9)
+    _, out, _ = chaincor(capsys, "analyze", str(tmp_path / "metal"))
+    assert f"in units metal: v0 = {0.05 * ARGON.length / ARGON.time:.6g}" in out
+
+
+def test_the_motion_in_metal_units_is_written_in_the_chains_own(argon, tmp_path, capsys):
+    for name in ("reduced", "metal"):
+        analyzed(capsys, argon / name, "--xyz", tmp_path / f"{name}.xyz")
+    motions = [
+        [line.split() for line in (tmp_path / f"{name}.xyz").read_text().splitlines()]
+        for name in ("reduced", "metal")
+    ]
+    assert [len(line) for line in motions[0]] == [len(line) for line in motions[1]]
+    for ours, theirs in zip(*motions, strict=True):
+        if ours[0] == "Ar":
+            numbers = [[float(word) for word in line[1:]] for line in (ours, theirs)]
+            # Units round coordinates up to 8, and steps take these roundings along.
+            assert numbers[1] == pytest.approx(numbers[0], abs=1e-9)
+
+
 def write_others(source, path, digits):
     """Write the dump as someone else would: towards +x, a wall at 55, ids the other way round."""
     with path.open("w") as file:

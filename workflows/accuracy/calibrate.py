@@ -1,8 +1,6 @@
 """Measuring, on this machine, each number of the cost model."""
 
 import datetime
-import os
-import platform
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,6 +13,7 @@ from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.workflows.accuracy.cost_model import CostModel
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.versions import processor
 
 _REPEATS = 7
 _SHORT_CHAIN, _LONG_CHAIN = 20, 1000
@@ -70,9 +69,7 @@ def calibrate(repeats: int = _REPEATS) -> CostModel:
 
 
 def _machine() -> str:
-    cores = os.cpu_count() or 1
-    name = platform.processor() or platform.machine()
-    return f"{datetime.date.today().isoformat()}, {name}, {cores} cores"
+    return f"{datetime.date.today().isoformat()}, {processor()}"
 
 
 def _scene(particles: int, style: TableStyle | None) -> Scene:

@@ -53,12 +53,16 @@ class CostModel:
         harmonic = scene.label == "harmonic"
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
-        per_step = scheme.evaluations * (self.step + per_bond * (scene.particles - 1))
+        # A free target has bonds of its own, and meets no more often than its shorter body allows.
+        targets = scene.target_particles or 0
+        bonds = scene.particles - 1 + max(targets - 1, 0)
+        contacts = 0.9 * (min(scene.particles, targets) if targets else scene.particles)
+        per_step = scheme.evaluations * (self.step + per_bond * bonds)
         steps = duration / numerics.timestep
         if numerics.scheme == "verlet":
-            return steps * per_step + 0.9 * scene.particles * self.contact
+            return steps * per_step + contacts * self.contact
         # A contact costs about one more step.
-        return (steps + 0.9 * scene.particles) * (per_step + scheme.runs * self.stage)
+        return (steps + contacts) * (per_step + scheme.runs * self.stage)
 
     def save(self, path: Path) -> None:
         """Write the model; the file's folder is made."""

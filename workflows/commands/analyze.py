@@ -141,6 +141,7 @@ def analyze(
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
+    from chaincor.analysis.job_folder import open_dump
     from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis.analyze import analyze_found
@@ -169,23 +170,28 @@ def analyze(
         watch=_progress,
         see=see,
     )
+    known = see(job).units
     if isinstance(analysis, TwoBodyAnalysis):
         bodies = analysis.to_dict()
-        click.echo(json_text(bodies, _scene_of(job)) if as_json else describe_bodies(analysis))
+        text = describe_bodies(analysis)
+        if known != CHAIN_UNITS:
+            bodies["units"] = known.to_dict()
+            text += f"\n{describe_in_units(analysis, known)}"
+        click.echo(json_text(bodies, _scene_of(job)) if as_json else text)
         return
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
-        write_extended_xyz(job.dump, xyz, analysis.timestep or 1.0, analysis.masses)
+        seen = open_dump(job, see(job))
+        write_extended_xyz(seen, xyz, analysis.timestep or 1.0, analysis.masses)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
         write_report(
             analysis,
             output,
-            finish=lambda made: write_analysis_page(job, analysis, made, beside, see(job).units),
+            finish=lambda made: write_analysis_page(job, analysis, made, beside, known),
         )
-    known = see(job).units
     if as_json:
         found = to_json_object(analysis)
         if known != CHAIN_UNITS:

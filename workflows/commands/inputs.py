@@ -105,7 +105,8 @@ def _write_grid(
     except (OSError, ValueError) as error:
         raise InputError(f"the site file {site!a} cannot be read: {error}") from None
     sweep = read_sweep(sweep_file)
-    axes = list(dict.fromkeys(key for group in sweep.scenes.groups for key in group[0]))
+    groups = sweep.scenes.groups
+    axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))
     points = write_grid(
         sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, **wishes
     )

@@ -106,7 +106,7 @@ def _rows(
             f"no row of {store.path} has {' and '.join(axes)}"
             f"{' where ' + ', '.join(where) if where else ''}; see `chaincor show`"
         )
-    for name, value in zip(axes, rows[0], strict=False):
+    for name, value in ((name, row[k]) for row in rows for k, name in enumerate(axes)):
         if not isinstance(value, int | float):
             hint = f": that of particle 2 is {name}.2" if name in _LISTS else ""
             raise StoreError(

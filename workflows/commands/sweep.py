@@ -2,7 +2,6 @@
 
 import contextlib
 import dataclasses
-import os
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.workflows.durations import format_duration
+from chaincor.workflows.given import workers_given
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def sweep(
     path = asked.store if store_path is None else store_path
     arrays = arrays or asked.arrays
     wishes = {"arrays": arrays, "recompute": recompute, "retry_failed": retry_failed}
-    cores = workers or os.cpu_count() or 1
+    cores = workers_given(workers)
     if dry_run:
         with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
             plan = None if store is None else plan_sweep(store, scenes, **wishes)

@@ -118,19 +118,20 @@ def _text(path: Path) -> str:
 def _collision(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
 ) -> Collision:
-    """Make a result of what a log holds; what it does not hold is not a number."""
+    """Make a result of what a log holds; what it does not hold is not a number, or 0 of a count."""
     numerics = Numerics.from_scene(as_run)
     error: float | None = found["restitution_error"]
     if error is not None and math.isnan(error):
         error = None
     eta, v0, v_star = found["restitution"], asked.impact_velocity, asked.bond.natural_speed
-    tolerance = None if asked.explicit else asked.tolerance
+    tolerance = asked.asked_tolerance
     missed = error is not None and tolerance is not None and error > tolerance
     took = _WALL_TIME.search(log)
     seconds = (
         math.nan if took is None else float(np.dot([3600, 60, 1], list(map(int, took.groups()))))
     )
     ended = re.search(r"^ending = .*, end (\w+)$", log, re.MULTILINE)
+    mass = asked.particles if asked.line is None else float(np.sum(asked.line.chain_masses))
     residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
     nothing = np.empty(0)
     fields: dict[str, Any] = {
@@ -154,7 +155,7 @@ def _collision(
         "bond_max": math.nan,
         "bond_range_source": "a log holds none",
         "energy_drift": math.nan,
-        "momentum_residual": residual / (asked.particles * v0),
+        "momentum_residual": residual / (mass * v0),
         "ending": "open" if ended is None else ended[1],
         "duration": math.nan,
         "fragments": 0,

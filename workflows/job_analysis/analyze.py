@@ -117,7 +117,7 @@ def analyze_found(
         job, targets = found
         with watch(job.dump) as progress:
             return job, analyze_two_bodies(
-                job, targets, bond=bond, timestep=timestep, progress=progress
+                job, targets, bond=bond, timestep=timestep, progress=progress, view=see(job)
             )
 
     def analyze_one(job: Job) -> CollisionAnalysis:

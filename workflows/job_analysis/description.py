@@ -64,9 +64,11 @@ def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     return found
 
 
-def describe_in_units(analysis: CollisionAnalysis, units: UnitSystem) -> str:
+def describe_in_units(analysis: CollisionAnalysis | TwoBodyAnalysis, units: UnitSystem) -> str:
     """Say the main results in the user's units."""
-    last = analysis.contact_statistics.last_time
+    last = None
+    if isinstance(analysis, CollisionAnalysis):
+        last = analysis.contact_statistics.last_time
     text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
     if last is not None:
         text += f", the last contact at t = {last * units.time:.6g}"

@@ -78,16 +78,21 @@ def _notebook_bar(points: int, seconds: float) -> Advance:
 
     def advance(cost: float) -> None:
         nonlocal done, share, shown
-        done, share = done + 1, share + cost / seconds
+        done += 1
+        share = min(share + cost / seconds, 1.0) if seconds > 0.0 else done / points
         now = time.monotonic()
         if done < points and now < shown + _NOTEBOOK_SECONDS:
             return
         shown = now
         elapsed = now - started
-        left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
+        left = (
+            f", about {format_duration(elapsed * (1.0 - share) / share)} left"
+            if share > 0.0
+            else ""
+        )
         handle.update(
             HTML(
-                f'<progress value="{done if done == points else points * min(share, 1.0):.4g}" '
+                f'<progress value="{done if done == points else points * share:.4g}" '
                 f'max="{points}"></progress> {done} of {points} collisions in '
                 f"{format_duration(elapsed)}{'' if done == points else left}"
             )

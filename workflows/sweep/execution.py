@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-import os
 import random
 import time
 from collections import deque
@@ -16,7 +15,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import companies
 from chaincor.workflows.accuracy.expected_cost import expected_of_task
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
-from chaincor.workflows.given import scenes_given
+from chaincor.workflows.given import scenes_given, workers_given
 from chaincor.workflows.processes.pool import ProcessPool
 from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.store.attempt import (
@@ -121,7 +120,7 @@ def run_scenes(
             opened, scenes, arrays=arrays, recompute=recompute, retry_failed=retry_failed
         )
         if plan.todo:
-            workers = min(workers or os.cpu_count() or 1, len(plan.todo))
+            workers = min(workers_given(workers), len(plan.todo))
             with ProcessPool(workers) as pool:
                 run_plan(
                     plan,

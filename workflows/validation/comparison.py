@@ -187,7 +187,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     ]
     for name in ("bond_min", "bond_max"):
         lengths = getattr(subject, name), getattr(judge, name)
-        strain = max(abs(length - 1.0) for length in lengths)
+        strain = max(abs(length - scene.bond.natural_length) for length in lengths)
         comparisons.append(
             Comparison(name, abs(lengths[0] - lengths[1]), _EXTREME_SHARE * strain + _ROUNDING)
         )

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from chaincor.analysis.job_folder import analyze_job, find_job
-from chaincor.analysis.step_error import analyze_folder
+from chaincor.analysis.job_folder import find_job
+from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.engines.ending import argue_end
+from chaincor.workflows.job_analysis.analyze import analyze
 from chaincor.workflows.scripted.printed import printed_numbers
 from chaincor.workflows.validation.comparison import Comparison, Validation, judge_for
 
@@ -32,6 +32,8 @@ class LammpsResult:
         Its error; None where nothing tells it.
     contacts : int or None
         How many, where it says so.
+    data_error : float
+        Error of eta by the digits of a dump.
     """
 
     source: str
@@ -39,6 +41,7 @@ class LammpsResult:
     restitution: float
     restitution_error: float | None
     contacts: int | None
+    data_error: float = 0.0
 
 
 def is_lammps_result(against: str | None) -> bool:
@@ -67,14 +70,12 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         found = _read_log(path, scene)
         if found is not None:
             return found
-    if path.is_dir():
-        analysis = analyze_folder(
-            path, analyze=lambda job: analyze_job(job, end_argument=argue_end)
-        ).analysis
-    else:
-        analysis = analyze_job(find_job(folder, dump=path), end_argument=argue_end)
+    analysis = analyze(folder, dump=None if path.is_dir() else path)
+    error = contacts = None
+    if isinstance(analysis, CollisionAnalysis):
+        error, contacts = analysis.restitution_error, analysis.contacts
     return LammpsResult(
-        str(path), scene, analysis.restitution, analysis.restitution_error, analysis.contacts
+        str(path), scene, analysis.restitution, error, contacts, analysis.data_error
     )
 
 
@@ -84,12 +85,13 @@ def validate_result(
     """
     Compare a LAMMPS result of the user's own with the in-house integrator.
 
-    Where the result has no error bar, `tolerance`, by default the scene's or 1e-6, is the
-    difference of eta that is still agreement.
+    Where the result has no error bar, `tolerance`, by default the scene's or 1e-6, or what the
+    digits of the dump leave, is the difference of eta that is still agreement.
     """
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     judge = judge_for(scene, asked)
-    error = asked if found.restitution_error is None else found.restitution_error
+    known = found.restitution_error
+    error = max(asked, found.data_error) if known is None else known
     comparisons = [
         Comparison(
             "restitution",

@@ -3,6 +3,7 @@
 import csv
 import importlib
 import multiprocessing
+import pickle
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -94,8 +95,16 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
     process = context.Process(
         target=_work, args=(sender, module, function, scene, str(Path.cwd())), daemon=True
     )
-    process.start()
-    sender.close()
+    try:
+        process.start()
+    except (pickle.PicklingError, AttributeError, TypeError) as reason:
+        receiver.close()
+        raise UserIntegratorError(
+            f"the scene cannot be sent to {module}:{function} ({' '.join(str(reason).split())}); "
+            "expected a bond whose functions are defined at the top level of a module"
+        ) from None
+    finally:
+        sender.close()
     try:
         if not receiver.poll(timeout):
             raise UserIntegratorError(

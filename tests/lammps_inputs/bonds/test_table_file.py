@@ -1,5 +1,8 @@
 """Users' tables: few digits are enough, and what they cannot be is said."""
 
+import hashlib
+import pickle
+
 import numpy as np
 import pytest
 
@@ -42,6 +45,18 @@ def test_scenes_of_one_table_share_its_bond(tmp_path):
     assert scene.replace(velocity=0.02).bond is scene.bond
     write_table(path, 7)
     assert scene.replace(velocity=0.02).bond is not scene.bond
+
+
+def test_a_scene_of_a_table_can_be_sent_to_another_process(tmp_path):
+    path = write_table(tmp_path / "t.table", 8)
+    scene = Scene(potential="table", bond_file=path, particles=3, velocity=0.01)
+    content = path.read_bytes()
+    path.unlink()
+    sent = pickle.loads(pickle.dumps(scene))
+    # By its content: one object in a process, with the loops compiled for it.
+    assert sent.bond is scene.bond
+    assert sent.sha256 == scene.sha256
+    assert sent.canonical_fields["bond_file"] == hashlib.sha256(content).hexdigest()
 
 
 @pytest.mark.parametrize("word", ["1e400", "-1e400"])

@@ -36,6 +36,15 @@ def test_verlet_is_charged_by_steps_bonds_and_contacts():
     )
 
 
+def test_a_free_target_is_charged_as_well():
+    numerics = Numerics(scheme="verlet", timestep=0.5)
+    one, other = (LJ.replace(particles=n, target_particles=102 - n) for n in (1, 101))
+    # 100 bonds in either, and about one contact.
+    for scene in (one, other):
+        expected = pytest.approx(200 * 4.0 + 0.9 * 20.0)
+        assert MODEL.integration(scene, numerics, 100.0) == expected
+
+
 def test_compositions_are_charged_by_stages():
     numerics = Numerics(scheme="order8", timestep=0.5)
     stages = 17 * (200 + 0.9 * 101)

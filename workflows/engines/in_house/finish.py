@@ -203,16 +203,14 @@ def allowed_strains(bond: Potential) -> tuple[float, float]:
     Parameters
     ----------
     bond : Potential
-        The bonds; harmonic particles may pass through each other.
+        The bonds; particles of harmonic ones may pass through each other.
 
     Returns
     -------
     tuple of float
         Where particles meet or the bond's own data end, and its barrier or that end.
     """
-    free = bond.anharmonic_order is None and bond.strain_min == -math.inf
-    floor = -math.inf if free else max(-1.0, bond.strain_min)
-    return floor, min(bond.barrier_strain, bond.strain_max)
+    return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 
 
 def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str) -> RunError:

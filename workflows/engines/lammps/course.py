@@ -70,10 +70,9 @@ class ChainCollision:
         self.shortest, self.longest = self.start_shortest, self.start_longest
         self.ending: Ending | None = None
         dumped = scene.dump is not None and frame_interval is None
-        self.frames_at_contacts = dumped and scene.dump_frames == "contacts"
-        if dumped and not isinstance(scene.dump_frames, str):
-            crossing = scene.particles / scene.bond.stiffness**0.5
-            frame_interval = crossing / scene.dump_frames
+        self.frames_at_contacts = dumped and scene.frame_interval is None
+        if dumped:
+            frame_interval = scene.frame_interval
         self.frame_interval = frame_interval
         self.next_frame = np.inf if frame_interval is None else 0.0
         self.frames: list[tuple[float, NDArray[np.float64], NDArray[np.float64]]] = []

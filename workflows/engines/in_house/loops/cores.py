@@ -4,6 +4,8 @@ import os
 import threading
 from multiprocessing import parent_process
 
+from chaincor.workflows.versions import cores_allowed
+
 
 def cores() -> int:
     """
@@ -25,5 +27,4 @@ def own_cores() -> int:
     """
     if parent_process() is not None or threading.current_thread() is not threading.main_thread():
         return 1
-    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return found or 1
+    return cores_allowed()
