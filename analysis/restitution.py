@@ -80,7 +80,7 @@ def restitution(
     Returns
     -------
     numpy.ndarray of shape (...)
-        Coefficient of restitution, between 0 and 1 for a finished collision.
+        Coefficient of restitution; of a finished collision 0 or more, of a cold chain at most 1.
     """
     return np.square(kinematic_restitution(velocities, impact_velocity, masses))
 

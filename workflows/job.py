@@ -101,7 +101,7 @@ def _frame_time(scene: Scene) -> float | Literal["contacts"]:
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
     """Return the scene with what was chosen for it: another run of it takes the same steps."""
     if scene.explicit:
-        return scene
+        return scene.replace(scheme=plan.numerics.scheme)
     return scene.replace(
         tolerance=None,
         scheme=plan.numerics.scheme,

@@ -184,7 +184,7 @@ def _advance(force, tolerance, speed, state, s, v, basis, horizon, hits, limit):
 
 
 def advance(force, tolerance, speed, state, s, v, horizon, hits, limit):
-    """Run on like :func:`judge_steps.advance`, with a compiled scalar force -U'(s)."""
+    """Run on like ``steps.advance``, with a compiled scalar force -U'(s)."""
     degree = POINTS + 1
     basis = np.zeros((2, degree + 1, degree + 1))
     basis[0] = steps.bernstein_basis(degree)

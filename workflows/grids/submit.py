@@ -34,7 +34,8 @@ run_job() {{
     if [ -s chain.state ] && [ -s chain.restart ] && ! grep -qs '^ERROR' screen.txt; then
         resume=(-var resume 1)
     fi
-    ${{LMP:-lmp}} -in in.chain -var restart "${{RESTART:-20}}" "${{resume[@]}}" > screen.txt 2>&1
+    ${{LMP:-lmp}} -in in.chain -var restart "${{RESTART:-20}}" \\
+        ${{resume[@]+"${{resume[@]}}"}} > screen.txt 2>&1
 }}
 """
 _TAILS = {
@@ -42,21 +43,9 @@ _TAILS = {
     "pbs": 'run_job "${folders[$((${PBS_ARRAY_INDEX:-1} - 1))]}"\n',
     "bash": """\
 # WORKERS jobs at a time; one that fails does not stop the others.
-status=0
-running=0
-for folder in "${folders[@]}"; do
-    if [ "$running" -ge "${WORKERS:-1}" ]; then
-        wait -n || status=1
-        running=$((running - 1))
-    fi
-    (run_job "$folder") &
-    running=$((running + 1))
-done
-while [ "$running" -gt 0 ]; do
-    wait -n || status=1
-    running=$((running - 1))
-done
-exit $status
+export -f run_job
+printf '%s\\0' "${folders[@]}" |
+    xargs -0 -n 1 -P "${WORKERS:-1}" "$BASH" -c 'run_job "$1" || exit 1' run_job || exit 1
 """,
 }
 

@@ -78,7 +78,7 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
     TimestepError
         If no step however small is accurate.
     BarrierError, CrossingError, UnfinishedCollisionError
-        As in ``reference.run``.
+        As in ``stepping.run``.
     """
     if scene.particles == 1:
         return run_single_particle(scene, SCHEME, None, frame_interval)
