@@ -15,12 +15,17 @@ if TYPE_CHECKING:
     from ase import Atoms
     from MDAnalysis import Universe
 
-# A trajectory ends when the chain has left the wall for this share of the collision, and for as
-# long as sound takes over two bonds.
-_FLY_ON = (0.15, 2.0)
+# Pictures end when the chain has left the wall for this share of the collision, and for as long as
+# sound takes over so many bonds.
+_FLY_ON, _BONDS_ON = 0.15, 2.0
 # More a picture cannot show, and memory should not hold.
 _HISTORY_FRAMES = 400
 _HISTORY_BYTES = 64 * 2**20
+
+
+def shown_until(scene: Scene, last_contact_time: float) -> float:
+    """Return until when pictures show a collision: its chain flies off by then."""
+    return (1.0 + _FLY_ON) * last_contact_time + _BONDS_ON / scene.slow_stiffness**0.5
 
 
 class Motion:
@@ -109,8 +114,7 @@ class Motion:
         if frames < 2:
             raise InputError(f"{frames} frames are asked for; expected 2 or more")
         replay = self._known_replay()
-        share, flight = _FLY_ON
-        end = (1.0 + share) * self.last_contact_time + flight
+        end = shown_until(replay.scene, self.last_contact_time)
         if self.contact is not None:  # the bodies overlap for a while
             end = max(end, self.duration)
         recorded = replay.record(end / (frames - 1))

@@ -22,9 +22,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.bars.company_scenes import collide_in_company, draw_together
 from benchmarks.bars.formula_scenes import FormulaCase, random_formula
 from benchmarks.bars.user_scenes import UserCase, random_case
+from benchmarks.scenes.company import collide_in_company, draw_together
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bars.line_scenes import draw_line_scene
-from benchmarks.bars.warm_scenes import draw_warm_scene
 from benchmarks.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
+from benchmarks.scenes.lines import draw_line_scene
+from benchmarks.scenes.warm import draw_warm_scene
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide

@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from benchmarks.bars.company_scenes import collide_in_company, draw_together
-from benchmarks.bars.late_scenes import (
+from benchmarks.scenes.company import collide_in_company, draw_together
+from benchmarks.scenes.late import (
     draw_breaking,
     draw_forgetful,
     draw_late,

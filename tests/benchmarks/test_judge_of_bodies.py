@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.bars.line_scenes import draw_line_scene
 from benchmarks.judge.bodies import KINDS, Bodies, Bonds, Unsure, judge, run_once
 from benchmarks.judge.lines import bodies_of, bonds_of, draw, judge_scene
+from benchmarks.scenes.lines import draw_line_scene
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import modal

@@ -293,7 +293,9 @@ def _usual_schemes(
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
     # As the table has them, loose to tight.
     first = max(usual, key=lambda name: table[name], default=_ALWAYS)
-    return [first, *(name for name in SCRIPTED_SCHEMES if name != first)]
+    # Of the others, those of nearly its order.
+    others = SCRIPTED_SCHEMES if first == "verlet" else SCRIPTED_SCHEMES[::-1]
+    return [first, *(name for name in others if name != first)]
 
 
 def serves_in_lammps(

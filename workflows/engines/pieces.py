@@ -31,7 +31,7 @@ _LEFT = 0.5
 # The pull is reckoned with gaps that the pull itself makes smaller.
 _RESERVE = 1.5
 # Verlet steps that look ahead keep energies to some parts in a thousand.
-ENERGY_MARGIN = 1.01
+_ENERGY_RESERVE = 1.01
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class _Chain:
         inner[cuts] = 0.0
         with np.errstate(over="ignore"):
             motion = 0.5 * self.masses * (self.velocities - np.repeat(speeds, sizes)) ** 2
-            energies = ENERGY_MARGIN * np.add.reduceat(motion + inner, starts)
+            energies = _ENERGY_RESERVE * np.add.reduceat(motion + inner, starts)
         if len(cuts) == 0:
             none = np.empty(0)
             apart = none.astype(bool)
@@ -246,7 +246,7 @@ class _Chain:
         energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
         energy += float(np.sum(self.bond_energies[start:]))
         lever = Lever.of_equal(len(velocities)) if self.equal else Lever.of(masses)
-        return self._escape(ENERGY_MARGIN * energy, lever, mean - speed)
+        return self._escape(_ENERGY_RESERVE * energy, lever, mean - speed)
 
     def _gaps(
         self,

@@ -14,14 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.end_watch import LOOK_GROWTH, longest_collision
 from chaincor.workflows.engines.piece_bounds import Lever, breaking_energy, reach
 
 # Steps of a run keep the energy to far less than this part of it.
 ENERGY_MARGIN = 0.01
-# Where the coarse motion came near the wall before that time, the next look is not before it, nor
-# before this times the way since the last contact.
-LOOK_GROWTH = 1.4
 
 
 def certain_at(

@@ -8,6 +8,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.motion import shown_until
 
 # Far finer than any picture resolves.
 _ACCURACY = 1e-6
@@ -31,8 +32,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 
 def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
     """Keep about 400 frames of a collision; the last ones show the chain flying off."""
-    # Two units of time are sound crossing two bonds: enough to see that.
-    end = 1.15 * last_contact_time + 2.0
+    end = shown_until(scene, last_contact_time)
     if scene.line is not None and scene.line.soft:
         end = max(end, record_motion(scene, end).duration)  # the bodies overlap for a while
     outcome = record_motion(scene, end / 400.0)

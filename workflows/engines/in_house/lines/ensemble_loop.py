@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from chaincor.workflows.engines.in_house.lines import loop
 from chaincor.workflows.engines.in_house.lines.lanes import LANES
 from chaincor.workflows.engines.in_house.stages import State
+from chaincor.workflows.engines.whole_end import ENERGY_MARGIN
 
 Array = NDArray[np.float64]
 
@@ -28,8 +29,6 @@ MOVING = -1
 # Looks for the end, in units of the time that sound takes over a bond, and of the time since the
 # last contact: one costs less than a step.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
-# Steps keep energy to far less than this part of it.
-_ENERGY_MARGIN = 0.01
 
 
 class EndBounds(NamedTuple):
@@ -95,7 +94,7 @@ def is_over(
     speed = momentum / whole
     if not speed > 0.0:
         return False
-    free = energy * (1.0 + _ENERGY_MARGIN) - 0.5 * whole * speed * speed
+    free = energy * (1.0 + ENERGY_MARGIN) - 0.5 * whole * speed * speed
     # For particle 1 to meet the wall it must move against the mean.
     free -= 0.5 * speed * speed * bounds.lever
     if free <= 0.0:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.bars.chains import draw_chain
+from benchmarks.scenes.chains import draw_chain
 from chaincor.lammps_inputs.bonds.equilibrium import LEAST_DEPTH
 from chaincor.lammps_inputs.scene import Scene
 

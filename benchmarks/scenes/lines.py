@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.bars.chains import draw_chain
+from benchmarks.scenes.chains import draw_chain
 from chaincor.lammps_inputs.scene import Scene
 
 _POTENTIALS = ("harmonic", "lj", "toda", "log", "power", "morse")

@@ -1,0 +1,1 @@
+"""Scenes drawn at random, for studies of bars and for judges."""
