@@ -32,7 +32,7 @@ def test_the_headings_end_with_the_restitution():
     for scene in (TARGET, SOFT):
         result = collide(scene, tolerance=1e-6)
         outcome = follow_to_the_end(scene, result.last_contact_time)
-        *_, last = moments(scene, outcome, 60)
+        *_, last = moments(scene, outcome, 80)
         heading, *rows = last.plain.splitlines()
         assert f"contacts {result.contacts:3d} " in heading
         assert f"translation {100.0 * result.restitution:5.1f} %" in heading
