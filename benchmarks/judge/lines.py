@@ -2,7 +2,7 @@
 Random scenes of two bodies on a line: what `collide` says of them, and what the judge does.
 
     python -m benchmarks.judge.lines -o FILE [--count 300] [--seed 1] [--processes 1]
-        [--engine reference|lammps] [--kind line|warm] [--most-seconds 300]
+        [--engine reference|lammps] [--kind line|warm|heavy] [--most-seconds 300]
 
 The judge is that of ``bodies``, which shares nothing with the engines. A row is written for every
 scene, and a study that was stopped goes on where it was. The verdicts: *inside* the error bar;
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.judge.bodies import CLOSER, Bodies, Bonds, Judgement, Unsure, judge
-from benchmarks.scenes.lines import draw_line_scene
+from benchmarks.scenes.lines import draw_heavy_scene, draw_line_scene
 from benchmarks.scenes.warm import draw_warm_scene
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
@@ -82,6 +82,8 @@ def draw(seed: int, index: int, engine: str | None, folder: Path, kind: str = "l
         try:
             if kind == "warm":
                 return draw_warm_scene(random, engine)
+            if kind == "heavy":
+                return draw_heavy_scene(random, engine)
             scene = draw_line_scene(random, folder, engine)
         except ChaincorError:
             continue
@@ -230,7 +232,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
-    parser.add_argument("--kind", choices=["line", "warm"], default="line", help="of scenes")
+    parser.add_argument(
+        "--kind", choices=["line", "warm", "heavy"], default="line", help="of scenes"
+    )
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--most-seconds", type=float, default=300.0, help="a collision may take")
     given = parser.parse_args()

@@ -130,3 +130,30 @@ def _with_state(
         writer.writerow(rows)
         writer.writerows(zip(*(map(repr, map(float, row)) for row in rows.values()), strict=True))
     return Scene(**fields, initial=path)
+
+
+def draw_heavy_scene(random: np.random.Generator, engine: str | None = None) -> Scene:
+    """
+    Draw an anharmonic chain with one heavy particle, at a loose tolerance.
+
+    Motions that part fast: two steps may agree in eta by chance. Parameters as of
+    :func:`draw_line_scene`.
+    """
+    bonds: list[dict[str, Any]] = [
+        {"potential": "power", "power_order": 4, "power_c": 6.0},
+        {"potential": "power", "power_order": 4, "power_c": 40.0},
+        {"potential": "power", "power_order": 6, "power_c": 5.0},
+        {"potential": "toda"},
+        {"potential": "log"},
+    ]
+    particles = int(random.choice([25, 40, 64, 100]))
+    masses = np.ones(particles)
+    masses[random.integers(particles)] = 10 ** random.uniform(0.5, 1.7)
+    return Scene(
+        **bonds[random.integers(len(bonds))],
+        particles=particles,
+        masses=masses.tolist(),
+        speed=float(random.uniform(0.3, 1.2)),
+        tolerance=float(random.choice([3e-2, 1e-2, 1e-3, 1e-4])),
+        engine=engine or str(random.choice(["lammps", "reference"])),
+    )

@@ -42,7 +42,9 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     some step, else that is done here.
     """
     if modal.serves(scene):
-        return _at_once(scene, modal.run(scene), modal_error(scene))
+        outcome = modal.run(scene)
+        details = {"spread": spread_of(scene, outcome, outcome)}
+        return answer(scene, outcome, modal_error(scene), details)
     if scene.line is not None or sharpness(scene) <= SHARPEST_FIXED:
         if is_smooth(scene):
             return meet_with_fixed_steps(scene, goal, noise, known)
@@ -51,7 +53,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     reached = deviation + rounding_error("reference", scene)
     senseless = (scene.particles * math.log(sharpness(scene))) ** 3 > _MOST_STEPPED
     if reached <= goal or (senseless and deviation <= _ROUGH_SPHERES):
-        return _at_once(scene, hard_sphere.run(scene), deviation)
+        return _as_spheres(scene, deviation)
     if senseless:
         raise RunError(
             f"to step {scene.particles} particles with bonds {sharpness(scene):.2g} times sharper "
@@ -61,13 +63,13 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
     stepped = _meet_with_adaptive_steps(scene, goal)
     assert stepped.bar.total is not None
     if reached < stepped.bar.total:
-        return _at_once(scene, hard_sphere.run(scene), deviation)
+        return _as_spheres(scene, deviation)
     return stepped
 
 
-def _at_once(scene: Scene, outcome: Outcome, error: float) -> Answer:
-    """Answer with an outcome that no step was chosen for."""
-    return answer(scene, outcome, error, {"spread": spread_of(scene, outcome, outcome)})
+def _as_spheres(scene: Scene, deviation: float) -> Answer:
+    """Answer with hard spheres: how far off their times, speeds and modes are is not known."""
+    return answer(scene, hard_sphere.run(scene), deviation, {"spread": {}})
 
 
 def _meet_irregularly(scene: Scene, goal: float, noise: float) -> Answer:

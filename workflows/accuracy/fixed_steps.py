@@ -25,6 +25,8 @@ _SCHEMES: dict[StepSchemeName, float] = measured("in_house_schemes")
 # This one amplifies rounding least: longer chains than so many particles, where contacts that graze
 # make much of the last digit, take it at any goal. Costs only.
 _PLAINEST: StepSchemeName = "srkn14"
+# Bodies that need more steps tried amplify more than usual.
+_USUAL_TRIES = 3
 
 
 def usual_scheme(goal: float) -> StepSchemeName:
@@ -76,12 +78,14 @@ def _meet_with_scheme(
         fine = with_doubts(whole, (fine, proof))
     quiet = quiet_time(scene.span, scene.slow_stiffness)
     silent = np.max(np.diff(fine.contact_times), initial=0.0) > quiet
-    # Light particles between heavy ones, bodies and warm chains were looked at before. What comes
-    # after a long silence of a chain that broke amplifies rounding, too; where a step makes or
-    # takes a contact, roundings may as well, and in long chains that need finer steps than usual.
+    # Light particles between heavy ones, bodies and warm chains were looked at before, at a step
+    # that is long for those that need many tries. What comes after a long silence of a chain that
+    # broke amplifies rounding, too; where a step makes or takes a contact, roundings may as well,
+    # and in long chains that need finer steps than usual.
     refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = noise > 0.0 or refined or rounding_matters("reference", scene, goal)
-    if (scene.line is None and matters) or silent or found.grazes or found.stalled:
+    hard = scene.line is not None and len(found.tries) > _USUAL_TRIES
+    if (scene.line is None and matters) or silent or found.grazes or found.stalled or hard:
         amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         changed = found.nudged or nudged_change(scene, scheme, step, fine)
         noise = max(noise, changed / amplification)

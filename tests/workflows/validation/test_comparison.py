@@ -173,3 +173,13 @@ def test_a_validation_shows_its_verdict():
 def test_what_is_no_scene_is_refused_in_one_line():
     with pytest.raises(InputError, match="type dict was given; expected a scene"):
         validate({"particles": 3})
+
+
+def test_hard_spheres_are_compared_in_what_they_tell(capsys):
+    # Times, speeds and modes are those of the limit, and how far off that is nobody knows.
+    scene = ("--potential", "lj", "--particles", "5", "--velocity", "4.497", "--tolerance", "1e-4")
+    status, out, _ = chaincor(capsys, "validate", *scene)
+    assert status == 0, out
+    for name in ("contact_times", "velocities", "mode_energies", "bond_max"):
+        assert any(row.startswith(name) and "not judged" in row for row in out.splitlines())
+    assert any(row.startswith("bond_min") and "agrees" in row for row in out.splitlines())
