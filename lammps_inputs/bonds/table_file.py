@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
+from chaincor.lammps_inputs.small_file import refuse_endless
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -41,9 +42,11 @@ def read_bond_table(path: Path) -> Potential:
         length 1.
     """
     try:
+        refuse_endless(Path(path))
         text = Path(path).read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or type(error).__name__
+        plain = str(error) if type(error) is ValueError else type(error).__name__
+        reason = getattr(error, "strerror", None) or plain
         raise TableError(f"cannot read the bond table {str(path)!r}: {reason}") from None
     return _bond_of(text, str(path))
 

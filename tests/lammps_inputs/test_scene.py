@@ -65,6 +65,7 @@ BAD = [
     ({"potential": "power", "power_order": 4, "power_c": 1e-320}, "power_c is 1e-320"),
     ({"potential": "table"}, "potential 'table' needs bond_file"),
     ({"potential": "table", "bond_file": "absent.table"}, "cannot read the bond table"),
+    ({"potential": "table", "bond_file": "/dev/zero"}, "'/dev/zero': it is no plain file"),
     ({"bond_file": "some.table"}, "bond_file goes with potential 'table'"),
     ({"engine": "gromacs"}, "engine is 'gromacs'"),
     ({"wall": "soft"}, "wall is 'soft'"),

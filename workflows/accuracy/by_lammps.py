@@ -204,8 +204,8 @@ def choose_numerics(
     """
     Return a scheme for a tolerance, with the step and table it needs.
 
-    `schemes` are tried in turn, of warm chains in that of their costs here. Returns the first that
-    meets the tolerance.
+    `schemes` are tried in turn, but for cold chains of equal masses in that of their costs here.
+    Returns the first that meets the tolerance.
     """
     force_error = None
     # A spline cannot hold a kink; straight lines between rows of which one lies on it do.
@@ -215,7 +215,7 @@ def choose_numerics(
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
     goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in schemes}
-    if scene.temperature is not None:
+    if scene.line is not None:
         schemes = _cheapest_first(scene, goals, truth)
     for scheme in schemes:
         start = estimate_step(scene, scheme, goals[scheme], truth)
@@ -241,8 +241,8 @@ def _cheapest_first(
     """
     Return schemes by the steps that one run of each lets expect.
 
-    Long flights of a warm chain between its contacts amplify errors: what usually costs least, low
-    orders, may cost most.
+    Long flights between contacts, and heavy particles among light ones, amplify errors: what
+    usually costs least, low orders, may cost most.
     """
     costs: dict[StepSchemeName, float] = {}
     for scheme, goal in goals.items():

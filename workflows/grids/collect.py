@@ -97,6 +97,8 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
     said = _WORDS.search(everything)
     found = printed_numbers(log, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
+        if (words := _missing(found)) is not None:
+            return CollectedJob(name, "unfinished", words, None)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
         known = known | ({} if made is None else {"lammps": made[1]})
         result = _collision(asked, as_run, found, log, known)
@@ -106,6 +108,22 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
         failure = Failure("JobError", words, stands=False)
         return CollectedJob(name, "failed", words, Attempt(asked, None, failure, host_name()))
     return CollectedJob(name, "unfinished", "it was stopped: submit it again", None)
+
+
+def _missing(found: dict[str, float]) -> str | None:
+    """Return why what a log holds is no result; None where it is one."""
+    eta, error = found["restitution"], found["restitution_error"]
+    if not 0.0 <= eta < math.inf or error < 0.0:
+        return (
+            f"its log says restitution = {eta:g} and restitution_error = {error:g}; expected 0 or "
+            "more: move the log away and submit it again"
+        )
+    if "contacts" not in found:
+        return (
+            "it was stopped in the second of its runs, and its log has the contacts of the first "
+            "no more: move log.lammps and chain.state away and submit it again"
+        )
+    return None
 
 
 def _text(path: Path) -> str:
