@@ -18,7 +18,7 @@ def read_small_file(path: Path) -> str:
 
 
 def refuse_endless(path: Path) -> None:
-    """Raise ValueError, with the reason, where a file may never end; OSError where there is none."""
+    """Raise ValueError, with the reason, where a file may never end; OSError if there is none."""
     if path.exists() and not path.is_file():
         raise ValueError("it is a folder" if path.is_dir() else "it is no plain file")
     if path.stat().st_size > _LARGEST:
