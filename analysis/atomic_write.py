@@ -11,15 +11,24 @@ from typing import Any
 from chaincor.lammps_inputs.errors import InputError
 
 
+def refuse_no_file(path: Path) -> None:
+    """Raise InputError if there is a folder or a device where a file is to be written."""
+    if path.exists() and not path.is_file():
+        found = "a folder" if path.is_dir() else "a device"
+        raise InputError(
+            f"{str(path)!r} was given as the file to write, but that is {found}; give another path"
+        )
+
+
 @contextmanager
 def written_aside(path: Path) -> Iterator[Path]:
     """
     Yield a path beside the wanted one, with its ending, and rename it to that on success.
 
-    Raises InputError if there is a folder of this name, or its folder cannot be written to.
+    Raises InputError if there is a folder or a device of this name, or its folder cannot be written
+    to.
     """
-    if path.is_dir():
-        raise InputError(f"{str(path)!r} was given as the file to write, but that is a folder")
+    refuse_no_file(path)
     with folder_aside(path.parent, prefix=path.stem) as folder:
         aside = folder / path.name
         yield aside

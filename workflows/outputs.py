@@ -3,8 +3,18 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from chaincor.analysis.atomic_write import refuse_no_file
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+
+# What a file of its kind begins with, after so many bytes of anything.
+_BEGINNINGS = {
+    "dump": (0, b"ITEM:", "a LAMMPS dump"),
+    "arrays": (0, b"PK", "an NPZ file"),
+    ".gif": (0, b"GIF8", "a moving GIF"),
+    ".mp4": (4, b"ftyp", "an MP4 film"),
+}
 
 
 def refuse_unusable_outputs(scene: Scene) -> None:
@@ -12,7 +22,8 @@ def refuse_unusable_outputs(scene: Scene) -> None:
     Check where a collision's files go, before any time is spent on it.
 
     Raises InputError if two outputs have one path, a file is wanted where a folder is, or a folder
-    where a file is.
+    where a file is, and where what is there would be lost: a file of another kind, the job of
+    another collision. The same run again replaces its own files.
     """
     if scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -29,6 +40,58 @@ def refuse_unusable_outputs(scene: Scene) -> None:
         if in_the_way or (key != "save" and path.is_dir()):
             found = f"{str(in_the_way[0])!r} is a file" if in_the_way else "that is a folder"
             raise InputError(f"{key} is {str(given[key])!r}, but {found}; give another path")
+        if key == "save":
+            _refuse_another_job(scene, given[key])
+        else:
+            refuse_other_kinds(given[key], key)
+
+
+def refuse_other_kinds(path: Path, kind: str) -> None:
+    """
+    Refuse to write over what is no earlier output.
+
+    Parameters
+    ----------
+    path : Path
+        Where a file is to be written.
+    kind : str
+        "dump", "arrays", ".gif" or ".mp4".
+
+    Raises
+    ------
+    InputError
+        If there is a folder or a device, or a file that is neither empty nor of this kind.
+    """
+    if not path.exists():
+        return
+    refuse_no_file(path)
+    skipped, beginning, name = _BEGINNINGS[kind]
+    try:
+        with path.open("rb") as file:
+            found = file.read(skipped + len(beginning))
+    except OSError as error:
+        raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
+    if found and found[skipped:] != beginning:
+        raise InputError(
+            f"{str(path)!r} was given to write {name} to, and holds something else; give another "
+            "path, or remove it"
+        )
+
+
+def _refuse_another_job(scene: Scene, folder: Path) -> None:
+    names = (SCRIPT_FILE, DATA_FILE, TABLE_FILE, SCENE_FILE)
+    there = [name for name in names if (folder / name).exists()]
+    if not there:
+        return
+    try:
+        kept = Scene.from_file(folder / SCENE_FILE)
+    except InputError:  # also where there is none
+        kept = None
+    if kept is None or kept.collision_sha256 != scene.collision_sha256:
+        raise InputError(
+            f"save is {str(folder)!r}, which has {', '.join(there)} of something else; give "
+            "another folder, or remove these"
+        )
 
 
 def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:

@@ -1,5 +1,6 @@
 """``chaincor run``: one collision."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -78,11 +79,14 @@ def run(
     """
     from chaincor.workflows.accuracy.expected_cost import expected_seconds
     from chaincor.workflows.collision import MOST_SECONDS, collide
+    from chaincor.workflows.outputs import refuse_other_kinds
     from chaincor.workflows.run_progress import show_elapsed
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
     scene = scene_from(scene_file, options)
+    if animate is not None:
+        refuse_other_kinds(Path(animate), Path(animate).suffix)
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
     alone = {"--animate": animate is not None, "--watch": watched}
     many = {"--precision": precision is not None, "--workers": workers is not None}
