@@ -183,3 +183,15 @@ def test_hard_spheres_are_compared_in_what_they_tell(capsys):
     for name in ("contact_times", "velocities", "mode_energies", "bond_max"):
         assert any(row.startswith(name) and "not judged" in row for row in out.splitlines())
     assert any(row.startswith("bond_min") and "agrees" in row for row in out.splitlines())
+
+
+def test_where_runs_differ_in_their_contacts_neither_number_nor_velocities_are_judged():
+    # With so long a step LAMMPS's own two runs, and so their velocities, have not found out.
+    scene = Scene(potential="lj", particles=20, speed=1.0, scheme="verlet", timestep=0.2)
+    found = validate(scene)
+    allowed = {each.quantity: each.allowed for each in found.comparisons}
+    differences = {each.quantity: each.difference for each in found.comparisons}
+    assert differences["contacts"] == 1
+    assert (allowed["contacts"], allowed["velocities"], allowed["mode_energies"]) == (None,) * 3
+    assert allowed["restitution"] is not None
+    assert found.agrees
