@@ -18,9 +18,10 @@ from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
 
-# Longest and shortest bonds are read at the ends of steps, H <= 0.4 in units of 1/sqrt(U''): a
-# strain that swings with the highest frequency, 2, is then within 1 - cos(H) of its extreme.
-_EXTREME_SHARE, _ROUNDING = 0.08, 1e-12
+# Longest and shortest bonds are read at the ends of steps, which are so long, in units of the
+# fastest bond's 1/omega, where none is told.
+_USUAL_STEP = 0.4
+_ROUNDING = 1e-12
 
 # The in-house result should not be what limits the comparison.
 SHARPER = 0.1
@@ -189,7 +190,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     for name in ("bond_min", "bond_max"):
         lengths = getattr(subject, name), getattr(judge, name)
         strain = max(abs(length - scene.bond.natural_length) for length in lengths)
-        allowed: float | None = _EXTREME_SHARE * strain + _ROUNDING
+        allowed: float | None = _unseen_share(scene, subject, judge) * strain + _ROUNDING
         if name == "bond_max" and hard_sphere.SCHEME in (subject.scheme, judge.scheme):
             allowed = None  # spheres only know how near they come
         comparisons.append(Comparison(name, abs(lengths[0] - lengths[1]), allowed))
@@ -292,6 +293,17 @@ def allowed_contacts(*results: Collision) -> float | None:
     """
     judged = all(r.ending != "open" and not _hinges_on_contacts(r) for r in results)
     return 0.0 if judged else None
+
+
+def _unseen_share(scene: Scene, *results: Collision) -> float:
+    """
+    Return by which part of itself a strain may swing beyond what is seen at the ends of steps.
+
+    Its highest frequency is 2 where a bond of the lightest mass has 1: between two moments that are
+    H apart its extreme is within 1 - cos(H).
+    """
+    steps = [r.timestep * scene.fast_stiffness**0.5 for r in results if r.timestep is not None]
+    return 1.0 - math.cos(min(max([_USUAL_STEP, *steps]), math.pi))
 
 
 def _hinges_on_contacts(result: Collision) -> bool:
