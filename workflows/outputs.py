@@ -14,6 +14,12 @@ _BEGINNINGS = {
     "arrays": (0, b"PK", "an NPZ file"),
     ".gif": (0, b"GIF8", "a moving GIF"),
     ".mp4": (4, b"ftyp", "an MP4 film"),
+    ".png": (0, b"\x89PNG", "a PNG picture"),
+    ".pdf": (0, b"%PDF", "a PDF picture"),
+    ".svg": (0, b"<?xml", "an SVG picture"),
+    ".html": (0, b"<!doctype html>", "a page"),
+    ".csv": (0, b"potential,", "a table of results"),
+    ".parquet": (0, b"PAR1", "a table of results"),
 }
 
 
@@ -55,7 +61,7 @@ def refuse_other_kinds(path: Path, kind: str) -> None:
     path : Path
         Where a file is to be written.
     kind : str
-        "dump", "arrays", ".gif" or ".mp4".
+        "dump", "arrays", or an ending, such as ".mp4" or ".csv".
 
     Raises
     ------

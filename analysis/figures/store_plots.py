@@ -1,13 +1,13 @@
 """Plots of any quantity of many collisions against another, or against two."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.distribution import Distribution
-from chaincor.analysis.figures.style import CYCLE, MARKERS, choose_axes, legend_above
+from chaincor.analysis.figures.style import choose_axes, legend_above, look
 from chaincor.lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,19 +45,27 @@ def plot_curves(
     `curves` maps names to (x, y), two arrays of one shape (points,); a curve with an empty name has
     no entry in the legend. `x_name` and `y_name` are those of columns of a store, or fields of a
     result: the axes are labelled by them. The x axis is logarithmic where values span more than a
-    factor of 30. Returns the axes, those of a new figure where none are given.
+    factor of 30. More than 24 curves have no legend: if their names are values of one number, a
+    colour bar tells it, and otherwise the title says how many they are. Returns the axes, those of
+    a new figure where none are given.
     """
     own = ax is None
     ax = choose_axes(ax)
     every_x = np.concatenate([np.asarray(x, dtype=float) for x, _ in curves.values()])
-    for number, (label, (x, y)) in enumerate(sorted(curves.items(), key=_natural)):
+    ordered = sorted(curves.items(), key=_natural)
+    shades = _shades(ax, [label for label, _ in ordered]) if len(ordered) > _MANY_CURVES else None
+    for number, (label, (x, y)) in enumerate(ordered):
         few = len(np.asarray(y)) <= _MANY_POINTS
+        drawn: dict[str, Any] = look(number)
+        if shades is not None:
+            drawn |= {"color": shades[number], "linestyle": "-"}
+        if not few:
+            drawn["marker"] = ","
         ax.plot(
             x,
             y,
-            color=CYCLE[number % len(CYCLE)],
+            **drawn,
             linewidth=1.1,
-            marker=MARKERS[number % len(MARKERS)] if few else ",",
             markersize=4.0 if few else 1.0,
             rasterized=not few,
             label=label or None,
@@ -73,7 +81,29 @@ def plot_curves(
         if own:  # room for the legend besides that for the curves
             rows = -(-len(labels) // columns)
             ax.figure.set_figheight(ax.figure.get_figheight() + _LEGEND_ROW * rows)  # type: ignore[union-attr]
+    elif labels and shades is None:
+        ax.set_title(f"{len(labels)} curves, too many for a legend", loc="right")
     return ax
+
+
+def _shades(ax: "Axes", labels: Sequence[str]) -> NDArray[np.float64] | None:
+    """Return a colour for each label like ``particles = 10``, with a bar; None for others."""
+    keys = [_natural((label, None)) for label in labels]
+    names = {name for name, _ in keys}
+    if len(names) > 1 or not all(" = " in label for label in labels):
+        return None
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LogNorm, Normalize
+
+    values = np.array([value for _, value in keys])
+    if not np.all(np.isfinite(values)):
+        return None
+    norm = (LogNorm if _is_wide(values) else Normalize)(np.min(values), np.max(values))
+    colours = ScalarMappable(norm, cmap="viridis")
+    bar = ax.figure.colorbar(colours, ax=ax, pad=0.02)
+    (name,) = names
+    bar.set_label(LABELS.get(name, name.replace("_", " ")))
+    return colours.to_rgba(values)
 
 
 def plot_means(
@@ -95,8 +125,10 @@ def plot_means(
         for label, (x, distributions) in curves.items()
     }
     ax = plot_curves(means, x_name, y_name, ax=ax)
-    for number, (_, (x, distributions)) in enumerate(sorted(curves.items(), key=_natural)):
-        colour = CYCLE[number % len(CYCLE)]
+    lines = ax.get_lines()[-len(curves) :]
+    ordered = sorted(curves.items(), key=_natural)
+    for line, (_, (x, distributions)) in zip(lines, ordered, strict=True):
+        colour = line.get_color()
         for outer, strength in ((0, 0.12), (1, 0.2)):
             low, high = (
                 [found.quantiles[place].value for found in distributions]

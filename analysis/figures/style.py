@@ -17,6 +17,7 @@ BLACK = "#000000"
 GREY = "#8A8A8A"
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+LINE_STYLES = ("-", "--", "-.", ":")
 
 SETTINGS: Any = {
     "figure.figsize": (6.0, 3.9),
@@ -68,13 +69,34 @@ def new_figure(rows: int = 1, columns: int = 1, **options: Any) -> "tuple[Figure
         return figure, figure.subplots(rows, columns, **options)
 
 
+def look(number: int) -> dict[str, str]:
+    """
+    Return colour, marker and line style of a curve among others, counted from 0.
+
+    Any two of the first 28 differ in colour or line style, also where they have no markers, any two
+    of the first 196 in something.
+    """
+    turn, place = divmod(number, len(CYCLE))
+    return {
+        "color": CYCLE[place],
+        "marker": MARKERS[(place + turn) % len(MARKERS)],
+        "linestyle": LINE_STYLES[turn % len(LINE_STYLES)],
+    }
+
+
 def choose_axes(ax: "Axes | None") -> "Axes":
     """Return the axes given, or those of a new figure."""
     return new_figure()[1] if ax is None else ax
 
 
 def legend_above(ax: "Axes", columns: int = 3) -> None:
-    """Put the legend above the panel, where it cannot cover data."""
+    """Put the legend above the panel, where it covers neither data nor a factor of the y axis."""
+    from matplotlib.ticker import ScalarFormatter
+
+    from chaincor.analysis.figures.offset_in_label import OffsetInLabel
+
+    if type(ax.yaxis.get_major_formatter()) is ScalarFormatter:
+        ax.yaxis.set_major_formatter(OffsetInLabel())
     ax.legend(
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),

@@ -33,7 +33,9 @@ def explore(output: Path, particles: int) -> None:
     it needs: open it in any browser, also without a network.
     """
     from chaincor.analysis.atomic_write import written_aside
+    from chaincor.workflows.outputs import refuse_other_kinds
 
+    refuse_other_kinds(output, ".html")
     page = live_page(particles)
     with written_aside(output) as aside:
         aside.write_text(page, encoding="utf-8")

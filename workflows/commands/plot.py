@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="PNG, PDF or SVG [default: the store's name with .png]",
 )
+@click.pass_context
 def plot(
+    ctx: click.Context,
     store_path: Path,
     x: str,
     y: str,
@@ -53,26 +55,36 @@ def plot(
     Draw curves or a heat map from a store.
 
     There is one curve for each combination of whatever the scenes differ in besides the axis;
-    scenes are only averaged over what --mean names.
+    scenes are only averaged over what --mean names. Damaged rows are named and left out; the exit
+    status is then 1.
     """
     from chaincor.analysis.atomic_write import written_aside
+    from chaincor.workflows.outputs import refuse_other_kinds
+    from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.written_over import refuse_overwriting_inputs
 
     if by is not None and colour is not None:
         raise click.UsageError("--by makes curves and --colour a heat map; give one")
     if mean is not None and colour is not None:
         raise click.UsageError("--mean is drawn along curves and --colour is a heat map; give one")
+    target = output or store_path.with_suffix(".png")
+    if target.suffix not in (".png", ".pdf", ".svg"):
+        raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected .png, .pdf or .svg")
+    refuse_overwriting_inputs(target, [store_path], "the picture" if output is None else "--output")
+    refuse_other_kinds(target, target.suffix)
     with Store(store_path, read_only=True) as store:
         if colour is not None:
             figure = _heat_map(store, x, y, colour, where)
         else:
             figure = _curves(store, x, y, by, mean, where)
-    target = output or store_path.with_suffix(".png")
-    if target.suffix not in (".png", ".pdf", ".svg"):
-        raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected .png, .pdf or .svg")
+        damage = tell_damage(store)
     with written_aside(target) as aside:
         figure.savefig(aside)
     click.echo(target)
+    if damage is not None:
+        click.echo(f"chaincor: {damage}", err=True)
+        ctx.exit(1)
 
 
 # A store has one row for all tolerances of a collision, so they tell no rows apart.
@@ -97,11 +109,14 @@ def _rows(
     store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
 ) -> list[_Row]:
     """Return axes and other columns of the rows in which all axes have a value, as numbers."""
+    from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.query import ONE_MASS, query_rows
 
     conditions = [*where, *(f"{name}!=" for name in axes)]
-    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions)
+    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions, sound=True)
     if not rows:
+        if damage := tell_damage(store):
+            raise StoreError(f"nothing is left to draw: {damage}")
         raise StoreError(
             f"no row of {store.path} has {' and '.join(axes)}"
             f"{' where ' + ', '.join(where) if where else ''}; see `chaincor show`"

@@ -36,7 +36,7 @@ What it prints is explained by: chaincor explain
     "--most-hours",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="H",
-    help="refuse what is expected to take longer [default: 24]",
+    help="refuse what is expected to take longer, and stop what does [default: 24]",
 )
 @click.option(
     "--samples",
@@ -80,7 +80,7 @@ def run(
     from chaincor.workflows.accuracy.expected_cost import expected_seconds
     from chaincor.workflows.collision import MOST_SECONDS, collide
     from chaincor.workflows.outputs import refuse_other_kinds
-    from chaincor.workflows.run_progress import show_elapsed
+    from chaincor.workflows.processes.run_progress import show_elapsed
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")

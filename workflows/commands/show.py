@@ -48,9 +48,11 @@ def show(
     from chaincor.workflows.store.query import count_rows, query_rows
     from chaincor.workflows.store.results_store import Store
 
-    names = columns.split(",") if columns else list(_COLUMNS)
-    order = sort.split(",") if sort else ()
+    names = [name.strip() for name in columns.split(",")] if columns else list(_COLUMNS)
+    order = [name.strip() for name in sort.split(",")] if sort else ()
     with Store(store_path, read_only=True) as store:
+        # Of damaged rows, too, what can be read.
+        store.connection.text_factory = lambda content: content.decode(errors="replace")
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
     if as_json:

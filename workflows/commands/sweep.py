@@ -182,11 +182,16 @@ def _interruptible(path: Path) -> Iterator[None]:
 
 
 def _keeping_jobs(plan: "SweepPlan", folder: Path) -> "SweepPlan":
-    jobs = (
+    """Give each job its folder; InputError now, not a failure of each, where one cannot be."""
+    from chaincor.workflows.outputs import refuse_unusable_outputs
+
+    jobs = tuple(
         scene.replace(save=folder / scene.sha256[:16]) if scene.engine == "lammps" else scene
         for scene in plan.todo
     )
-    return dataclasses.replace(plan, todo=tuple(jobs))
+    for scene in jobs:
+        refuse_unusable_outputs(scene)
+    return dataclasses.replace(plan, todo=jobs)
 
 
 def _forecast(

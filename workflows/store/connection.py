@@ -7,6 +7,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from chaincor.workflows.errors import StoreError, StoreWriteError
+from chaincor.workflows.store.damage import add_functions
 from chaincor.workflows.store.schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
 
 # How long to wait for another sweep that is writing; each writes for milliseconds.
@@ -38,6 +39,7 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             isolation_level=None,
         )
         try:
+            add_functions(connection)
             with _snapshot(connection):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:

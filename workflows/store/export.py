@@ -1,11 +1,15 @@
 """A store as a table of its own: CSV, Parquet, pandas."""
 
 import csv
+import warnings
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.outputs import refuse_other_kinds
+from chaincor.workflows.store.damage import tell_damage
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
@@ -14,28 +18,40 @@ if TYPE_CHECKING:
     import pandas
 
 
-def export_store(store: Store, path: Path) -> None:
+def export_store(store: Store, path: Path) -> int:
     """
     Write all rows in the order of potential, particles and velocity to ``.csv`` or ``.parquet``.
 
-    The file appears when it is complete. Raises StoreError for another ending, or if the libraries
-    for Parquet are missing.
+    Damaged rows are left out; :func:`~chaincor.workflows.store.damage.tell_damage` names them. The
+    file appears when it is complete. Raises StoreError for another ending, or if the libraries for
+    Parquet are missing; InputError if there is something else than an earlier export. Returns how
+    many rows were written.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
+    refuse_other_kinds(path, path.suffix)
     with written_aside(path) as aside:
-        if path.suffix == ".csv":
-            with aside.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(PLAIN_COLUMNS)
-                writer.writerows(_rows(store))
-        else:
-            try:
-                to_pandas(store).to_parquet(aside, index=False)
-            except ImportError:
-                raise StoreError(
-                    "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
-                ) from None
+        return (_write_csv if path.suffix == ".csv" else _write_parquet)(store, aside)
+
+
+def _write_csv(store: Store, path: Path) -> int:
+    rows = _rows(store)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(PLAIN_COLUMNS)
+        writer.writerows(rows)
+    return len(rows)
+
+
+def _write_parquet(store: Store, path: Path) -> int:
+    try:
+        frame = _frame(store)
+        frame.to_parquet(path, index=False)
+    except ImportError:
+        raise StoreError(
+            "Parquet needs pandas and pyarrow; expected them: pip install chaincor[export]"
+        ) from None
+    return len(frame)
 
 
 def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
@@ -50,16 +66,22 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     Returns
     -------
     pandas.DataFrame
-        One row a collision, with the columns of ``chaincor show``.
+        One row a collision, with the columns of ``chaincor show``. Damaged rows are left out, and
+        a warning names them.
 
     Raises
     ------
     StoreError
         If pandas is missing, or the file is not a store.
     """
-    if not isinstance(store, Store):
-        with Store(store, read_only=True) as opened:
-            return to_pandas(opened)
+    with nullcontext(store) if isinstance(store, Store) else Store(store, read_only=True) as opened:
+        frame = _frame(opened)
+        if (damage := tell_damage(opened)) is not None:
+            warnings.warn(damage, stacklevel=2)
+    return frame
+
+
+def _frame(store: Store) -> "pandas.DataFrame":
     pd = require_pandas()
     frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
     names = ("contacts", "fragments", "power_order", "table_points", "target_particles")
@@ -79,4 +101,6 @@ def require_pandas() -> Any:
 
 
 def _rows(store: Store) -> list[tuple]:
-    return query_rows(store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"))
+    return query_rows(
+        store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"), sound=True
+    )

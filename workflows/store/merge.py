@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.connection import named_errors, transaction
+from chaincor.workflows.store.damage import damaged_column
 from chaincor.workflows.store.record import update_row
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.standing import Standing, standing_columns
@@ -19,27 +20,47 @@ def merge_stores(target: Path, sources: list[Path]) -> int:
 
     What stays is decided by :meth:`~chaincor.workflows.store.standing.Standing.yields_to`.
 
+    Damaged rows are not copied; :func:`~chaincor.workflows.store.damage.tell_damage` names them.
+
     Returns how many rows the target, which is made if it is not there, has then. Each source is
     only read, and copied in one transaction: after a StoreWriteError whole stores are missing, no
-    halves. Raises StoreError if a store cannot be used, or is to be merged into itself.
+    halves. Raises StoreError, and copies nothing, if a store cannot be used, or is to be merged
+    into itself.
     """
     for source in sources:
-        if source.resolve() == target.resolve():
+        # A link to the target is the target as well.
+        if source.exists() and target.exists() and source.samefile(target):
             raise StoreError(f"{source} cannot be merged into itself; expected another store")
-        Store(source, read_only=True).close()
+        _check_whole(source)
     with Store(target) as store:
         for source in sources:
             _copy(store, source)
         return len(store)
 
 
+def _check_whole(source: Path) -> None:
+    """Read every page of a store: what goes wrong after that is the target's."""
+    with Store(source, read_only=True) as store:
+        ((found,), *_) = store.select("PRAGMA quick_check(1)")[1]
+    if found != "ok":
+        reason = " ".join(str(found).split())
+        raise StoreError(
+            f"the results store {source} is damaged ({reason}), and nothing was merged; expected a "
+            "whole one: run its sweep into a new store, or leave it out"
+        )
+
+
+_SOUND_HERE, _SOUND_THERE = (f"{damaged_column(name)} IS NULL" for name in ("main", "source"))
 _WHERE_BOTH_HAVE_A_ROW = f"""
     SELECT collision_sha256, {standing_columns("main")}, {standing_columns("source")}
     FROM main.collisions JOIN source.collisions USING (collision_sha256)
+    WHERE {_SOUND_HERE} AND {_SOUND_THERE}
 """
-_WHERE_THE_TARGET_HAS_NONE = """
+_WHERE_THE_TARGET_HAS_NONE = f"""
     INSERT INTO winners SELECT collision_sha256 FROM source.collisions
-    WHERE collision_sha256 NOT IN (SELECT collision_sha256 FROM main.collisions)
+    WHERE {_SOUND_THERE} AND collision_sha256 NOT IN (
+        SELECT collision_sha256 FROM main.collisions WHERE {_SOUND_HERE}
+    )
 """
 
 

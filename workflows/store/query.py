@@ -6,15 +6,19 @@ from collections.abc import Sequence
 from typing import Any
 
 from chaincor.workflows.errors import StoreError
+from chaincor.workflows.store.damage import damaged_column
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import (
     BODY_COLUMNS,
     FLAG_COLUMNS,
     PLAIN_COLUMNS,
     SCENE_KEYS,
+    SOUND_SCENE,
     WORDS_OF_SCENES,
 )
 
+# More than this no store has, and no number of SQLite is larger.
+_MOST_ROWS = 2**63 - 1
 _PARAMETER = re.compile(r"parameters\.[A-Za-z]\w*")
 _CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|!=|==?|<|>)\s*(.*?)\s*")
 
@@ -26,6 +30,7 @@ def query_rows(
     where: Sequence[str] = (),
     order: Sequence[str] = (),
     limit: int | None = None,
+    sound: bool = False,
 ) -> list[tuple[Any, ...]]:
     """
     Read some columns of some rows.
@@ -47,6 +52,9 @@ def query_rows(
         Columns to sort by; with ``-`` before it, the largest first.
     limit : int, optional
         Most rows to return.
+    sound : bool
+        Whether to leave out damaged rows, which
+        :func:`~chaincor.workflows.store.damage.tell_damage` names.
 
     Returns
     -------
@@ -60,6 +68,8 @@ def query_rows(
         with a word.
     """
     conditions, values = _conditions(store, where)
+    if sound:
+        conditions += f"{' AND' if where else ' WHERE'} {damaged_column()} IS NULL"
     descending = [name.startswith("-") for name in order]
     ordered = [
         _quoted(name.removeprefix("-")) + (" DESC" if down else "")
@@ -70,7 +80,7 @@ def query_rows(
         query += f" ORDER BY {', '.join(ordered)}"
     if limit is not None:
         query += " LIMIT ?"
-        values = [*values, limit]
+        values = [*values, min(limit, _MOST_ROWS)]
     return store.select(query, values)[1]
 
 
@@ -130,7 +140,7 @@ def _quoted(name: str) -> str:
     if one := ONE_MASS.fullmatch(name):
         return _mass(one[1], int(one[2]))
     if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
-        return f"json_extract(scene, '$.{name}')"
+        return f"json_extract({SOUND_SCENE}, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
@@ -141,7 +151,8 @@ def _mass(masses: str, particle: int) -> str:
     place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
     body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
     return (
-        f"CASE WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
+        f"CASE WHEN {SOUND_SCENE} IS NULL THEN NULL "
+        f"WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
         f"WHEN json_type(scene, '$.{masses}') IS NULL THEN {absent} "
         f"WHEN json_type(scene, '$.{masses}') = 'array' THEN json_extract(scene, {place}) END"
     )

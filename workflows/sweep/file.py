@@ -16,6 +16,7 @@ from chaincor.lammps_inputs.scene_parts.scene_file import (
 )
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints, merged
+from chaincor.workflows.sweep.shared_fields import fields_set, refuse_shared_fields
 
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
@@ -88,11 +89,19 @@ def read_sweep(path: Path | str) -> Sweep:
             "scene go under [scene] or [axes]"
         )
     base, axes = _table(fields, "scene"), _table(fields, "axes")
-    refuse_outputs({**base, **axes}, "use arrays = true beside [scene], or --keep-jobs DIR")
+    instead = "use arrays = true beside [scene], or --keep-jobs DIR"
+    refuse_outputs({**base, **axes}, instead)
     base = from_folder(base, path.parent)
     inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
-    axes |= {f"{PARAMETER_AXIS}{name}": axis for name, axis in inner.items()}
+    for name, axis in inner.items():
+        if (whole := f"{PARAMETER_AXIS}{name}") in axes:
+            raise SweepError(
+                f"axis '{whole}' is given twice, with quotes and without; expected it once: "
+                "leave one out"
+            )
+        axes[whole] = axis
     values = {name: axis_values(name, axis) for name, axis in axes.items()}
+    refuse_outputs(dict.fromkeys(fields_set(values), True), instead)
     arrays = fields.get("arrays", False)
     if not isinstance(arrays, bool):
         raise SweepError(f"arrays is {arrays!r}; expected true or false")
@@ -126,7 +135,8 @@ def refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
 def axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
     """Return what each value of an axis sets; SweepError if it is no axis."""
     if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
-        return axis
+        # Of this field alone a value is a table itself.
+        return [{name: value} for value in axis] if name == "parameters" else axis
     if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
         raise SweepError(
             f"axis '{name}' is not a field of a scene; expected one of "
@@ -225,6 +235,7 @@ def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list
             sizes = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, axes, strict=True))
             raise SweepError(f"axes that move together have different lengths ({sizes})")
         groups.append([merged(*parts) for parts in zip(*axes, strict=True)])
+    refuse_shared_fields(values, together)
     groups += left.values()
     count = math.prod(len(group) for group in groups)
     if count > _MOST_POINTS:

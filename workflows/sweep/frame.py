@@ -12,7 +12,8 @@ from chaincor.workflows.store.export import require_pandas, to_pandas
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.sweep.execution import run_scenes
 from chaincor.workflows.sweep.file import axis_values, refuse_outputs
-from chaincor.workflows.sweep.points import SweepPoints
+from chaincor.workflows.sweep.points import PARAMETER_AXIS, SweepPoints
+from chaincor.workflows.sweep.shared_fields import fields_set, refuse_shared_fields
 
 if TYPE_CHECKING:
     import pandas
@@ -46,8 +47,8 @@ def sweep(
     Returns
     -------
     pandas.DataFrame
-        A row for each point, in their order: the axes, then the columns of a store. Where a
-        collision has no result, ``failure`` says why.
+        A row for each point, in their order: what the axes set, then the columns of a store. Where
+        a collision has no result, ``failure`` says why.
 
     Raises
     ------
@@ -74,20 +75,30 @@ def _sweep(
     require_pandas()
     workers = workers_given(workers)
     base = {key: getattr(scene, key) for key in scene.model_fields_set}
-    refuse_outputs({**base, **axes}, "give a store, which keeps all results")
-    groups = [axis_values(name, _listed(name, axis)) for name, axis in axes.items()]
-    points = list(SweepPoints(base, groups, Path()))
+    instead = "give a store, which keeps all results"
+    refuse_outputs({**base, **axes}, instead)
+    values = {name: axis_values(name, _listed(name, axis)) for name, axis in axes.items()}
+    fields = fields_set(values)
+    refuse_outputs(dict.fromkeys(fields, True), instead)
+    refuse_shared_fields(values)
+    points = list(SweepPoints(base, list(values.values()), Path()))
     with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
         kept = Path(folder) / "sweep.sqlite" if store is None else store
         run_scenes(points, kept, workers=workers, progress=progress)
         rows = to_pandas(kept).set_index("collision_sha256", drop=False)
     frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
-    for place, name in enumerate(axes):
-        values = [getattr(point, name) for point in points]
+    for place, name in enumerate(fields):
+        column = [_value(point, name) for point in points]
         if name in frame.columns:
             frame = frame.drop(columns=name)
-        frame.insert(place, name, values)
+        frame.insert(place, name, column)
     return frame
+
+
+def _value(scene: Scene, name: str) -> Any:
+    if name.startswith(PARAMETER_AXIS):
+        return (scene.parameters or {}).get(name.removeprefix(PARAMETER_AXIS))
+    return getattr(scene, name)
 
 
 def _listed(name: str, axis: Any) -> list[Any]:

@@ -34,8 +34,8 @@ class SweepPoints(Sequence[Scene]):
     base : dict
         Fields of the base scene.
     groups : sequence of list of dict
-        What each value of each axis sets; axes that move together are one. The last varies
-        fastest, and wins where two set one field.
+        What each value of each axis sets; axes that move together are one, and no two set one
+        field. The last varies fastest.
     folder : pathlib.Path
         That of the sweep file, where relative paths start.
     """
@@ -86,7 +86,7 @@ def _fold_parameters(fields: dict[str, Any]) -> None:
 
 
 def merged(*parts: dict[str, Any]) -> dict[str, Any]:
-    """Join the fields that several axes set; the last wins."""
+    """Join the fields that several axes set."""
     return {key: value for part in parts for key, value in part.items()}
 
 

@@ -1,3 +1,4 @@
+import math
 import shutil
 
 import numpy as np
@@ -96,10 +97,48 @@ def test_magnification_keeps_the_order_of_the_lines(motion):
     assert np.all(np.diff(grey, axis=0) > 0.0)
 
 
-def test_colours_are_those_that_everyone_can_tell_apart(motion, harmonic20):
+def test_colours_are_those_that_everyone_can_tell_apart():
     curves = {str(k): ([1.0, 2.0], [0.5, 0.6]) for k in range(7)}
     ax = plot_curves(curves, "speed", "restitution")
     assert [line.get_color() for line in ax.get_lines()] == list(CYCLE)
+
+
+@pytest.mark.parametrize("points", [2, 300], ids=["with markers", "too many for markers"])
+def test_of_curves_with_a_legend_no_two_look_alike(points):
+    x = np.linspace(1.0, 2.0, points)
+    ax = plot_curves({f"n = {k}": (x, x + k) for k in range(24)}, "speed", "restitution")
+    lines = ax.get_lines()
+    looks = {(line.get_color(), line.get_linestyle()) for line in lines}
+    assert len(ax.get_legend().get_texts()) == len(looks) == 24
+    marked = {(line.get_color(), line.get_marker()) for line in lines}
+    assert len(marked) == (24 if points == 2 else 7)
+
+
+def test_very_many_curves_have_a_bar_of_colours_or_say_that_they_have_no_legend():
+    curves = {f"particles = {k}": ([1.0, 2.0], [0.5, k]) for k in range(2, 42)}
+    ax = plot_curves(curves, "speed", "restitution")
+    assert len({tuple(line.get_color()) for line in ax.get_lines()}) == 40
+    (bar,) = [other for other in ax.figure.axes if other is not ax]
+    assert "number of particles" in bar.get_ylabel()
+    named = {
+        f"bond = {'ab'[k % 2]}, {label}": curve for k, (label, curve) in enumerate(curves.items())
+    }
+    ax = plot_curves(named, "speed", "restitution")
+    assert ax.get_title(loc="right") == "40 curves, too many for a legend"
+    looks = {(x.get_color(), x.get_linestyle(), x.get_marker()) for x in ax.get_lines()}
+    assert len(looks) == 40
+
+
+def test_a_common_factor_is_in_the_label_and_not_over_the_legend():
+    curves = {f"n = {k}": ([1.0, 2.0], [1e-7, 3e-7 * k]) for k in (1, 2)}
+    ax = plot_curves(curves, "speed", "restitution_error")
+    for _ in range(2):  # drawn twice, told once
+        ax.figure.canvas.draw()
+        assert ax.yaxis.get_offset_text().get_text() == ""
+        assert ax.get_ylabel().count("10^{") == 1
+    ax.set_ylabel("another")
+    ax.figure.canvas.draw()
+    assert ax.get_ylabel().startswith("another (")
 
 
 def test_animation_is_a_gif_that_moves(motion, tmp_path):
@@ -119,6 +158,23 @@ def test_animation_refuses_what_it_cannot_write(motion, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(InputError, match="needs ffmpeg"):
         animate_collision(times, u, v, tmp_path / "c.mp4", impact_velocity=0.1)
+
+
+@pytest.mark.parametrize("frames", [0, -3, 2.5, math.nan, "many", None, True, 10**12])
+def test_a_number_of_pictures_that_is_none_is_refused_and_leaves_no_file(motion, tmp_path, frames):
+    said = rf"^the number of pictures is {frames!r}; expected a whole number, from 1 to"
+    times, u, v = motion
+    with pytest.raises(InputError, match=said):
+        animate_collision(times, u, v, tmp_path / "c.gif", impact_velocity=0.1, frames=frames)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("magnification", [math.nan, math.inf, -1.0, 0.0, "big", True])
+def test_a_magnification_that_is_none_is_refused(motion, magnification):
+    times, u, _ = motion
+    said = rf"^magnification is {magnification!r}; expected a positive finite number"
+    with pytest.raises(InputError, match=said):
+        plot_trajectories(times, u, magnification=magnification)
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="MP4 is written where ffmpeg is")

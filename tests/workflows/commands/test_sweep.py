@@ -4,8 +4,10 @@ import json
 
 import pytest
 
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from chaincor.workflows.errors import SweepError
+from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.sweep.file import read_sweep
 
 SWEEP = """
@@ -138,6 +140,50 @@ def test_a_point_that_is_no_scene_is_named(chaincor, sweep_file):
     assert "Traceback" not in error
 
 
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "[axes]\nparticles = [3, 4]\nbond = [{particles = 5}, {speed = 0.1}]",
+            "axes 'particles' and 'bond' both set particles;",
+        ),
+        (
+            'zip = [["a", "b"]]\n[axes]\na = [{speed = 0.1}]\nb = [{speed = 0.2, particles = 3}]',
+            "axes 'a' and 'b' both set speed;",
+        ),
+        (
+            "[axes]\nparameters.a = [1]\nbond = [{parameters = {a = 1, D = 1}}]",
+            r"axes 'bond' and 'parameters\.a' both set parameters\.a;",
+        ),
+        (
+            "[axes]\nx = [{parameters = {a = 1}}]\ny = [{parameters = {D = 1}}]",
+            "axes 'x' and 'y' both set parameters;",
+        ),
+        ('[axes]\n"parameters.a" = [1]\nparameters.a = [2]', "given twice, with quotes"),
+        ('[axes]\nbond = [{arrays = "a.npz"}]', "'arrays' in a sweep would write every point"),
+    ],
+)
+def test_of_two_values_for_one_field_none_is_dropped_silently(sweep_file, text, said):
+    with pytest.raises(SweepError, match=said):
+        read_sweep(sweep_file(text))
+
+
+def test_axes_that_never_set_a_field_at_one_point_may_share_it(sweep_file):
+    path = sweep_file(
+        'zip = [["a", "b"]]\n[axes]\n'
+        "a = [{speed = 0.1}, {particles = 3}]\nb = [{particles = 4}, {speed = 0.2}]"
+    )
+    assert points(path, "particles", "speed") == [(4, 0.1), (3, 0.2)]
+
+
+def test_parameters_as_an_axis_are_tables(sweep_file):
+    path = sweep_file(
+        '[scene]\npotential = "formula"\nenergy = "D*(1-exp(-a*s))^2"\n'
+        "[axes]\nparameters = [{D = 1, a = 6}, {D = 2, a = 6}]"
+    )
+    assert points(path, "parameters") == [({"D": 1.0, "a": 6.0},), ({"D": 2.0, "a": 6.0},)]
+
+
 # ---- the commands -------------------------------------------------------------------------------
 
 
@@ -212,3 +258,23 @@ def test_bad_input_is_one_line_and_status_2(chaincor, sweep_file, arguments):
     assert (status, out) == (2, "")
     assert error.startswith("chaincor: ")
     assert error.count("\n") == 1
+
+
+def test_a_limit_beyond_all_numbers_of_the_store_shows_all(chaincor, tmp_path, make_attempt):
+    path = tmp_path / "s.sqlite"
+    with Store(path) as store:
+        store.record([make_attempt(Scene(potential="lj", particles=n)) for n in (2, 3)])
+    for limit in (2**63, 10**30):
+        status, out, error = chaincor(
+            "show", path, "--limit", limit, "--columns", "particles, speed"
+        )
+        assert (status, error, len(out.splitlines())) == (0, "", 3)
+
+
+def test_jobs_that_cannot_be_kept_are_refused_before_anything_fails(chaincor, sweep_file, tmp_path):
+    path = sweep_file("[axes]\nparticles = [3]")
+    (tmp_path / "kept").write_text("mine")
+    status, _, error = chaincor("sweep", path, "--keep-jobs", tmp_path / "kept", "--workers", 1)
+    assert (status, "is a file; give another path" in error) == (2, True)
+    with Store(tmp_path / "sweep.sqlite") as store:
+        assert len(store) == 0

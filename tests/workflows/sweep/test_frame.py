@@ -30,6 +30,24 @@ def test_a_row_for_each_point_in_order(tmp_path):
     assert again["finished"].tolist() == frame["finished"].tolist()[-1:]
 
 
+def test_an_axis_of_tables_or_of_a_parameter_shows_what_it_sets(store):
+    tables = [{"particles": 3}, {"particles": 4, "speed": 0.1}]
+    frame = sweep(BASE, store=store, workers=1, chain=tables)
+    assert frame.columns[:2].tolist() == ["particles", "speed"]
+    assert frame["particles"].tolist() == [3, 4]
+    morse = Scene(
+        potential="formula",
+        energy="D*(1-exp(-a*s))^2",
+        parameters={"D": 0.0139, "a": 6.0},
+        particles=3,
+        velocity=0.05,
+        engine="reference",
+        tolerance=1e-4,
+    )
+    frame = sweep(morse, store=store, workers=1, **{"parameters.a": [5.0, 6.0]})
+    assert frame["parameters.a"].tolist() == [5.0, 6.0]
+
+
 @pytest.mark.slow
 def test_a_collision_that_fails_is_a_row_that_says_why():
     # Harmonic bonds cross in LAMMPS at the second speed.
@@ -52,6 +70,8 @@ def test_a_collision_that_fails_is_a_row_that_says_why():
         (BASE, {"speed": []}, SweepError, "axis 'speed' is"),
         (BASE, {"speed": [0.1, -1.0]}, SceneError, "speed is -1.0"),
         (BASE, {"arrays": ["a.npz"]}, SweepError, "'arrays' in a sweep would write"),
+        (BASE, {"x": [{"dump": "a"}]}, SweepError, "'dump' in a sweep would write"),
+        (BASE, {"x": [{"speed": 0.1}], "speed": [0.2]}, SweepError, "'x' and 'speed' both set"),
     ],
 )
 def test_what_is_no_sweep_is_refused_in_one_line(scene, axes, error, message):

@@ -6,11 +6,11 @@ import time
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import durations, run_progress
+from chaincor.workflows import durations
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.cli import main
-from chaincor.workflows.processes import progress
-from chaincor.workflows.run_progress import show_elapsed
+from chaincor.workflows.processes import progress, run_progress
+from chaincor.workflows.processes.run_progress import show_elapsed
 
 
 def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):
