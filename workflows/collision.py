@@ -21,6 +21,7 @@ from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.time_limit import limited_to
 from chaincor.workflows.given import scenes_given, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.processes.in_flight import as_they_end
@@ -81,7 +82,8 @@ def collide(
     tolerance : float, optional
         Absolute error asked of eta; overrides the scene's.
     most_seconds : float
-        How long each may be expected to take.
+        How long each may take: what is expected to take longer is not begun, and what does is
+        answered with the error reached by then, or stopped where there is no number yet.
     workers : int, optional
         Of several scenes: how many are carried out at a time; one a core by default.
     progress : bool
@@ -99,7 +101,8 @@ def collide(
         If this is no scene, a tolerance is given together with explicit numerics, or outputs have
         no place.
     CostError
-        If it is expected to take longer than `most_seconds`; nothing was begun.
+        If it is expected to take longer than `most_seconds`, and nothing was begun, or if it took
+        longer and has no number yet.
     RunError
         If no number that can be trusted came out; each cause has a name. Of several scenes the
         first one that fails stops all: `collide_many` and `run_scenes` go on.
@@ -189,7 +192,8 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     refuse_unusable_outputs(scene)
     refuse_endless(scene, most_seconds)
     asked = scene.asked_tolerance
-    answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
+    with limited_to(most_seconds):
+        answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
     if scene.temperature is not None:
         assert scene.line is not None
         gap = float(scene.line.strains[scene.line.gap])

@@ -5,6 +5,8 @@ import time
 
 # Between two lines in the log of a batch job.
 LINE_SECONDS = 60.0
+# Ten thousand years, of which digits say nothing.
+_TOO_LONG = 3e11
 
 
 class LineAMinute:
@@ -26,6 +28,8 @@ class LineAMinute:
 
 def format_duration(seconds: float) -> str:
     """Format a time for people, in the largest unit of which it holds two."""
+    if seconds >= _TOO_LONG:
+        return f"{seconds / 86400.0:.1g} days"
     for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2.0 * size:
             return f"{seconds / size:.1f} {unit}"

@@ -65,7 +65,7 @@ class SweepError(InputError):
 
 
 class CostError(InputError):
-    """A collision is expected to take longer than it may, and was not begun."""
+    """A collision is expected to take longer than it may, or took longer without a number yet."""
 
 
 class WorkerDiedError(RunError):

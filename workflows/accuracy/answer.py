@@ -5,9 +5,11 @@ from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.error_bars import error_bar, spreads, table_error
+from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_of
+from chaincor.workflows.engines.time_limit import time_limit
 from chaincor.workflows.result import ErrorBar
 
 
@@ -70,6 +72,11 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
         else "the collision amplifies the last digit of any number; ask for less",
         "ending": "a piece of the broken chain may still hit the wall, however long it is followed",
     }[largest]
+    if time_limit().was_short and largest in ("step", "table"):
+        remedy = (
+            f"what is finer would take longer than {format_duration(time_limit().allowed)}; allow "
+            "more (--most-hours, or most_seconds in Python)"
+        )
     if outcome.scheme == hard_sphere.SCHEME:
         remedy = "so far hard spheres may be off; ask for less: to step would take too long"
     return (

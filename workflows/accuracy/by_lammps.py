@@ -10,8 +10,10 @@ from chaincor.lammps_inputs.bonds.potential import compressed_strain
 from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
+from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
+from chaincor.workflows.accuracy.cost_model import within_time
 from chaincor.workflows.accuracy.error_bars import (
     COARSER_SHARE,
     LEAST_SHARE,
@@ -22,6 +24,7 @@ from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
+    contact_is_sharpest,
     effective_order,
     guess_step,
     largest_step,
@@ -31,6 +34,7 @@ from chaincor.workflows.accuracy.step_search import error_near, estimate_step, f
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import (
     coarsening,
     jitter_error,
@@ -38,8 +42,9 @@ from chaincor.workflows.engines.rounding import (
     rounding_of_steps,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.errors import LostAtomsError, RunError, TimestepError
+from chaincor.workflows.errors import CostError, LostAtomsError, RunError, TimestepError
 from chaincor.workflows.measured import measured
+from chaincor.workflows.result import ErrorBar
 
 # The table may use this share of the tolerance: it costs little more for being exact, a step much.
 _TABLE_SHARE = 0.01
@@ -126,11 +131,20 @@ def meet_with_lammps(
     chosen = time.perf_counter() - started
     tries: list[dict[str, Any]] = []
     order = effective_order(scene, numerics.scheme)
+    lasts = float(truth.outcome.contact_times[-1])
+    longest = 0.5 * largest_step(numerics.scheme, scene.fast_stiffness)
+    numerics = within_time(scene, numerics, lasts, longest)
+    done: tuple[Outcome, Outcome, float, ErrorBar] | None = None
     for attempt in range(_MOST_REFINEMENTS):
         h = numerics.timestep
         last = attempt == _MOST_REFINEMENTS - 1
         try:
             fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
+        except CostError:
+            if done is None:
+                raise
+            fine, coarse, step, bar = done
+            break
         except (TimestepError, LostAtomsError):
             if last:
                 raise
@@ -151,6 +165,8 @@ def meet_with_lammps(
         bar = error_bar(fine, scene, step, noise)
         assert bar.total is not None
         tries.append({"timestep": numerics.timestep, "step_error": step})
+        if done is None or bar.total < (done[3].total or 0.0):
+            done = fine, coarse, step, bar
         hopeless = bar.rounding + bar.ending > goal or step < 0.3 * floor
         hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
         if bar.total <= goal or last or hopeless:
@@ -163,6 +179,8 @@ def meet_with_lammps(
             numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
         elif numerics.force_error is not None:
             numerics = replace(numerics, force_error=0.1 * numerics.force_error)
+        if within_time(scene, numerics, lasts, longest) is not numerics:
+            break
     assert bar.total is not None
     if bar.total > goal and numerics.scheme not in COMPOSITIONS:
         # More exact at a price: rounding is not amplified.
@@ -185,13 +203,25 @@ def _yardstick(scene: Scene, tolerance: float) -> Converged:
         return exact_modes(scene)
     sharp = sharpness(scene)
     if sharp > SHARPEST_LAMMPS:
-        shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
-        raise RunError(
-            f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
-            f"{sharp:.2g} times faster than at rest; expected less than {SHARPEST_LAMMPS:g} times "
-            "for LAMMPS's fixed steps: lower the speed, or use engine 'reference'"
-        )
+        raise RunError(_too_sharp(scene, sharp))
     return converge(scene, goal)
+
+
+def _too_sharp(scene: Scene, sharp: float) -> str:
+    """Say what LAMMPS's fixed steps cannot follow: the contact or the bonds."""
+    expected = f"expected less than {SHARPEST_LAMMPS:g} times for LAMMPS's fixed steps"
+    if contact_is_sharpest(scene):
+        return (
+            f"with contact_stiffness {scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS:g} the "
+            f"contact would swing {sharp:.2g} times faster than bonds at rest; {expected}: give a "
+            "smaller one, or use engine 'reference', or contact 'hard'"
+        )
+    shortest = 1.0 + compressed_strain(scene.bond, scene.impact_velocity**2)
+    return (
+        f"bonds would be compressed to about {shortest:.2g} of their length, where they swing "
+        f"{sharp:.2g} times faster than at rest; {expected}: lower the speed, or use engine "
+        "'reference'"
+    )
 
 
 def choose_numerics(

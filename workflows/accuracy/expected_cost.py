@@ -7,12 +7,21 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, TRUTH_SHARE, usual_scheme
-from chaincor.workflows.accuracy.cost_model import cost_model
+from chaincor.workflows.accuracy.by_lammps import (
+    SHARPEST_LAMMPS,
+    TRUTH_SHARE,
+    usual_scheme,
+)
+from chaincor.workflows.accuracy.cost_model import LAMMPS_RUNS, cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
 from chaincor.workflows.accuracy.regular import LONG, first_step
-from chaincor.workflows.accuracy.step_guess import STEP_SHARE, guess_step, sharpness
+from chaincor.workflows.accuracy.step_guess import (
+    STEP_SHARE,
+    contact_is_sharpest,
+    guess_step,
+    sharpness,
+)
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
@@ -25,8 +34,6 @@ from chaincor.workflows.errors import CostError
 # 1e-4 to 1e-9. What any collision with LAMMPS takes, and any in-house:
 _LAMMPS_SECONDS = 0.025
 _IN_HOUSE_SECONDS = 0.002
-# The run that gives the number, and the proof of it at twice the step.
-_LAMMPS_RUNS = 1.5
 # One stage, and one bond in it, of the in-house integrator; its runs until they agree, or until
 # LAMMPS's step is chosen.
 _IN_HOUSE_STAGE = 1e-7
@@ -86,7 +93,7 @@ def expected_seconds(scene: Scene) -> float:
     numerics = Numerics(scheme=scheme, timestep=0.5 * step)
     run = cost_model().integration(scene, numerics, duration)
     choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
-    return _LAMMPS_SECONDS + _LAMMPS_RUNS * run + choice + modal
+    return _LAMMPS_SECONDS + LAMMPS_RUNS * run + choice + modal
 
 
 def usually_shatters(scene: Scene) -> bool:
@@ -116,10 +123,10 @@ def refuse_endless(scene: Scene, most_seconds: float) -> None:
     expected = expected_seconds(scene)
     if expected <= most_seconds:
         return
-    cheaper = ""
+    cheaper = ", or a smaller contact_stiffness" if contact_is_sharpest(scene) else ""
     if scene.engine != "reference" and not scene.explicit:
         in_house = expected_seconds(scene.replace(engine="reference"))
-        cheaper = f", or use engine 'reference' (about {format_duration(in_house)})"
+        cheaper += f", or use engine 'reference' (about {format_duration(in_house)})"
     raise CostError(
         f"{scene.particles} particles would take about {format_duration(expected)} on one core; "
         f"expected at most {format_duration(most_seconds)}: take fewer particles or a larger "

@@ -11,6 +11,7 @@ from chaincor.workflows.accuracy.convergence import jitter
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.rounding import jitter_error, rounding_error, rounding_matters
+from chaincor.workflows.engines.time_limit import time_limit
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
 # decade; more decades are missed only where nothing converges, and then the bar is not small.
@@ -38,7 +39,8 @@ def meet(scene: Scene, tolerance: float) -> Answer:
         stalled = found.bar.step > max(goal, found.bar.rounding)
         # Nor is it less where steps that amplify no rounding leave more than the loosest goal.
         hopeless = loosest < found.bar.rounding <= jitter_error(scene.engine, found.jitter, scene)
-        if _bar(found) - found.bar.ending <= goal or stalled or hopeless:
+        short = time_limit().was_short  # for looser goals, too
+        if _bar(found) - found.bar.ending <= goal or stalled or hopeless or short:
             break
         goal *= 10.0
         # What roundings make of a collision they make of it at any step: none is lucky.

@@ -16,7 +16,7 @@ from chaincor.workflows.accuracy.irregular import STALLED
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error
-from chaincor.workflows.errors import RunError
+from chaincor.workflows.errors import CostError, RunError
 
 # Fixed steps are proved by runs at so many times the step.
 COARSER = (2.0, 1.86)
@@ -139,6 +139,10 @@ def refine(
             fine = run_in_house(scene, scheme, step, known)
             known = known or fine
             proofs = _proofs(scene, scheme, fine, last, goal)
+        except CostError:
+            if best is None:
+                raise
+            break
         except RunError as failure:
             error, last = math.inf, None
             refusals.append(failure)

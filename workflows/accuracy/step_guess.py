@@ -94,6 +94,22 @@ def _sharpness_of(bond: Potential, speeds: NDArray[np.float64]) -> list[float]:
     return [math.sqrt(max(1.0, curvature / bond.stiffness)) for curvature in curvatures]
 
 
+def contact_is_sharpest(scene: Scene) -> bool:
+    """Return whether it is the contact of soft bodies that swings fastest, not a bond."""
+    line = scene.line
+    return (
+        line is not None and line.soft and sharpness(scene) <= math.sqrt(_contact_rate(scene, line))
+    )
+
+
+def _contact_rate(scene: Scene, line: Line) -> float:
+    """Return the square of how much faster a soft contact swings than bonds at rest."""
+    q, v0 = line.contact_exponent, float(np.max(np.abs(line.velocities)))
+    # Two particles that meet at 2 v0.
+    contact = q * line.contact_stiffness * line.overlap(2.0 * v0) ** (q - 1.0) / line.contact_mass
+    return contact / scene.fast_stiffness
+
+
 def _sharpness_of_line(scene: Scene, line: Line) -> float:
     """Return the same for bonds and a contact that unequal particles compress."""
     v0, pairs = float(np.max(np.abs(line.velocities))), line.masses[1:] * line.masses[:-1]
@@ -106,11 +122,7 @@ def _sharpness_of_line(scene: Scene, line: Line) -> float:
         strain = min(strain, float(np.min(np.delete(line.strains, line.gap))))
         sharpest = max(sharpest, float(scene.bond.curvature(strain)) / scene.bond.stiffness)
     if line.soft:
-        q, stiffness = line.contact_exponent, line.contact_stiffness
-        # Two particles that meet at 2 v0.
-        overlap = line.overlap(2.0 * v0)
-        contact = q * stiffness * overlap ** (q - 1.0) / line.contact_mass
-        sharpest = max(sharpest, contact / scene.fast_stiffness)
+        sharpest = max(sharpest, _contact_rate(scene, line))
     return math.sqrt(sharpest)
 
 

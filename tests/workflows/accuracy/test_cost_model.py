@@ -39,9 +39,9 @@ def test_verlet_is_charged_by_steps_bonds_and_contacts():
 def test_a_free_target_is_charged_as_well():
     numerics = Numerics(scheme="verlet", timestep=0.5)
     one, other = (LJ.replace(particles=n, target_particles=102 - n) for n in (1, 101))
-    # 100 bonds in either, and about one contact.
+    # 100 bonds in either, and about one contact; and a look before each step.
     for scene in (one, other):
-        expected = pytest.approx(200 * 4.0 + 0.9 * 20.0)
+        expected = pytest.approx(200 * (4.0 + 8.0 * 5.0) + 0.9 * 20.0)
         assert MODEL.integration(scene, numerics, 100.0) == expected
 
 

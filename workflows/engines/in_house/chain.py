@@ -16,6 +16,7 @@ from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+from chaincor.workflows.engines.time_limit import check_time
 
 
 @dataclass(frozen=True)
@@ -233,6 +234,7 @@ class Chain:
         most = steps_at_once(scheme.evaluations * len(self.strain))
         arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
         while True:
+            check_time()
             steps = int(ledger["steps"])
             if loops is not None and running.pays(int(ledger["active"]), goal - steps):
                 return running.advance(ledger, self.arrays, loops, goal, count)

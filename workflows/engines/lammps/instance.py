@@ -31,6 +31,7 @@ from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
+from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import RunError
 
 _RUN_ONE = run_command(1)
@@ -171,6 +172,7 @@ class LammpsChain:
             part = steps if self.far_bonds is None else min(steps, self.far_bonds.steps_left())
             for begin in range(0, part, self._at_once):
                 taken = min(self._at_once, part - begin)
+                check_time()
                 self._send(self._handle, run_command(taken))
                 self.stages_done += taken
                 if self._failed(self._handle):
@@ -211,6 +213,7 @@ class LammpsChain:
 
     def step(self, duration: float | None = None) -> None:
         """Take one composed or extrapolated step, by default the full step H."""
+        check_time()
         self._set_timestep(self.timestep if duration is None else duration)
         self._take_step()
         self.stages_done += self._evaluations

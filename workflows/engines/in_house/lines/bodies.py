@@ -17,6 +17,7 @@ from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.parting import bodies_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+from chaincor.workflows.engines.time_limit import check_time
 
 Array = NDArray[np.float64]
 
@@ -165,6 +166,7 @@ class LineInMotion:
         fractions = tuple(self.scheme.fractions)
         parameters = tuple(LineParameters.of(self.line, self.kernels.parameters))
         while True:
+            check_time()
             until = min(goal, int(ledger.steps) + most)
             status = self.kernels.advance(
                 ledger, unnamed(self.arrays), until, self.step, fractions, parameters

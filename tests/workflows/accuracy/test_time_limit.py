@@ -1,0 +1,54 @@
+"""A collision takes no longer than it may, and what it has by then is the answer."""
+
+import time
+
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.engines.time_limit import check_time, limited_to, time_limit
+from chaincor.workflows.errors import CostError
+
+# What is allowed, and what a collision takes then at most: 1.2 times that, 5 s in which loops may
+# have to be compiled, and the piece of work that was begun.
+ALLOWED, MOST = 3.0, 1.2 * 3.0 + 5.0 + 2.0
+
+
+def sensitive(place):
+    """Return a chain that amplifies what steps err by, as its one heavy particle stands there."""
+    masses = [1.0] * 100
+    masses[place] = 26.0
+    return Scene(potential="log", particles=100, masses=masses, speed=1.03, tolerance=1e-3)
+
+
+def test_time_that_is_up_is_an_error_by_name():
+    check_time()
+    with limited_to(1e-6):
+        time_limit().end = time.monotonic()
+        with pytest.raises(CostError, match="was stopped after the 1e-06 s that it may take"):
+            check_time()
+        assert time_limit().was_short
+    assert not time_limit().was_short
+    check_time()
+
+
+@pytest.mark.slow
+def test_lammps_answers_within_its_time_and_says_what_is_missed():
+    # Without a limit it takes minutes.
+    started = time.monotonic()
+    found = collide(sensitive(95), most_seconds=ALLOWED)
+    assert time.monotonic() - started < MOST
+    assert found.tolerance_met is False
+    assert "what is finer would take longer than 3 s; allow more" in found.reason
+    exact = collide(sensitive(95).replace(engine="reference"))
+    off = abs(found.restitution - exact.restitution)
+    assert off <= found.restitution_error + exact.restitution_error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "engine"), [(5, "lammps"), (50, "reference")])
+def test_a_collision_without_a_number_by_then_is_stopped(place, engine):
+    started = time.monotonic()
+    with pytest.raises(CostError, match="was stopped after the 3 s that it may take"):
+        collide(sensitive(place).replace(engine=engine), most_seconds=ALLOWED)
+    assert time.monotonic() - started < MOST

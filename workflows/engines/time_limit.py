@@ -1,0 +1,73 @@
+"""How long a collision may take: engines ask, between pieces of work, whether its time is up."""
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+from chaincor.workflows.durations import format_duration
+from chaincor.workflows.errors import CostError
+
+# Collisions may take somewhat longer than was said, and loops may have to be compiled first.
+_LONGER, _COMPILING = 1.2, 5.0
+
+
+@dataclass
+class TimeLimit:
+    """
+    Until when a collision may be worked on.
+
+    Attributes
+    ----------
+    allowed : float
+        Seconds that were said.
+    end : float
+        By the clock of ``time.monotonic``.
+    was_short : bool
+        Whether something was left undone for it.
+    """
+
+    allowed: float = math.inf
+    end: float = math.inf
+    was_short: bool = False
+
+    @property
+    def left(self) -> float:
+        """Seconds that are left."""
+        return self.end - time.monotonic()
+
+
+_current: ContextVar[TimeLimit] = ContextVar("time_limit", default=TimeLimit())  # noqa: B039
+
+
+def time_limit() -> TimeLimit:
+    """Return the limit of the collision that is worked on; endless where none was set."""
+    return _current.get()
+
+
+@contextmanager
+def limited_to(seconds: float) -> Iterator[None]:
+    """Let what is worked on within take so many seconds, about."""
+    token = _current.set(
+        TimeLimit(seconds, time.monotonic() + _LONGER * seconds + _COMPILING)
+        if seconds < math.inf
+        else TimeLimit()
+    )
+    try:
+        yield
+    finally:
+        _current.reset(token)
+
+
+def check_time() -> None:
+    """Raise CostError where a collision has taken longer than it may."""
+    limit = _current.get()
+    if limit.end < time.monotonic():
+        limit.was_short = True
+        raise CostError(
+            f"the collision was stopped after the {format_duration(limit.allowed)} that it may "
+            "take, about, with no result yet; expected less: take fewer particles, a larger "
+            "tolerance or a lower speed, or allow more (--most-hours, or most_seconds in Python)"
+        )
