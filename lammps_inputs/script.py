@@ -290,5 +290,6 @@ def render_job(
                 "root_power": number(1.0 / power),
             }
     values["other_forces"] = template is not None and template.other_forces
+    values["reports"] = template is not None and template.reports
     text = _environment().get_template("job.in.j2").render(values)
     return text if template is None else template.render(values, text)

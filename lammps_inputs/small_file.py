@@ -4,22 +4,36 @@ from pathlib import Path
 
 # So many bytes are some for each of the most particles.
 _LARGEST = 1_000_000_000
+_TOO_LARGE = "it is larger than the longest chain needs"
 
 
-def read_small_file(path: Path) -> str:
+def read_small_file(path: Path, largest: int = _LARGEST, pipes: bool = False) -> str:
     """
-    Return the text of a file.
+    Return the text of a file of at most `largest` bytes, with or without a byte order mark.
 
-    OSError or ValueError, with the reason, where it cannot be read, is no plain file (a device or a
-    pipe may never end), is larger than the longest chain could need, or is not UTF-8.
+    With `pipes` one such as a shell's ``<(...)`` is read until it ends. OSError or ValueError, with
+    the reason, where it cannot be read, is no plain file otherwise (a device or a pipe may never
+    end), is larger than that, or is not UTF-8.
     """
-    refuse_endless(path)
-    return path.read_text(encoding="utf-8-sig")
+    if not (pipes and path.is_fifo()):
+        refuse_endless(path, largest)
+    with path.open("rb") as file:
+        content = file.read(largest + 1)
+    if len(content) > largest:
+        raise ValueError(_TOO_LARGE)
+    return content.decode("utf-8-sig").replace("\r\n", "\n")
 
 
-def refuse_endless(path: Path) -> None:
+def why_unreadable(error: OSError | ValueError) -> str:
+    """Return the reason that a file could not be read, from what reading it raised."""
+    if isinstance(error, OSError):
+        return error.strerror or type(error).__name__
+    return str(error) if type(error) is ValueError else type(error).__name__
+
+
+def refuse_endless(path: Path, largest: int = _LARGEST) -> None:
     """Raise ValueError, with the reason, where a file may never end; OSError if there is none."""
     if path.exists() and not path.is_file():
         raise ValueError("it is a folder" if path.is_dir() else "it is no plain file")
-    if path.stat().st_size > _LARGEST:
-        raise ValueError("it is larger than the longest chain needs")
+    if path.stat().st_size > largest:
+        raise ValueError(_TOO_LARGE)

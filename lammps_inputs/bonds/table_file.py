@@ -9,26 +9,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.table_checks import check_table, header_of
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
-from chaincor.lammps_inputs.small_file import refuse_endless
+from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
+
+
+# Through every second of fewer rows there is hardly a spline.
+_FEW = 7
 
 
 def read_bond_table(path: Path) -> Potential:
     """
     Read a LAMMPS bond table as a potential: a cubic spline of its forces, and their integral.
 
-    The force of a table with few digits vanishes a little beside length 1. Where that is within
-    its last digits, the zero of the force is taken for the natural length.
+    The force of a table with few digits, or rows, vanishes a little beside length 1. Where that is
+    within its last digits, or what the spline may err between rows, the zero of the force is taken
+    for the natural length.
 
     Parameters
     ----------
     path : pathlib.Path
         A file with one section of rows "index length energy force". Lengths must be scaled so
-        that the natural length is 1.
+        that the natural length is 1. Energies, and N and FP of the header, are not used, but must
+        be those of the forces; energies that are all the same, and FP 0 0, say nothing.
 
     Returns
     -------
@@ -38,16 +45,16 @@ def read_bond_table(path: Path) -> Potential:
     Raises
     ------
     TableError
-        If the file cannot be read, holds no usable table, or its force vanishes elsewhere than at
-        length 1.
+        If the file cannot be read, holds no usable table, contradicts itself, or its force
+        vanishes elsewhere than at length 1.
     """
     try:
         refuse_endless(Path(path))
         text = Path(path).read_bytes().decode("utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        plain = str(error) if type(error) is ValueError else type(error).__name__
-        reason = getattr(error, "strerror", None) or plain
-        raise TableError(f"cannot read the bond table {str(path)!r}: {reason}") from None
+    except (OSError, ValueError) as error:
+        raise TableError(
+            f"cannot read the bond table {str(path)!r}: {why_unreadable(error)}"
+        ) from None
     return _bond_of(text, str(path))
 
 
@@ -60,7 +67,7 @@ def _bond_of(text: str, path: str) -> Potential:
         if len(words) == 4 and words[0].isdigit():
             try:
                 rows.append([float(word) for word in words[1:]])
-                digits.append([_last_digit(words[1]), _last_digit(words[3])])
+                digits.append([_last_digit(word) for word in words[1:]])
             except ValueError:
                 raise TableError(
                     f"bond table {path!r} has the row {line.strip()[:60]!r}; expected "
@@ -84,6 +91,7 @@ def _bond_of(text: str, path: str) -> Potential:
             f"bond table {path!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
             "smooth curve follows; expected forces in units of stiffness times bond length"
         )
+    check_table(header_of(text, path), data, np.array(digits), path)
     zero = _natural_strain(force, np.array(digits), path)
     if zero != 0.0:
         force = _smooth(lengths - (1.0 + zero), forces)
@@ -129,14 +137,18 @@ def _last_digit(word: str) -> float:
 
 
 def _natural_strain(force: "CubicSpline", digits: NDArray[np.float64], path: str) -> float:
-    """Return the strain nearest to 0 at which the force vanishes, within the file's digits."""
+    """Return the strain nearest to 0 of no force, within what digits and rows leave open."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
     row = max(int(np.searchsorted(force.x, 0.0)) - 1, 0)
     near = slice(max(row - 1, 0), row + 3)
-    length_digit, force_digit = np.max(digits[near], axis=0).tolist()
+    length_digit, _, force_digit = np.max(digits[near], axis=0).tolist()
     # Half a unit of each of the rows around, which a cubic adds up to 1.25 times of.
     allowed = 0.625 * (force_digit + abs(stiffness) * length_digit)
+    # And what rows this far apart leave open: a spline through half of them errs some times more.
+    coarser = _smooth(force.x[::2], force(force.x[::2])) if len(force.x) > _FEW else None
+    if coarser is not None and coarser.x[-1] > 0.0:
+        allowed += abs(pushes - float(coarser(0.0)))
     if abs(pushes) <= 1e-9 * abs(stiffness):
         return 0.0
     zeros = force.roots(extrapolate=False)
@@ -146,9 +158,9 @@ def _natural_strain(force: "CubicSpline", digits: NDArray[np.float64], path: str
         return nearest
     where = "nowhere" if nearest is None else f"at length {1.0 + nearest:.9g}"
     raise TableError(
-        f"bond table {path!r} pushes with {pushes:.3g} at length 1, more than its last digits, "
-        f"{allowed:.1g}, and with nothing {where}; expected no force at length 1: divide lengths "
-        "by the natural one"
+        f"bond table {path!r} pushes with {pushes:.3g} at length 1, more than its digits and "
+        f"rows leave open, {allowed:.1g}, and with nothing {where}; expected no force at length 1: "
+        "divide lengths by the natural one"
     )
 
 

@@ -17,6 +17,7 @@ _OWN_NAME = "own.in.j2"
 _BASE = "job.in.j2"
 # Said by a template whose commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
+_REPORT = re.compile(r"\{%-?\s*block\s+report\b")
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,11 @@ class OwnTemplate:
     def other_forces(self) -> bool:
         """Whether the template says that its commands exert forces on the chain."""
         return _OTHER_FORCES.search(self.text) is not None
+
+    @property
+    def reports(self) -> bool:
+        """Whether the template prints results of its own."""
+        return _REPORT.search(self.text) is not None
 
     def render(self, values: dict[str, Any], plain: str) -> str:
         """

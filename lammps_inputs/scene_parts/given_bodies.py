@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.small_file import read_small_file
+from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ BODY_KEYS = (
 )
 DEFAULT_CONTACT_STIFFNESS = 1.0
 DEFAULT_CONTACT_EXPONENT = 1.5
+_MASSES = "numbers with commas between them, such as 1,2, or a file of numbers"
 # Lists of masses longer than this are known by their hash.
 _LONGEST_LIST = 64
 
@@ -52,12 +53,16 @@ def read_masses(value: Any) -> Any:
     if isinstance(value, str) and (masses := masses_in(value)) is not None:
         return masses
     try:
-        text = read_small_file(Path(value))
-        return [float(part) for part in text.replace(",", " ").split()]
-    except (OSError, ValueError):
+        words = read_small_file(Path(value)).replace(",", " ").split()
+    except (OSError, ValueError) as error:
         raise ValueError(
-            "expected numbers with commas between them, such as 1,2, or a file of numbers"
+            f"expected {_MASSES}; as a file it cannot be read: {why_unreadable(error)}"
         ) from None
+    try:
+        return [float(word) for word in words]
+    except ValueError:
+        wrong = next(word for word in words if masses_in(word) is None)
+        raise ValueError(f"the file holds {wrong[:40]!a}; expected {_MASSES}") from None
 
 
 def masses_in(text: str) -> list[float] | None:

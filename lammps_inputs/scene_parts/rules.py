@@ -1,6 +1,7 @@
 """What the fields of a scene must fulfil together."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -92,6 +93,8 @@ def _one_line(problem: Any, known: Sequence[str]) -> str:
     if not problem["loc"]:
         return message
     given = problem.get("input")
+    if isinstance(given, Path):  # of which the end tells most
+        given = str(given) if len(str(given)) <= 58 else f"...{str(given)[-55:]}"
     shown = repr(given) if len(repr(given)) <= 60 else repr(given)[:57] + "..."
     return f"{problem['loc'][0]} is {shown}: {message[0].lower() + message[1:]}"
 

@@ -6,16 +6,19 @@ from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene_parts.given_bodies import masses_in
+from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 
 # Keys that name files to be read, and those that may: numbers with commas between them are none.
 FILES_READ = ("bond_file", "initial")
 MASSES_READ = ("masses", "target_masses")
+# Bytes of a scene file: longer lists than that are files of their own.
+_LARGEST = 100_000_000
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
     """Parse TOML text; SceneError, which names the source, if it is none."""
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text.removeprefix("\ufeff"))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise SceneError(f"{source} is not valid TOML: {error}") from None
 
@@ -28,10 +31,12 @@ def read_scene_fields(path: Path | str) -> dict[str, Any]:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or type(error).__name__
-        raise SceneError(f"cannot read the scene file {str(path)!r}: {reason}") from None
+        text = read_small_file(path, _LARGEST, pipes=True)
+    except (OSError, ValueError) as error:
+        raise SceneError(
+            f"cannot read the scene file {str(path)!r}: {why_unreadable(error)}; expected a text "
+            "file in TOML"
+        ) from None
     return from_folder(parse_toml(text, str(path)), path.parent)
 
 

@@ -1,17 +1,21 @@
 """Units of LAMMPS's styles, in which the natural length, the mass and the stiffness are not 1."""
 
 import math
+import sys
 import tomllib
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.small_file import read_small_file
 
 # Energy in the units of a style over mass times velocity squared in its units: LAMMPS's mvv2e
 # (update.cpp). metal: eV, g/mol, Angstrom/ps; real: kcal/mol, g/mol, Angstrom/fs; si: 1.
 _ENERGY_OF_MOTION = {"metal": 1.0364269e-4, "real": 48.88821291**2, "si": 1.0, "lj": 1.0}
 UNITS_FILE = "units.toml"
+_DERIVED = ("time", "speed", "energy")
+_LARGEST = 1e100
 
 
 @dataclass(frozen=True)
@@ -56,18 +60,34 @@ class UnitSystem:
             value = fields[key]
             if isinstance(value, bool) or not isinstance(value, int | float):
                 value = math.nan
+            elif abs(value) > sys.float_info.max:  # a whole number may be any
+                value = math.inf
             if not 0.0 < float(value) < math.inf:
                 raise SceneError(
                     f"units.{key} is {str(fields[key])[:40]!a}; expected a positive number"
                 )
             numbers[key] = float(value)
-        return cls(**numbers, style=style)
+        found = cls(**numbers, style=style)
+        derived = (*_DERIVED, "force")
+        for name in (*keys[:3], *derived):
+            try:
+                scale = getattr(found, name)
+            except ArithmeticError:
+                scale = math.nan
+            if not 1.0 / _LARGEST <= scale <= _LARGEST:
+                own = f"units.{name}" if name in keys else f"the unit of {name} of [units]"
+                raise SceneError(
+                    f"{own} is {scale:g} in those of style {style}; expected "
+                    f"{1.0 / _LARGEST:g} to {_LARGEST:g}, whose squares and products are numbers: "
+                    "give other units"
+                )
+        return found
 
     @classmethod
     def from_file(cls, path: Path) -> "UnitSystem":
         """Read the table ``[units]`` of a TOML file; the chain's own units where it has none."""
         try:
-            fields = tomllib.loads(path.read_text(encoding="utf-8"))
+            fields = tomllib.loads(read_small_file(path))
         except (OSError, ValueError) as error:  # what is no TOML, or no UTF-8, is a ValueError
             raise SceneError(f"{str(path)!a} cannot be read: {error}; expected TOML") from None
         return cls.from_fields(fields["units"]) if "units" in fields else cls()
@@ -99,7 +119,7 @@ class UnitSystem:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the units, those of time, speed and energy too, for JSON."""
-        derived = {name: getattr(self, name) for name in ("time", "speed", "energy")}
+        derived = {name: getattr(self, name) for name in _DERIVED}
         return asdict(self) | derived
 
     def to_toml(self) -> str:

@@ -109,7 +109,7 @@ def test_too_few_rows_leave_no_margin():
 
 
 def write_rows(path, rows):
-    path.write_text("# mine\n\nMINE\nN 99 EQ 1.0\n\n" + "\n".join(rows) + "\n")
+    path.write_text(f"# mine\n\nMINE\nN {len(rows)} EQ 1.0\n\n" + "\n".join(rows) + "\n")
     return path
 
 

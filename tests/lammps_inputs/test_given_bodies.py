@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 
@@ -175,7 +175,7 @@ def test_toml_reads_back(folder):
     assert Scene.from_toml(moving.to_toml()).sha256 == moving.sha256
 
 
-def test_files_are_looked_for_beside_the_scene_file(folder, monkeypatch):
+def test_files_are_looked_for_beside_the_scene_file(folder):
     deep = folder / "deep"
     deep.mkdir()
     (deep / "scene.toml").write_text('particles = 4\ninitial = "s.csv"\ntarget_particles = 2\n')
@@ -227,3 +227,24 @@ def test_a_list_and_what_it_repeats_are_one_scene(masses, particles):
     long = Scene(masses=spelled, particles=particles)
     assert short.sha256 == long.sha256
     assert (short.line is None) == (set(spelled) == {1.0})
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("mases.txt", "masses is 'mases.txt': expected numbers .* cannot be read: No such file"),
+        ("/dev/zero", "cannot be read: it is no plain file"),
+        ("1,x,3", "masses is '1,x,3': expected numbers with commas"),
+        ("words.txt", "masses is 'words.txt': the file holds 'two'; expected numbers"),
+    ],
+)
+def test_masses_of_a_file_say_what_is_wrong_with_it(given, words, folder):
+    (folder / "words.txt").write_text("1, two 3\n")
+    with pytest.raises(SceneError, match=words):
+        Scene(masses=given, **FOUR)
+
+
+def test_a_file_of_masses_that_a_scene_file_names_is_named_as_text(folder):
+    (folder / "scene.toml").write_text('particles = 4\nmasses = "absent.txt"\n')
+    with pytest.raises(SceneError, match=r"masses is '[^']*absent\.txt': expected"):
+        Scene.from_file(folder / "scene.toml")

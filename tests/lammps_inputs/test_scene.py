@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 import sys
+import threading
 import tomllib
 from pathlib import Path
 
@@ -238,7 +239,7 @@ def test_nan_and_infinity_in_toml():
 def test_scene_files(tmp_path):
     with pytest.raises(SceneError, match="No such file"):
         Scene.from_file(tmp_path / "absent.toml")
-    with pytest.raises(SceneError, match="Is a directory"):
+    with pytest.raises(SceneError, match="it is a folder"):
         Scene.from_file(tmp_path)
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(SceneError, match="UnicodeDecodeError"):
@@ -456,3 +457,36 @@ def test_potentials_of_other_names_are_suggested(name, message):
 
 def test_potentials_are_known_in_capitals():
     assert Scene(potential="LJ").sha256 == Scene(potential="lj").sha256
+
+
+def test_a_byte_order_mark_is_no_mistake(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b"\xef\xbb\xbfparticles = 4\n")
+    assert Scene.from_file(path) == Scene(particles=4)
+    assert Scene.from_toml(path.read_text(encoding="utf-8")) == Scene(particles=4)
+
+
+@pytest.mark.parametrize("kind", ["device", "folder", "large"])
+def test_scene_files_that_may_not_end_are_refused(tmp_path, kind):
+    path = tmp_path / "scene.toml"
+    if kind == "device":
+        path = Path("/dev/zero")
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        with path.open("wb") as file:
+            file.truncate(200_000_000)
+    with pytest.raises(SceneError, match=r"cannot read the scene file .*: it is .*in TOML"):
+        Scene.from_file(path)
+
+
+def test_a_scene_may_come_through_a_pipe(tmp_path):
+    # As from a shell's <(...).
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=("particles = 4\n",))
+    writer.start()
+    try:
+        assert Scene.from_file(pipe) == Scene(particles=4)
+    finally:
+        writer.join()

@@ -153,10 +153,13 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_
     log.write_text("\n".join(worse))
     (job,) = collect_grid(tmp_path)
     assert job.attempt.collision.tolerance_met is False
-    # Of a job that went on in the second of its runs, and of no job at all.
+    # Of a job of older scripts that went on in the second of its runs, and of no job at all.
     lost = [line for line in worse if not line.startswith("contacts = ")]
     wrong = ["restitution = -7.5", "restitution_error = 0.1", "contacts = 3"]
-    for lines, words in ((lost, "in the second of its runs"), (wrong, "restitution = -7.5")):
+    for lines, words in (
+        (lost, "the contacts of its first run no more"),
+        (wrong, "restitution = -7.5"),
+    ):
         log.write_text("\n".join(lines))
         (job,) = collect_grid(tmp_path)
         assert job.state == "unfinished"

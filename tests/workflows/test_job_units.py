@@ -195,3 +195,32 @@ def test_units_come_from_the_scene_file(capsys, tmp_path):
 def test_soft_bodies_have_no_other_units(tmp_path):
     with pytest.raises(SceneError, match=r"leave \[units\] out"):
         write_job(Scene(particles=3, contact="power"), tmp_path / "job", units=ARGON)
+
+
+@pytest.mark.parametrize(
+    ("fields", "line"),
+    [
+        ({"length": 1e200}, r"units\.length is 1e\+200 in those of style lj; expected 1e-100 to"),
+        ({"length": 1e90}, r"the unit of energy of \[units\] is 1e\+180"),
+        ({"mass": 1e-90, "stiffness": 1e-90, "length": 1e90}, None),
+        ({"mass": 1e-300}, r"units\.mass is 1e-300"),
+        ({"length": 5e-324}, r"units\.length is 4\.94066e-324"),
+        ({"length": 10**400}, r"units\.length is '1000*'; expected a positive number"),
+    ],
+)
+def test_units_whose_squares_are_no_numbers_are_refused(fields, line):
+    given = {"length": 1.0, "mass": 1.0, "stiffness": 1.0, "style": "lj"} | fields
+    if line is None:
+        assert UnitSystem.from_fields(given).energy == pytest.approx(1e90)
+        return
+    with pytest.raises(SceneError, match=line):
+        UnitSystem.from_fields(given)
+
+
+@pytest.mark.parametrize("length", [1e-49, 1e49])
+def test_a_job_in_far_units_gives_the_numbers_of_the_reduced_one(length, tmp_path):
+    scene = Scene(particles=4, speed=0.4, tolerance=1e-6)
+    write_job(scene, tmp_path / "reduced")
+    write_job(scene, tmp_path / "job", units=UnitSystem(length, 1.0, 1.0, "lj"))
+    etas = [number(run_lmp(tmp_path / name).stdout, "restitution") for name in ("reduced", "job")]
+    assert etas[1] == pytest.approx(etas[0], abs=1e-11)

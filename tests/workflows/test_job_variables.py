@@ -9,6 +9,7 @@ import pytest
 
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps.library import find_mpi_library
@@ -45,9 +46,11 @@ def test_a_job_goes_on_in_mid_collision(kind, in_run, tmp_path):
     script.write_text(text)
     resumed = run_lmp(tmp_path / "job", "-var", "resume", "1")
     assert resumed.returncode == 0, resumed.stdout[-2000:]
-    names = ["restitution", "restitution_error"]
+    names = ["restitution", "restitution_error", "contacts", "last_contact_time"]
+    names += ["momentum_change", "wall_impulse"]
+    ends = [re.search("^ending = .*$", done.stdout, re.MULTILINE)[0] for done in (whole, resumed)]
+    assert ends[0] == ends[1]
     if in_run == 1:
-        names += ["contacts", "last_contact_time", "wall_impulse"]
         written = (tmp_path / "job" / "contacts.txt").read_text().splitlines()
         assert len(written) == 1 + number(whole.stdout, "contacts")
     for name in names:
@@ -81,6 +84,36 @@ def test_a_resumed_job_has_the_velocity_it_was_begun_with(tmp_path):
     for name in ("restitution", "contacts", "last_contact_time"):
         expected = number(whole.stdout, name)
         assert number(resumed.stdout, name) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["velocity", "timestep"])
+def test_a_resumed_job_refuses_another_velocity_and_step(name, tmp_path):
+    write_job(Scene(particles=3, speed=0.4, scheme="order4", error=False), tmp_path)
+    begun = ("-var", "velocity", "0.03", "-var", "timestep", "0.07")
+    whole = run_lmp(tmp_path, *begun, "-var", "restart", "1")
+    refused = run_lmp(tmp_path, "-var", "resume", "1", "-var", name, "0.02")
+    assert refused.returncode == 1
+    said = "BEGUN OTHERWISE: this job goes on with velocity 0.03 and timestep 0.07, not with"
+    assert f"{said} {name} 0.02: leave" in refused.stdout
+    assert "restitution =" not in refused.stdout
+    # The files are as they were, and what it was begun with may be said again.
+    resumed = run_lmp(tmp_path, "-var", "resume", "1", *begun)
+    assert number(resumed.stdout, "restitution") == pytest.approx(
+        number(whole.stdout, "restitution"), rel=1e-12
+    )
+
+
+def test_a_report_that_was_printed_before_a_job_was_stopped_is_named(tmp_path):
+    base = '{% extends "job.in.j2" %}'
+    report = '{% block report %}\nprint "mine = 1"\n{% endblock %}'
+    scene = Scene(particles=3, speed=0.4, tolerance=1e-4)
+    write_job(scene, tmp_path, template=OwnTemplate(f"{base}\n{report}\n"))
+    whole = run_lmp(tmp_path, "-var", "restart", "1")
+    assert "mine = 1" in whole.stdout
+    resumed = run_lmp(tmp_path, "-var", "resume", "1")  # in the last of its runs
+    assert resumed.returncode == 0
+    assert "mine = 1" not in resumed.stdout
+    assert re.search("^NO REPORT: the lines of the template were", resumed.stdout, re.MULTILINE)
 
 
 def test_files_of_different_contacts_are_refused(tmp_path):

@@ -10,6 +10,8 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 from chaincor.workflows.json_output import json_text
 from chaincor.workflows.validation.comparison import USER_TIMEOUT
 
+_PICTURES = (".png", ".pdf", ".svg")
+
 
 @click.command(cls=SceneCommand)
 @scene_options("engine", *OUTPUT_KEYS)
@@ -36,7 +38,9 @@ from chaincor.workflows.validation.comparison import USER_TIMEOUT
     is_flag=True,
     help="the order of your function's error instead: it is run at --timestep and 5 halvings",
 )
-@click.option("--plot", metavar="FILE", help="draw the differences against their error bars")
+@click.option(
+    "--plot", metavar="FILE", help="draw the differences against their error bars: PNG, PDF or SVG"
+)
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def validate(
@@ -63,6 +67,11 @@ def validate(
         validate_result,
     )
 
+    if plot is not None and Path(plot).suffix not in _PICTURES:
+        raise click.UsageError(
+            f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected "
+            f"{', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}"
+        )
     if timeout is not None and (against is None or ":" not in against):
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")
     scene = scene_from(scene_file, options)

@@ -10,19 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.analysis.dumps.printed import printed_numbers
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
-from chaincor.workflows.scripted.printed import printed_numbers
 from chaincor.workflows.store.attempt import Attempt, Failure, host_name
 from chaincor.workflows.versions import versions
 
 # What a job, or LAMMPS, says when it stops without a result.
 _WORDS = re.compile(
     r"^(ERROR.*|UNFINISHED: .*|UNBALANCED: .*|TOO FAST: .*|NO STEP: .*|OTHER VELOCITY: .*"
-    r"|BEHIND THE WALL: .*|MISMATCHED: .*)$",
+    r"|BEHIND THE WALL: .*|MISMATCHED: .*|BEGUN OTHERWISE: .*)$",
     re.MULTILINE,
 )
 _NAMES = (
@@ -120,8 +120,8 @@ def _missing(found: dict[str, float]) -> str | None:
         )
     if "contacts" not in found:
         return (
-            "it was stopped in the second of its runs, and its log has the contacts of the first "
-            "no more: move log.lammps and chain.state away and submit it again"
+            "its log has the contacts of its first run no more, as chaincor of that time left them "
+            "out: move log.lammps and chain.state away and submit it again"
         )
     return None
 

@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from chaincor.workflows.errors import SweepError, WorkerDiedError, WorkerStartError
+from chaincor.workflows.processes.sending import sent
 
 _spawn = multiprocessing.get_context("spawn")
 
@@ -115,13 +116,8 @@ class _Worker:
         return self._process.is_alive()
 
     def call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
-        try:
+        with sent("a task", "a worker process", SweepError):
             task = pickle.dumps((function, args, kwargs))
-        except (pickle.PicklingError, AttributeError, TypeError) as reason:
-            raise SweepError(
-                f"a task cannot be sent to a worker process ({' '.join(str(reason).split())}); "
-                "expected bonds whose functions are defined at the top level of a module"
-            ) from None
         try:
             self._pipe.send_bytes(task)
         except ConnectionError:

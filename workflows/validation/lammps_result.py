@@ -1,18 +1,28 @@
 """A LAMMPS result of the user's own: a job's folder, a dump, or a log that says the restitution."""
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from chaincor.analysis.dumps.printed import printed_numbers
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.job_analysis.analyze import analyze
-from chaincor.workflows.scripted.printed import printed_numbers
 from chaincor.workflows.validation.comparison import Comparison, Validation, judge_for
 
 _MOST_BYTES = 4_000_000
+_HEADS = (b"LAMMPS (", b"Log of LAMMPS")
+_SAID = re.compile(r"^\s*restitution = ([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*$", re.MULTILINE)
+# What LAMMPS, or a job, says when it stops; and with what a log ends.
+_STOPPED = re.compile(
+    r"^(ERROR\b.*|(?:UNFINISHED|UNBALANCED|BEHIND THE WALL|MISMATCHED): .*)$", re.MULTILINE
+)
+_ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
+# A job of chaincor's says its error last.
+_JOB = re.compile(r"^variable +restitution string ", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -45,11 +55,11 @@ class LammpsResult:
 
 
 def is_lammps_result(against: str | None) -> bool:
-    """Return whether ``--against`` names a folder or a file that is no CSV or NPZ."""
+    """Return whether ``--against`` names a folder or a file that is no CSV, NPZ or module."""
     if against is None:
         return False
     path = Path(against)
-    return path.suffix.lower() not in (".csv", ".npz") and (path.is_dir() or path.is_file())
+    return path.suffix.lower() not in (".csv", ".npz", ".py") and (path.is_dir() or path.is_file())
 
 
 def read_lammps_result(path: Path | str) -> LammpsResult:
@@ -57,8 +67,9 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
     Read a job's folder, a dump, or a log.
 
     A folder's dump is analysed as ``chaincor analyze`` does; one without a dump must hold
-    ``log.lammps``. A log must hold a line ``restitution = NUMBER``, the last of which counts, and
-    may hold ``restitution_error`` and ``contacts``. Raises InputError where nothing can be read.
+    ``log.lammps``. A log must be of one run that was finished, hold a line
+    ``restitution = NUMBER``, and may hold ``restitution_error`` and ``contacts``. Raises InputError
+    where nothing can be read.
     """
     path = Path(path)
     folder = path if path.is_dir() else path.parent
@@ -71,11 +82,13 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         if found is not None:
             return found
     analysis = analyze(folder, dump=None if path.is_dir() else path)
-    error = contacts = None
-    if isinstance(analysis, CollisionAnalysis):
-        error, contacts = analysis.restitution_error, analysis.contacts
     return LammpsResult(
-        str(path), scene, analysis.restitution, error, contacts, analysis.data_error
+        str(path),
+        scene,
+        analysis.restitution,
+        analysis.restitution_error,
+        analysis.contacts if isinstance(analysis, CollisionAnalysis) else None,
+        analysis.data_error,
     )
 
 
@@ -129,7 +142,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
             text = file.read().decode("utf-8", "replace")
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r}: {error.strerror}") from None
-    if not head.startswith((b"LAMMPS (", b"Log of LAMMPS")) and "restitution = " not in text:
+    if not head.startswith(_HEADS) and "restitution = " not in text:
         return None
     said = printed_numbers(text, ("restitution", "restitution_error", "contacts"))
     found = {name: value for name, value in said.items() if math.isfinite(value)}
@@ -138,6 +151,8 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
             f"the log {str(path)!r} holds no line 'restitution = NUMBER'; expected one: let the "
             "script print it, or name its dump"
         )
+    _refuse_several(path, text)
+    _refuse_unfinished(path, text, head.startswith(_HEADS))
     contacts = found.get("contacts")
     return LammpsResult(
         str(path),
@@ -145,4 +160,33 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         found["restitution"],
         found.get("restitution_error"),
         None if contacts is None else round(contacts),
+    )
+
+
+def _refuse_several(path: Path, text: str) -> None:
+    """Raise InputError where a log has results that differ: none is meant more than others."""
+    values = [float(value) for value in _SAID.findall(text)]
+    if len(set(values)) > 1:
+        raise InputError(
+            f"the log {str(path)!r} holds {len(values)} lines 'restitution = NUMBER', from "
+            f"{min(values):g} to {max(values):g}; expected one run: write the log of each into a "
+            "file of its own"
+        )
+
+
+def _refuse_unfinished(path: Path, text: str, whole: bool) -> None:
+    """Raise InputError where a log shows that its run was stopped; a `whole` one has its head."""
+    if (said := _STOPPED.search(text)) is not None:
+        why = f"{' '.join(said[1].split())[:200]!r}"
+    elif _JOB.search(text) is not None:
+        if re.search(r"^restitution_error = ", text, re.MULTILINE) is not None:
+            return
+        why = "no line 'restitution_error = '"
+    elif whole and _ENDED.search(text) is None:
+        why = "no line 'Total wall time: '"
+    else:
+        return
+    raise InputError(
+        f"the log {str(path)!r} is of a run that was not finished: it has {why}; expected a "
+        "finished one: run it to its end"
     )

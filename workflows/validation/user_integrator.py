@@ -3,7 +3,6 @@
 import csv
 import importlib
 import multiprocessing
-import pickle
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.processes.sending import sent
 
 _ARRAYS = (
     "velocities",
@@ -75,16 +75,18 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
 
     A path that ends in .csv or .npz is read. The result is checked for shape and finiteness.
 
-    Raises InputError if there is no such function or file, and UserIntegratorError if it raises,
-    takes longer than `timeout` seconds, dies, or returns something else.
+    Raises InputError if there is no such function or file, or its module cannot be imported, and
+    UserIntegratorError if it raises, takes longer than `timeout` seconds, dies, or returns
+    something else.
     """
     if against.lower().endswith((".csv", ".npz")):
         return _checked(against, _read_file(Path(against)), scene)
     module, _, function = against.partition(":")
-    if not module or not function:
+    if not module or not function or module.endswith(".py"):
+        likely = f", such as {module[:-3]}:{function or 'function'}"
         raise InputError(
-            f"--against is {against!r}; expected module:function, or a file that ends in .csv or "
-            ".npz"
+            f"--against is {against!r}; expected module:function"
+            f"{likely if module.endswith('.py') else ''}, or a file that ends in .csv or .npz"
         )
     return _checked(against, _call(module, function, scene, timeout), scene)
 
@@ -96,13 +98,11 @@ def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
         target=_work, args=(sender, module, function, scene, str(Path.cwd())), daemon=True
     )
     try:
-        process.start()
-    except (pickle.PicklingError, AttributeError, TypeError) as reason:
+        with sent("the scene", f"{module}:{function}", UserIntegratorError):
+            process.start()
+    except UserIntegratorError:
         receiver.close()
-        raise UserIntegratorError(
-            f"the scene cannot be sent to {module}:{function} ({' '.join(str(reason).split())}); "
-            "expected a bond whose functions are defined at the top level of a module"
-        ) from None
+        raise
     finally:
         sender.close()
     try:
@@ -137,15 +137,28 @@ def _work(sender: Any, module: str, function: str, scene: Scene, folder: str) ->
         sender.send(
             (
                 "missing",
-                f"cannot find {module}:{function}: {error}; expected a function "
+                f"cannot find {module}:{function}: {_one_line(error)}; expected a function "
                 "in a module on the Python path or in this folder",
+            )
+        )
+        return
+    except (Exception, SystemExit) as error:  # a module may not compile, or do anything
+        sender.send(
+            (
+                "missing",
+                f"cannot import {module}: {type(error).__name__}: {_one_line(error)}; expected a "
+                f"module that Python imports and that has a function {function}: correct it",
             )
         )
         return
     try:
         sender.send(("done", _plain(integrate(scene))))
     except Exception as error:  # whatever a user's code raises
-        sender.send(("failed", f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"))
+        sender.send(("failed", f"{type(error).__name__}: {_one_line(error)}"))
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())[:200]
 
 
 def _plain(value: Any) -> Any:

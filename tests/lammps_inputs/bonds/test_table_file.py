@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
+from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.table_file import read_bond_table
 from chaincor.lammps_inputs.errors import TableError
@@ -68,3 +69,84 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
     path.write_text("\n".join(lines))
     with pytest.raises(TableError, match=r"expected at least 4 rows .* of finite numbers"):
         read_bond_table(path)
+
+
+def honest_rows(rows=401):
+    """Return lengths, energies and forces, and the slopes of these at both ends."""
+    strains, bond = np.linspace(-0.1, 0.2, rows), LennardJones()
+    data = np.transpose([1.0 + strains, bond.energy(strains), bond.force(strains)])
+    return data, (-bond.curvature(strains[[0, -1]])).tolist()
+
+
+def write_rows(path, data, header, form="%.9g"):
+    rows = [f"{i} " + " ".join(form % x for x in row) for i, row in enumerate(data, 1)]
+    path.write_text("\n".join(["KEY", header, "", *rows, ""]))
+    return path
+
+
+@pytest.mark.parametrize("form", ["%.3f", "%.5g", "%.17g"])
+@pytest.mark.parametrize("rows", [11, 50, 2000])
+def test_honest_tables_contradict_themselves_nowhere(tmp_path, rows, form):
+    data, slopes = honest_rows(rows)
+    if rows == 2000 and form != "%.17g":
+        data = data[::20]  # rows that differ by more than the digits
+    header = f"N {len(data)} FP {slopes[0]:.4g} {slopes[1]:.4g} EQ 1"
+    read_bond_table(write_rows(tmp_path / "t.table", data, header, form))
+    # Energies count from anywhere; slopes of 0, as in LAMMPS's manual, say that none are known.
+    data[:, 1] += 0.75
+    read_bond_table(write_rows(tmp_path / "t.table", data, f"N {len(data)} FP 0 0", form))
+
+
+@pytest.mark.parametrize("potential", ["lj", "toda"])
+@pytest.mark.parametrize("style", ["spline", "linear"])
+def test_a_jobs_own_table_contradicts_itself_nowhere(tmp_path, potential, style):
+    table = tabulate(Scene(potential=potential).bond, (0.8, 1.3), style)
+    (tmp_path / "job.table").write_text(table.to_text())
+    read_bond_table(tmp_path / "job.table")
+
+
+@pytest.mark.parametrize(
+    ("header", "line"),
+    [
+        ("N 400", "says N 400 and has 401 rows"),
+        ("N 401.5", r"says N 401\.5 and has 401 rows"),
+        ("N many", "has the line 'N many'; expected 'N rows'"),
+        ("N 401 FP 1", "has the line 'N 401 FP 1'"),
+        ("N 401 R 0.9 1.2", "has the line 'N 401 R 0.9 1.2'"),
+        ("N 401 FP {0} {1}", None),
+        ("N 401 FP {1} {0}", "its forces change by -6[0-9.]* a length at the first row"),
+        ("N 401 FP {0} 7.5", "a length at the last row; expected dF/dr there"),
+        ("N 401 FP nan nan", "says FP nan nan"),
+    ],
+)
+def test_a_header_that_contradicts_the_rows_is_refused(tmp_path, header, line):
+    data, slopes = honest_rows()
+    path = write_rows(tmp_path / "t.table", data, header.format(*slopes))
+    if line is None:
+        read_bond_table(path)
+        return
+    with pytest.raises(TableError, match=line):
+        read_bond_table(path)
+
+
+def test_energies_that_are_not_those_of_the_forces_are_refused(tmp_path):
+    def refused(change):
+        data, _ = honest_rows()
+        change(data)
+        with pytest.raises(TableError, match=r"has energies that fall by .* force = -dE/dr"):
+            read_bond_table(write_rows(tmp_path / "t.table", data, "N 401", "%.12g"))
+
+    def one_off(data):
+        data[200, 1] += 1e-4
+
+    def other_units(data):
+        data[:, 1] *= 1.05
+
+    def other_sign(data):
+        data[:, 1] *= -1.0
+
+    def twice_the_forces(data):
+        data[:, 2] *= 2.0
+
+    for change in (one_off, other_units, other_sign, twice_the_forces):
+        refused(change)

@@ -7,6 +7,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 
 from chaincor.workflows.errors import SweepError, WorkerDiedError
 from chaincor.workflows.processes.pool import ProcessPool
+from tests.waiting import HANGS, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -89,14 +91,23 @@ def test_a_worker_killed_while_it_answers_is_a_death_too(pool):
         pool.submit(die_in_an_answer).result()
 
 
-def test_shutdown_without_waiting_kills_what_runs():
-    started = time.monotonic()
+def begin_and_sleep(begun):
+    begun.touch()
+    time.sleep(2.0 * HANGS)
+
+
+def test_shutdown_without_waiting_kills_what_runs(tmp_path):
     pool = ProcessPool(1)
-    running, waiting = pool.submit(time.sleep, 600), pool.submit(time.sleep, 600)
-    time.sleep(1.0)
-    pool.shutdown(wait=False, cancel_futures=True)
-    assert time.monotonic() - started < 300.0
+    running = pool.submit(begin_and_sleep, tmp_path / "begun")
+    waiting = pool.submit(time.sleep, 2.0 * HANGS)
+    wait_until((tmp_path / "begun").exists)
+    at_once = {"wait": False, "cancel_futures": True}
+    shutdown = threading.Thread(target=pool.shutdown, kwargs=at_once, daemon=True)
+    shutdown.start()
+    wait_until(running.done)
+    shutdown.join(HANGS)
     assert waiting.cancelled()
+    # It was killed: it did not come to its end.
     assert isinstance(running.exception(timeout=0), WorkerDiedError)
 
 
@@ -109,8 +120,8 @@ def test_nothing_is_left_when_the_main_process_is_killed(tmp_path, busy):
         "if __name__ == '__main__':\n"
         "    pool = ProcessPool(1)\n"
         "    print(pool.submit(os.getpid).result(), flush=True)\n"
-        f"    {busy} and pool.submit(time.sleep, 600)\n"
-        "    time.sleep(600)\n"
+        f"    {busy} and pool.submit(time.sleep, {2.0 * HANGS})\n"
+        f"    time.sleep({2.0 * HANGS})\n"
     )
     root = Path(__file__).resolve().parents[3]
     with subprocess.Popen(
@@ -122,10 +133,7 @@ def test_nothing_is_left_when_the_main_process_is_killed(tmp_path, busy):
         worker = int(main.stdout.readline())
         assert list(tmp_path.glob("chaincor-*"))
         main.kill()
-    deadline = time.monotonic() + 300.0
-    while _runs(worker) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not _runs(worker)
+    wait_until(lambda: not _runs(worker))
     assert not list(tmp_path.glob("chaincor-*")), "a folder of temporary files was left"
 
 
@@ -149,7 +157,7 @@ def test_a_script_without_a_main_guard_is_told_so(tmp_path):
         env=os.environ | {"PYTHONPATH": str(root)},
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=HANGS,
         check=False,
     )
     assert done.returncode != 0

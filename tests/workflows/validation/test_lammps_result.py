@@ -87,13 +87,70 @@ def test_a_log_without_a_result_is_refused(tmp_path, capsys):
     assert len(err.strip().splitlines()) == 1
 
 
-def test_the_last_line_of_a_log_counts(tmp_path):
+def test_a_log_of_one_run_may_say_its_result_twice(tmp_path):
     log = tmp_path / "log.lammps"
     log.write_text(
-        'print "restitution = $r"\nrestitution = 0.5\nrestitution = 0.75\ncontacts = 4\n'
+        'print "restitution = $r"\nrestitution = 0.75\nrestitution = 0.750\ncontacts = 4'
     )
     found = read_lammps_result(log)
     assert (found.restitution, found.restitution_error, found.contacts) == (0.75, None, 4)
+
+
+def lammps(folder, script):
+    (folder / "in.chain").write_text(script)
+    return run_lmp(folder, "-log", "log.own")
+
+
+def test_a_log_of_several_runs_is_refused(tmp_path, capsys):
+    lines = "variable v index 0.25 0.75\nlabel again\nprint 'restitution = $v'\nnext v\n"
+    assert lammps(tmp_path, f"{lines}jump SELF again\n").returncode == 0
+    status, _, err = call(capsys, "--against", str(tmp_path / "log.own"), *SMALL)
+    assert status == 2
+    assert len(err.strip().splitlines()) == 1
+    assert "holds 2 lines 'restitution = NUMBER', from 0.25 to 0.75; expected one run" in err
+
+
+@pytest.mark.parametrize(
+    ("end", "words"),
+    [("bands 3", "it has 'ERROR: Unknown command: bands"), (None, "no line 'Total wall time: '")],
+)
+def test_a_log_of_a_run_that_was_stopped_is_refused(tmp_path, end, words):
+    lammps(tmp_path, f"print 'restitution = 0.5'\n{end or ''}\n")
+    log = tmp_path / "log.own"
+    if end is None:
+        for finished in ("", "quit\n", "log none\n"):
+            lammps(tmp_path, f"print 'restitution = 0.5'\n{finished}")
+            assert read_lammps_result(log).restitution == 0.5
+        log.write_text(log.read_text().partition("log none")[0])  # as of one that was killed
+    with pytest.raises(InputError, match=words):
+        read_lammps_result(log)
+
+
+def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, capsys):
+    write_job(Scene(particles=3, speed=0.3), tmp_path)
+    script = tmp_path / "in.chain"
+    text = script.read_text()
+    script.write_text(
+        text.replace("label           other_step", "quit\nlabel           other_step")
+    )
+    assert run_lmp(tmp_path).returncode == 0
+    assert "\nrestitution = " in (tmp_path / "log.lammps").read_text()
+    status, _, err = call(capsys, "--against", str(tmp_path))
+    assert status == 2
+    assert "was not finished: it has no line 'restitution_error = '" in err
+
+
+@pytest.mark.parametrize("name", ["p.txt", "p", "p.png.doc"])
+def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
+    tmp_path, monkeypatch, capsys, name
+):
+    monkeypatch.chdir(tmp_path)
+    # A scene of hours: nothing of it may be begun.
+    status, out, err = call(capsys, "--plot", name, "--particles", "3000", "--tolerance", "1e-9")
+    assert (status, out) == (2, "")
+    assert len(err.strip().splitlines()) == 1
+    assert "expected .png, .pdf or .svg" in err
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

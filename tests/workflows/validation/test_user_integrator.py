@@ -5,6 +5,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows import cli
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
 
 MODULE = """
@@ -115,3 +116,31 @@ def test_files(folder):
     (folder / "bad.npz").write_bytes(b"PK\x03\x04 no archive")
     with pytest.raises(InputError, match=r"cannot read 'bad.npz'"):
         run_user_integrator("bad.npz", SCENE, timeout=1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("def f(scene) return 1\n", "cannot import broken: SyntaxError: expected ':' (broken.py, "),
+        ("1 / 0\n", "cannot import broken: ZeroDivisionError: division by zero"),
+        ("raise SystemExit(3)\n", "cannot import broken: SystemExit: 3"),
+        ("import nothing_of_the_kind\n", "No module named 'nothing_of_the_kind'"),
+    ],
+)
+def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, capfd, text, words):
+    (tmp_path / "broken.py").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    assert cli._run(["validate", "--particles", "3", "--against", "broken:f"]) == 2
+    err = capfd.readouterr().err  # of the process that imports it, too
+    assert len(err.strip().splitlines()) == 1
+    assert words in err
+
+
+@pytest.mark.parametrize("against", ["broken.py", "broken.py:f"])
+def test_a_file_of_python_is_told_how_functions_are_named(tmp_path, monkeypatch, capfd, against):
+    (tmp_path / "broken.py").write_text("def f(scene) return 1\n")
+    monkeypatch.chdir(tmp_path)
+    assert cli._run(["validate", "--particles", "3", "--against", against]) == 2
+    err = capfd.readouterr().err
+    assert len(err.strip().splitlines()) == 1
+    assert "expected module:function, such as broken:f" in err

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from chaincor.workflows.scripted.printed import printed_numbers
+from chaincor.analysis.dumps.printed import printed_error, printed_numbers
 
 LOG = """LAMMPS (22 Jul 2025)
 print "restitution = ${eta}"
@@ -36,3 +36,22 @@ def test_the_last_number_of_each_name_counts():
 @pytest.mark.parametrize("name", ["last_contact_time", "wall_impulse"])
 def test_what_is_not_printed_is_left_out(name):
     assert printed_numbers(LOG, (name,)) == {}
+
+
+def test_an_error_is_taken_from_the_log_of_the_run_alone(tmp_path):
+    logs = [tmp_path / "a.log", tmp_path / "b.log"]
+    logs[0].write_text("restitution = 0.25\nrestitution_error = 1e-9\n")
+    logs[1].write_text("restitution = 0.5\nrestitution_error = 1e-6\n")
+    error, says = printed_error(logs, 0.5 + 1e-9, 1e-8)
+    assert error == 1e-6 + 1e-8
+    assert "printed in b.log, 1.0e-06" in says
+    error, says = printed_error(logs[:1], 0.5, 1e-8)
+    assert error is None
+    assert "that of restitution = 0.25, and the dump says 0.5; they are of different runs" in says
+
+
+@pytest.mark.parametrize("word", ["null", "nan", "inf", "-1e-9"])
+def test_what_is_no_error_is_none(tmp_path, word):
+    log = tmp_path / "log.lammps"
+    log.write_text(f"restitution = 0.5\nrestitution_error = {word}\n")
+    assert printed_error([log], 0.5, 0.0) == (None, None)

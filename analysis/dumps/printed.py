@@ -1,0 +1,62 @@
+"""What a finished script has printed, read back from its log."""
+
+import contextlib
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+_NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
+# Eta of a dump with all digits, and of its run as LAMMPS prints it, agree within this.
+_SAME_RUN = 1e-12
+
+
+def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
+    """
+    Return, by name, the numbers of lines such as ``restitution = 0.9``, the last of each.
+
+    ``null``, which scripts print for what they do not know, is nan; what is no number is left out.
+    """
+    found: dict[str, float] = {}
+    for name in names:
+        said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
+        with contextlib.suppress(ValueError):
+            if said:
+                found[name] = math.nan if said[-1] == "null" else float(said[-1])
+    return found
+
+
+def printed_error(
+    logs: Iterable[Path], restitution: float, data_error: float
+) -> tuple[float | None, str | None]:
+    """
+    Return the error of a restitution read from a dump that the logs of its run tell.
+
+    A log tells it by its lines ``restitution`` and ``restitution_error``, the first of which must
+    be the dump's number within `data_error`, which is added to the second.
+
+    Returns
+    -------
+    error : float or None
+        None where no log tells it.
+    says : str or None
+        Where it is from, or why what a log says is not taken; None where logs say nothing.
+    """
+    other = None
+    for path in logs:
+        said = printed_numbers(
+            path.read_text(errors="replace"), ("restitution", "restitution_error")
+        )
+        eta, error = said.get("restitution", math.nan), said.get("restitution_error", math.nan)
+        if not (math.isfinite(eta) and 0.0 <= error < math.inf):
+            continue
+        if abs(eta - restitution) <= max(data_error, _SAME_RUN):
+            return error + data_error, (
+                f"restitution_error is the one that the run itself printed in {path.name}, "
+                f"{error:.1e}, and that of format and reading"
+            )
+        other = (
+            f"the error that {path.name} tells is not taken: it is that of restitution = "
+            f"{eta:.9g}, and the dump says {restitution:.9g}; they are of different runs"
+        )
+    return None, other

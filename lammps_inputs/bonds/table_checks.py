@@ -1,0 +1,146 @@
+"""What a bond table says twice: its header and its energies against its forces."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import TableError
+
+# Rounding of numbers that are written with all their digits.
+_EPSILON = 1e-14
+_SETTINGS = {"N": 1, "FP": 2, "EQ": 1}
+
+
+def header_of(text: str, path: str) -> dict[str, list[float]]:
+    """
+    Return what the line ``N rows FP slope slope EQ length`` says, by name.
+
+    Empty where there is no such line. Raises TableError where it cannot be read.
+    """
+    for line in text.splitlines():
+        words = line.split("#")[0].split()
+        if len(words) < 2 or words[0] != "N":
+            continue
+        found: dict[str, list[float]] = {}
+        try:
+            while words:
+                name, count = words[0], _SETTINGS[words[0]]
+                found[name] = [float(word) for word in words[1 : 1 + count]]
+                if len(found[name]) < count:
+                    raise ValueError
+                words = words[1 + count :]
+        except (KeyError, ValueError):
+            raise TableError(
+                f"bond table {path!r} has the line {line.strip()[:60]!r}; expected "
+                "'N rows', then 'FP slope slope' and 'EQ length' if they are known"
+            ) from None
+        return found
+    return {}
+
+
+def check_table(
+    header: dict[str, list[float]],
+    data: NDArray[np.float64],
+    digits: NDArray[np.float64],
+    path: str,
+) -> None:
+    """
+    Refuse a table whose parts disagree by more than its spacing and its digits leave open.
+
+    Parameters
+    ----------
+    header : dict
+        As :func:`header_of` returns it.
+    data, digits : ndarray of shape (rows, 3)
+        Length, energy and force, and one unit of the last digit of each.
+    path : str
+        Of the file.
+
+    Raises
+    ------
+    TableError
+        If there are more or fewer rows than N, energies are not those of the forces, or the slopes
+        FP are not those of the forces.
+    """
+    if "N" in header and header["N"][0] != len(data):
+        raise TableError(
+            f"bond table {path!r} says N {header['N'][0]:g} and has {len(data)} rows; expected as "
+            "many as it says: correct N, or rows that are not 'index length energy force'"
+        )
+    digits = _least_digits(data, digits)
+    _check_energies(data, digits, path)
+    # As many write them who know no slopes, LAMMPS's manual too.
+    if header.get("FP", [0.0, 0.0]) != [0.0, 0.0]:
+        _check_slopes(header["FP"], data, digits, path)
+
+
+def _least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Return one unit of the last digit of each number where formats have left zeros out at its end.
+
+    A column has as many decimals, or as many digits, as the number that shows most of them.
+    """
+    with np.errstate(divide="ignore"):
+        size = np.where(data == 0.0, digits, 10.0 ** np.floor(np.log10(np.abs(data))))
+    in_all = size * np.min(digits / size, axis=0)
+    return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
+
+
+def _check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path: str) -> None:
+    """
+    Compare the mean force between two rows, by their energies, with the forces around.
+
+    A mean lies between the least and the largest force from the row before to the row after. Rows
+    as far apart as the bond changes its stiffness in may miss as much as they span again.
+    """
+    lengths, energies, forces = data.T
+    if np.ptp(energies) == 0.0:
+        return  # there are none
+    steps = np.diff(lengths)
+    means = -np.diff(energies) / steps
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(forces, 1, mode="edge"), 4)
+    last = 0.5 * (digits[:-1] + digits[1:])
+    steepest = np.max(np.abs(around), axis=1)
+    rounding = _EPSILON * (np.abs(energies[:-1]) + np.abs(energies[1:]))
+    room = np.ptp(around, axis=1) + last[:, 2] + _EPSILON * steepest
+    room += (last[:, 1] + last[:, 0] * steepest + rounding) / steps
+    low, high = np.min(around, axis=1) - room, np.max(around, axis=1) + room
+    off = np.maximum(low - means, means - high)
+    worst = int(np.argmax(off))
+    if off[worst] > 0.0:
+        raise TableError(
+            f"bond table {path!r} has energies that fall by {means[worst]:.6g} a length between "
+            f"{lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, where its forces are "
+            f"{around[worst].min():.6g} to {around[worst].max():.6g}; expected force = -dE/dr: "
+            "correct either, or let all energies be 0, as only forces are used"
+        )
+
+
+def _check_slopes(
+    given: list[float], data: NDArray[np.float64], digits: NDArray[np.float64], path: str
+) -> None:
+    """
+    Compare FP with the slopes of the first and of the last four rows.
+
+    Rows so far apart that these slopes differ by half say nothing of those at the ends.
+    """
+    for slope, end, name in (
+        (given[0], slice(4), "first"),
+        (given[1], slice(None, -5, -1), "last"),
+    ):
+        lengths, _, forces = data[end].T
+        slopes = np.diff(forces) / np.diff(lengths)
+        bends = np.abs(np.diff(slopes))
+        expected = slopes[0] - 0.5 * (slopes[1] - slopes[0])
+        step = float(np.min(np.abs(np.diff(lengths))))
+        largest = np.max(digits[end], axis=0)
+        steepest = float(np.max(np.abs(slopes)))
+        if np.max(bends) > 0.5 * steepest:
+            continue
+        room = 3.0 * bends[0] + 2.0 * bends[1] + _EPSILON * steepest
+        room += 8.0 * (largest[2] + largest[0] * steepest) / step
+        if not abs(slope - expected) <= room:
+            raise TableError(
+                f"bond table {path!r} says FP {given[0]:g} {given[1]:g}, and its forces change by "
+                f"{expected:.6g} a length at the {name} row; expected dF/dr there: correct FP, or "
+                "leave it out, as it is not used"
+            )
