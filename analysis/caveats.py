@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.modes import indistinct_modes
 from chaincor.analysis.start import Start
 from chaincor.lammps_inputs.bonds.potential import Potential
 
@@ -31,6 +32,7 @@ def collect_caveats(
     since_contact: float,
     ending: str | None,
     drift: float | None,
+    drift_before: float | None,
     truncated: bool,
     resolution: float,
 ) -> list[str]:
@@ -39,8 +41,9 @@ def collect_caveats(
 
     `first` and `start` are the first frame and what it says, `state` is the last state,
     `since_contact` the time to it from the last contact, `ending` whether it is ``proved`` or
-    ``argued`` that no contact follows, `drift` that of the energy relative to it, and `resolution`
-    the half-width of a printed velocity in units of v0.
+    ``argued`` that no contact follows, `drift` that of the energy relative to it, `drift_before`
+    the same to the first frame after the last contact, and `resolution` the half-width of a printed
+    velocity in units of v0.
     """
     caveats = []
     if truncated:
@@ -66,11 +69,8 @@ def collect_caveats(
             "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
             "give it (--potential)"
         )
-    if drift is not None and abs(drift) > _LARGE_DRIFT:
-        caveats.append(
-            f"the energy drifts by {drift:.1e} of itself between the first frame and the last: "
-            "the run is no more accurate than that"
-        )
+    if drift is not None and drift_before is not None:
+        caveats += _drift_caveats(drift_before, drift - drift_before)
     return caveats
 
 
@@ -142,6 +142,35 @@ def _precision_caveats(
                 f"bonds are {1.0 + np.median(strains):.6g} long in the first frame, not 1; all "
                 "lengths are taken to be in units of the natural bond length"
             )
+    return caveats
+
+
+def mode_caveats(frequencies: NDArray[np.float64]) -> list[str]:
+    """Say which modes cannot be told apart."""
+    groups = indistinct_modes(frequencies)
+    if not groups:
+        return []
+    named = ", ".join(f"{first} to {last}" for first, last in groups[:3])
+    more = f" and {len(groups) - 3} groups more" if len(groups) > 3 else ""
+    return [
+        f"the frequencies of modes {named}{more} agree to rounding: of their energies only the sum "
+        "is known, which is shared among them evenly"
+    ]
+
+
+def _drift_caveats(before: float, after: float) -> list[str]:
+    caveats = []
+    if abs(before) > _LARGE_DRIFT:
+        caveats.append(
+            f"the energy drifts by {before:.1e} of itself between the first frame and the last "
+            "contact: the run is no more accurate than that"
+        )
+    # Scripts that dump at contacts wait for the end in coarser steps: of these the last frame is.
+    if abs(after) > max(_LARGE_DRIFT, abs(before)):
+        caveats.append(
+            f"the energy drifts by {after:.1e} of itself after the last contact: restitution does "
+            "not change there, vibration and modes are no more accurate than that"
+        )
     return caveats
 
 

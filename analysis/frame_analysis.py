@@ -5,7 +5,12 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chaincor.analysis.caveats import collect_caveats, find_contradictions, is_over
+from chaincor.analysis.caveats import (
+    collect_caveats,
+    find_contradictions,
+    is_over,
+    mode_caveats,
+)
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
@@ -98,7 +103,8 @@ def analyze_frames(
     reading.tell_moving_start(m, velocity)
     detector = ContactDetector(velocity, bond, reading.resolution, m)
     record = Record(m, bond)
-    opening = state = reading.opening
+    opening = state = parted = reading.opening
+    touched = None
     for state in reading.states():
         if record.count == 0 and reading.begins_at_contact:
             if reading.start.kind in ("moving", "turned"):
@@ -110,6 +116,8 @@ def analyze_frames(
         _refuse_impossible_bonds(state, bond)
         detector.feed(state)
         record.feed(state)
+        if detector.last_time != touched:
+            touched, parted = detector.last_time, state
     for frame in (reading.first, reading.last):
         _refuse_sideways(frame, velocity)
     detection = detector.result()
@@ -121,11 +129,13 @@ def analyze_frames(
     n, u, v = reading.layout.particles, state.displacements, state.velocities
     origin = detection.times[0]
     since = state.time - float(detection.times[-1])
-    ending = energy_start = energy_end = remainder = drift = None
+    ending = energy_start = energy_end = remainder = drift = drift_before = None
     if bond is not None:
         energy_start = energy_split(opening.displacements, opening.velocities, bond, m)
         energy_end = energy_split(u, v, bond, m)
         drift = float((energy_end.total - energy_start.total) / energy_start.total)
+        energy_parted = energy_split(parted.displacements, parted.velocities, bond, m)
+        drift_before = float((energy_parted.total - energy_start.total) / energy_start.total)
         remainder = float(anharmonic_remainder(u, bond))
         if end_argument is not None and np.all(m == m[0]):
             # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.
@@ -134,6 +144,7 @@ def analyze_frames(
     times = detection.times - origin
     statistics = contact_statistics(times, detection.speeds, n, velocity)
     stiffness = 1.0 if bond is None else bond.stiffness
+    frequencies = mode_frequencies(n, stiffness, m)
     digits = reading.digits
     last_resolution = reading.last.resolution("vx", digits)
     caveats = collect_caveats(
@@ -148,6 +159,7 @@ def analyze_frames(
         since_contact=since,
         ending=ending,
         drift=drift,
+        drift_before=drift_before,
         truncated=is_truncated(),
         resolution=float(np.max(last_resolution)) / velocity,
     )
@@ -182,7 +194,7 @@ def analyze_frames(
             None if detection.unresolved or reading.start.kind == "late" else statistics.count
         ),
         detection=detection,
-        mode_frequencies=mode_frequencies(n, stiffness, m),
+        mode_frequencies=frequencies,
         mode_energies=mode_energies(u, v, stiffness, m),
         mode_energies_start=mode_energies(opening.displacements, opening.velocities, stiffness, m),
         anharmonic_remainder=remainder,
@@ -200,7 +212,7 @@ def analyze_frames(
         finished=is_over(state, m, bond, since, ending),
         history=record.history(origin),
         contradictions=contradictions,
-        caveats=(*contradictions, *notes, *caveats),
+        caveats=(*contradictions, *notes, *caveats, *mode_caveats(frequencies)),
     )
 
 

@@ -9,6 +9,10 @@ Particles of unequal masses have modes of their own: the eigenvectors of
 :math:`M^{-1/2} K M^{-1/2}`, where K = k B^T B and B takes displacements to strains. They are got
 from the tridiagonal matrix of the strains, :math:`k B M^{-1} B^T`, which has the same frequencies
 but the zero of the translation: so that one is exact and costs no digits of the others.
+
+Where frequencies agree to rounding, as those of vibrations at the two ends of a chain with light
+ends, any mixture of their modes is a mode, and the last digit of a mass decides which one is found.
+Their energies are then shared among them evenly: only the sum means something.
 """
 
 from dataclasses import dataclass
@@ -19,6 +23,10 @@ from numpy.typing import ArrayLike, NDArray
 from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
 from chaincor.analysis.wave_transforms import cosine_transform, sine_transform
 from chaincor.lammps_inputs.bonds.potential import Potential
+
+# Of the largest squared frequency: modes whose squares are nearer to each other cannot be told
+# apart. A mass that is off by an epsilon shifts squares by an epsilon of the largest.
+_INDISTINCT = 1e-12
 
 
 def mode_frequencies(
@@ -46,6 +54,29 @@ def mode_frequencies(
         return np.concatenate(([0.0], _strain_modes(m, stiffness)[0]))
     mass = 1.0 if m is None else m[0]
     return 2.0 * np.sqrt(stiffness / mass) * np.sin(0.5 * np.pi * np.arange(particles) / particles)
+
+
+def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
+    """
+    Return which modes of a chain cannot be told apart, as their frequencies agree to rounding.
+
+    Parameters
+    ----------
+    frequencies : array_like of shape (n,)
+        Rising from 0, see :func:`mode_frequencies`.
+
+    Returns
+    -------
+    list of tuple of int
+        The first and the last of each such group; j = 0, the translation, is in none.
+    """
+    squares = np.asarray(frequencies, dtype=float)[1:] ** 2
+    if squares.size < 2:
+        return []
+    apart = np.flatnonzero(np.diff(squares) > _INDISTINCT * squares[-1])
+    first = np.concatenate(([0], apart + 1)) + 1
+    last = np.concatenate((apart, [squares.size - 1])) + 1
+    return [(int(a), int(b)) for a, b in zip(first, last, strict=True) if b > a]
 
 
 def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
@@ -100,7 +131,8 @@ def mode_energies(
     numpy.ndarray of shape (..., n)
         Energies; j = 0 is the translation. For harmonic bonds the sum over j >= 1 is exactly the
         vibrational energy; for others see :func:`anharmonic_remainder`. Where bonds are stretched
-        far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`.
+        far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`. Modes that
+        :func:`indistinct_modes` names have the mean of their energies each.
     """
     if masses is not None and not _are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
@@ -232,6 +264,9 @@ def _unequal_energies(
     rates = np.sqrt(stiffness) * np.diff(v, axis=-1) @ shapes / omega
     strains = np.sqrt(stiffness) * bond_strains(displacements) @ shapes
     energies[..., 1:] = 0.5 * (rates**2 + strains**2)
+    for first, last in indistinct_modes(np.concatenate(([0.0], omega))):
+        group = slice(first, last + 1)
+        energies[..., group] = np.mean(energies[..., group], axis=-1, keepdims=True)
     return energies
 
 

@@ -1,4 +1,4 @@
-"""The error of a whole run, estimated from a second run of the same collision at another step."""
+"""The error of a whole run: as its log tells it, or estimated from a run at another step."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.analysis.caveats import find_contradictions
+from chaincor.analysis.dumps.printed import printed_error
 from chaincor.analysis.dumps.timestep import read_first_timestep
 from chaincor.analysis.job_folder import (
     Job,
@@ -71,8 +72,8 @@ def analyze_folder(
     """
     Analyse the job in a folder, and the same collision at other steps in folders below it.
 
-    `analyze` analyses one job. Returns the run at the finest step, its `restitution_error`
-    estimated where the others tell it. Raises InputError if there is no job, or only jobs below
+    `analyze` analyses one job. Returns the run at the finest step, its `restitution_error` as its
+    own log or the others tell it. Raises InputError if there is no job, or only jobs below
     that are not one collision.
     """
     named = data is not None or dump is not None
@@ -97,9 +98,13 @@ def analyze_folder(
 
 def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     r"""
-    Return the run at the finest step, with its error as another step shows it.
+    Return the run at the finest step, with its error.
 
-    With the impact-located wall and a scheme of order p the runs at steps h and H > h differ by
+    That is the one which the run itself has printed in its log, where it has and the log is that of
+    the dump (see :func:`~chaincor.analysis.dumps.printed.printed_error`); a caveat says so.
+
+    Else another step shows it. With the impact-located wall and a scheme of order p the runs at
+    steps h and H > h differ by
     :math:`d = c (H^p - h^p)`, so that the finer one is off by :math:`|d|/((H/h)^p - 1)`. With the
     stock wall the error is of first order and irregular, so that a difference tells its size only.
     Either may be small by chance; the drift of the energy, which is of the same order, is seldom
@@ -116,9 +121,16 @@ def estimate_error(runs: Sequence[SteppedRun]) -> SteppedRun:
     """
     every = [run.step for run in runs]
     steps = sorted({step for step in every if step is not None})
-    if len(runs) == 1 or None in every or len(steps) < 2:
-        return _without(runs[0], _why_alone(runs, steps))
-    fine, coarse = (next(run for run in runs if run.step == step) for step in steps[:2])
+    alone = len(runs) == 1 or None in every or len(steps) < 2
+    fine = runs[0] if alone else next(run for run in runs if run.step == steps[0])
+    error, says = printed_error(fine.job.logs, fine.analysis.restitution, fine.analysis.data_error)
+    if says is not None:
+        fine = replace(fine, analysis=_with_notes(fine.analysis, (says,)))
+    if error is not None:
+        return replace(fine, analysis=_with_error(fine.analysis, error))
+    if alone:
+        return _without(fine, _why_alone(runs, steps))
+    coarse = next(run for run in runs if run.step == steps[1])
     order = fine.order
     why = _why_incomparable(fine, coarse)
     if why is not None:
@@ -190,7 +202,7 @@ def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
 
 def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
     if len(runs) == 1:
-        return "one run does not tell the error of its own integration"
+        return "one run does not tell the error of its own integration unless its log does"
     if len(steps) == 1:
         return f"all runs have the step {steps[0]:g}"
     return "neither log nor script tells the step of every run"

@@ -6,6 +6,8 @@ import sys
 import time
 from pathlib import Path
 
+from tests.waiting import HANGS
+
 
 def interrupted(folder: Path, program: str, seconds: float) -> str:
     """
@@ -37,5 +39,5 @@ def interrupted(folder: Path, program: str, seconds: float) -> str:
     assert session.stdout.readline() == "BEGINS\n", session.stderr.read()
     time.sleep(seconds)
     session.send_signal(signal.SIGINT)
-    out, err = session.communicate(timeout=300)
+    out, err = session.communicate(timeout=HANGS)
     return out + err

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.floors import FLOORS_WITHIN, NAMED_FOR_TYPES
 from tests.programs import python
 
 ROOT = Path(__file__).parents[1]
@@ -15,6 +16,7 @@ MAY_IMPORT = {
     "analysis": {"lammps_inputs"},
     "workflows": {"lammps_inputs", "analysis"},
 }
+PACKAGES = (*MAY_IMPORT, "benchmarks")
 # Folders and modules from the top floor down: each may import what stands in a row below it, and
 # a folder also itself. What shares a row does not know each other.
 FLOORS = {
@@ -32,8 +34,8 @@ FLOORS = {
         {"showing"},
         {"bodies", "motion"},
         {"engines"},
-        {"cli", "json_output", "outputs", "pages", "processes", "run_progress"},
-        {"given"},
+        {"cli", "json_output", "outputs", "pages", "processes"},
+        {"given", "written_over"},
         {"durations", "errors", "measured", "versions"},
     ],
     "workflows/engines": [
@@ -43,7 +45,7 @@ FLOORS = {
         {"look_ahead", "rounding"},
         {"outcome", "parting", "schemes"},
         {"whole_end"},
-        {"compositions", "end_watch", "interrupts", "splittings"},
+        {"compositions", "end_watch", "interrupts", "splittings", "time_limit"},
         {"ending"},
         {"pieces"},
         {"piece_bounds"},
@@ -71,7 +73,7 @@ FLOORS = {
         {"formula_text"},
         {"force_kernels"},
         {"potential"},
-        {"check", "clamped_spline", "exponential", "series"},
+        {"check", "clamped_spline", "exponential", "series", "table_checks"},
     ],
     "workflows/reproduce": [
         {"reproduction"},
@@ -105,6 +107,9 @@ SLOW = (
 )
 
 
+ALL_FLOORS = FLOORS | FLOORS_WITHIN
+
+
 def modules(folder):
     return sorted((ROOT / folder).rglob("*.py"))
 
@@ -120,6 +125,22 @@ def imported_modules(path):
             assert node.level == 0, f"{path}: relative import"
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return found
+
+
+def imported_for_types(path):
+    """Return what a module imports for the type checker alone."""
+    blocks = (
+        node
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+    )
+    return {
+        f"{inner.module}.{alias.name}"
+        for block in blocks
+        for inner in block.body
+        if isinstance(inner, ast.ImportFrom)
+        for alias in inner.names
+    }
 
 
 @pytest.mark.parametrize("package", MAY_IMPORT)
@@ -142,18 +163,36 @@ def test_dependencies_point_one_way(package):
     assert offenders == {}
 
 
-@pytest.mark.parametrize("folder", FLOORS)
+def test_every_folder_has_its_floors():
+    """Whoever makes a folder says what stands on what in it."""
+    folders = {
+        str(path.parent.relative_to(ROOT))
+        for package in PACKAGES
+        for path in modules(package)
+        if path.name != "__init__.py"
+    }
+    assert folders - set(ALL_FLOORS) == set(), "a folder without floors: list it in tests/floors.py"
+    assert set(ALL_FLOORS) - folders == set(), "floors of a folder that is no more"
+    assert set(FLOORS) & set(FLOORS_WITHIN) == set()
+
+
+@pytest.mark.parametrize("folder", ALL_FLOORS)
 def test_folders_import_only_what_stands_below(folder):
-    floor = {name: k for k, row in enumerate(reversed(FLOORS[folder])) for name in row}
+    rows = ALL_FLOORS[folder]
+    floor = {name: k for k, row in enumerate(reversed(rows)) for name in row}
+    assert len(floor) == sum(map(len, rows)), "a module stands in two rows"
     inside = {p.stem for p in (ROOT / folder).glob("*.py")} | {
         p.parent.name for p in (ROOT / folder).glob("*/__init__.py")
     }
     assert inside - {"__init__"} == set(floor)  # whoever adds a module says where it stands
-    prefix = f"chaincor.{folder.replace('/', '.')}."
+    floor["__init__"] = len(rows)  # the face of a folder may show all that is in it
+    package = folder.replace("/", ".")
+    prefix = f"{package}." if package.split(".")[0] == "benchmarks" else f"chaincor.{package}."
     offenders = []
     for path in modules(folder):
         here = path.relative_to(ROOT / folder).parts[0].removesuffix(".py")
-        for name in imported_modules(path):
+        typed = imported_for_types(path) & {NAMED_FOR_TYPES.get(folder)}
+        for name in imported_modules(path) - typed:
             if name.startswith(prefix):
                 there = name.removeprefix(prefix).split(".")[0]
                 if there != here and floor[there] >= floor[here]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.versions import cores_allowed
 
@@ -34,9 +35,7 @@ def workers_given(workers: Any) -> int:
     """Return how many collisions to carry out at a time: one a core by default."""
     if workers is None:
         return cores_allowed()
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise InputError(f"workers is {workers!r}; expected a whole number, 1 or more")
-    return workers
+    return whole_number_given("workers", workers)
 
 
 def _named(value: Any) -> str:

@@ -8,6 +8,7 @@ from chaincor.analysis.dumps.chain_frames import ChainState
 from chaincor.analysis.history import Record
 from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.replay import Replay
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _FLY_ON, _BONDS_ON = 0.15, 2.0
 # More a picture cannot show, and memory should not hold.
 _HISTORY_FRAMES = 400
+_MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
 
 
@@ -107,12 +109,12 @@ class Motion:
         Raises
         ------
         InputError
-            If fewer than two frames are asked for, or the result was not made by `collide`.
+            If `frames` is no whole number from 2 to a million, or the result was not made by
+            `collide`.
         RunError
             If the result is the limit of hard spheres, which has no motion to show.
         """
-        if frames < 2:
-            raise InputError(f"{frames} frames are asked for; expected 2 or more")
+        frames = whole_number_given("frames", frames, least=2, most=_MOST_FRAMES)
         replay = self._known_replay()
         end = shown_until(replay.scene, self.last_contact_time)
         if self.contact is not None:  # the bodies overlap for a while

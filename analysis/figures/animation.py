@@ -10,11 +10,14 @@ from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import whole_number_given
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
 
 _FRAMES_PER_SECOND = 25
+# An hour; each is drawn.
+_MOST_FRAMES = 90_000
 
 
 def animate_collision(
@@ -59,10 +62,12 @@ def animate_collision(
     Raises
     ------
     InputError
-        If the ending of the file is unknown, or MP4 is asked for without ffmpeg.
+        If the ending of the file is unknown, or MP4 is asked for without ffmpeg, or `frames` is no
+        number of pictures.
     """
     from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 
+    frames = whole_number_given("the number of pictures", frames, most=_MOST_FRAMES)
     path = Path(path)
     if path.suffix not in (".gif", ".mp4"):
         raise InputError(f"cannot write the animation {path}; expected a name in .gif or .mp4")

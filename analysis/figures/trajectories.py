@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
+from chaincor.lammps_inputs.given_numbers import positive_number_given
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,7 +55,14 @@ def plot_trajectories(
     -------
     matplotlib.axes.Axes
         The axes.
+
+    Raises
+    ------
+    InputError
+        If the magnification is not a positive finite number.
     """
+    if magnification is not None:
+        magnification = positive_number_given("magnification", magnification)
     ax = choose_axes(ax)
     time = np.asarray(times, dtype=float)
     u = np.asarray(displacements, dtype=float)

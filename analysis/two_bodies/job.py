@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
+from chaincor.analysis.dumps.printed import printed_error
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.job_folder import (
     Job,
@@ -168,6 +169,10 @@ def analyze_two_bodies(
         )
     if bond is None:
         caveats.append("the bonds' potential is not known: no energies; modes are of stiffness 1")
+    data_error = 2.0 * abs(e) * (layout.resolution(last) + abs(e) * layout.resolution(first)) / v0
+    error, says = printed_error(job.logs, e**2, data_error)
+    if says is not None:
+        caveats.append(says)
     return TwoBodyAnalysis(
         masses=layout.masses[0],
         target_masses=layout.masses[1],
@@ -175,10 +180,8 @@ def analyze_two_bodies(
         velocity=v0,
         restitution=e**2,
         kinematic_restitution=e,
-        data_error=2.0
-        * abs(e)
-        * (layout.resolution(last) + abs(e) * layout.resolution(first))
-        / v0,
+        restitution_error=error,
+        data_error=data_error,
         velocity_after=layout.mean(state, 0),
         target_velocity_after=layout.mean(state, 1),
         momentum_residual=layout.whole_change(opening, state)

@@ -27,6 +27,9 @@ class TwoBodyAnalysis:
         Relative speed of the centres of mass before.
     restitution, kinematic_restitution : float
         :math:`\eta` and e, the ratios of relative translational energies and of relative speeds.
+    restitution_error : float or None
+        Error of eta that the run itself has printed in its log, with `data_error`; None where no
+        log tells it.
     data_error : float
         What the digits of the dump may have changed of eta.
     velocity_after, target_velocity_after : float
@@ -58,6 +61,7 @@ class TwoBodyAnalysis:
     velocity: float
     restitution: float
     kinematic_restitution: float
+    restitution_error: float | None
     data_error: float
     velocity_after: float
     target_velocity_after: float
@@ -78,7 +82,7 @@ class TwoBodyAnalysis:
         """Return the results as plain numbers and lists; what is not known is None."""
         plain = {
             "restitution": self.restitution,
-            "restitution_error": None,
+            "restitution_error": self.restitution_error,
             "data_error": self.data_error,
             "kinematic_restitution": self.kinematic_restitution,
             "contacts": None,

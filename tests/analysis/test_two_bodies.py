@@ -170,5 +170,5 @@ def test_the_command(result, states, tmp_path, capsys):
             assert "expected none of them" in err
 
 
-def test_a_chain_and_a_wall_are_none_of_this(tmp_path, harmonic20, dump_writer):
+def test_a_chain_and_a_wall_are_none_of_this(tmp_path):
     assert find_two_bodies(tmp_path, None, None, None) is None

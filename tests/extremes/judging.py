@@ -5,7 +5,6 @@ import io
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -18,17 +17,12 @@ from pathlib import Path
 
 from chaincor.workflows import cli
 from tests.extremes.cases import Case
+from tests.waiting import HANGS, HangError, must_end
 
 # No input may take more processor time, whatever else the machine does meanwhile.
 HANG_SECONDS = 10.0
-# A process of its own is stopped by the clock, which a busy machine makes run ahead.
-_PATIENCE = 60.0
 _STATUSES = (0, 1, 2)
 _NOT_A_NUMBER = re.compile(r"(?<![\w./-])(nan|inf|infinity)(?![\w./])", re.IGNORECASE)
-
-
-class _HangError(BaseException):
-    """Raised by the alarm; no handler of the program's catches it."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +51,11 @@ def call_in_process(case: Case, hang_seconds: float = HANG_SECONDS) -> Answer:
                 contextlib.redirect_stdout(out),
                 contextlib.redirect_stderr(err),
                 warnings.catch_warnings(),
-                _alarm(hang_seconds),
+                must_end(hang_seconds),
             ):
                 warnings.simplefilter("always")
                 status = cli._run(list(case.arguments))
-        except _HangError:
+        except HangError:
             err.write(f"HANG: {traceback.format_exc(limit=-4)}".replace("Traceback", "at"))
         except SystemExit as leave:
             err.write(f"SystemExit({leave.code})")
@@ -75,7 +69,7 @@ def call_in_process(case: Case, hang_seconds: float = HANG_SECONDS) -> Answer:
         return Answer(status, out.getvalue(), err.getvalue(), seconds, stray, spoiled)
 
 
-def call_as_process(case: Case, hang_seconds: float = _PATIENCE * HANG_SECONDS) -> Answer:
+def call_as_process(case: Case, hang_seconds: float = HANGS) -> Answer:
     """Call the command line as users do: in a process of its own."""
     with _prepared(case) as (folder, temporary):
         started = time.perf_counter()
@@ -176,23 +170,9 @@ def _left_behind(
             continue
         stray.append(str(path.relative_to(folder.parent)))
     taken = folder / "taken"
-    spoiled = status in (1, 2) and "taken" in case.files and not _is_good(taken, case, status)
+    spoiled = status in (1, 2) and "taken" in case.files and not _is_good(taken)
     return tuple(stray), spoiled
 
 
-def _is_good(taken: Path, case: Case, status: int | None) -> bool:
+def _is_good(taken: Path) -> bool:
     return taken.is_file() and taken.read_bytes() == b"good"
-
-
-@contextlib.contextmanager
-def _alarm(seconds: float) -> Iterator[None]:
-    def ring(_number: int, _frame: object) -> None:
-        raise _HangError
-
-    before = signal.signal(signal.SIGPROF, ring)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)

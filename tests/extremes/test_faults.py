@@ -7,7 +7,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from benchmarks.sweeps.kills import read_rows
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.store.attempt import carry_out
 from chaincor.workflows.store.results_store import Store
+from tests.waiting import HANGS, wait_until
 
 ROOT = Path(__file__).parents[2]
 _MAIN = [sys.executable, "-c", "from chaincor.workflows.cli import main; main()"]
@@ -51,15 +51,15 @@ class Call:
 
     def wait_until(self, happens):
         """Wait for something that must happen while the process runs."""
-        deadline = time.monotonic() + 600.0
-        while not happens():
+
+        def runs():
             assert self.process.poll() is None, self.process.communicate()
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+
+        wait_until(happens, runs)
 
     def end(self):
         """Return exit status, stdout and the lines of stderr; nothing temporary is left."""
-        out, err = self.process.communicate(timeout=600)
+        out, err = self.process.communicate(timeout=HANGS)
         assert "Traceback" not in err, err
         assert list(self.temporary.iterdir()) == []
         return self.process.returncode, out, [line for line in err.splitlines() if line]
@@ -69,12 +69,16 @@ class Call:
         return any(self.temporary.glob("chaincor-*/chain.data"))
 
 
+# What earlier runs have left; all else may not be written over in any case.
+DUMP, ARRAYS = "ITEM: good", "PK: good"
+
+
 @pytest.fixture
 def good(tmp_path):
     """Return a file in a folder of outputs that a failed run must not spoil."""
     (tmp_path / "out").mkdir()
     path = tmp_path / "out" / "motion"
-    path.write_text("good")
+    path.write_text(DUMP)
     return path
 
 
@@ -91,7 +95,7 @@ def test_a_run_that_is_terminated(tmp_path, good):
     run.wait_until(run.in_lammps)
     run.process.send_signal(signal.SIGTERM)
     assert run.end() == (143, "", ["chaincor: terminated"])
-    assert good.read_text() == "good"
+    assert good.read_text() == DUMP
     assert list(good.parent.iterdir()) == [good]
 
 
@@ -143,7 +147,7 @@ def test_a_temporary_folder_removed_during_a_run(tmp_path, good):
     shutil.rmtree(next(run.temporary.glob("chaincor-*")))
     status, out, lines = run.end()
     assert (status, out, len(lines)) == (1, "", 1)
-    assert good.read_text() == "good"
+    assert good.read_text() == DUMP
 
 
 @pytest.mark.slow
@@ -166,13 +170,14 @@ def test_a_store_removed_during_a_sweep(tmp_path):
 @pytest.mark.parametrize("option", ["--arrays", "--dump", "--save"])
 def test_a_full_disk_keeps_the_earlier_result(tmp_path, small_disk, option):
     earlier = small_disk / "earlier"
-    earlier.write_text("good")
+    content = ARRAYS if option == "--arrays" else DUMP
+    earlier.write_text(content)
     (small_disk / "filler").write_bytes(b"x" * 296 * 1024)
     target = small_disk / "job" if option == "--save" else earlier
     status, out, lines = Call(tmp_path, "run", *SHORT, option, target).end()
     assert (status in (1, 2), out, len(lines)) == (True, "", 1)
     assert "No space left on device" in lines[0]
-    assert earlier.read_text() == "good"
+    assert earlier.read_text() == content
     assert sorted(p.name for p in small_disk.iterdir() if p.is_file()) == ["earlier", "filler"]
 
 
@@ -185,7 +190,7 @@ def test_a_full_temporary_disk(tmp_path, small_disk, good, bond):
     status, out, lines = Call(tmp_path, "run", *scene, temporary=small_disk / "tmp").end()
     assert (status, out, len(lines)) == (1, "", 1)
     assert "No space left on device" in lines[0]
-    assert good.read_text() == "good"
+    assert good.read_text() == DUMP
 
 
 # ---- memory, and libraries that do not load -----------------------------------------------------
@@ -202,11 +207,12 @@ def test_a_memory_limit(tmp_path, good, megabytes, said):
         resource.setrlimit(resource.RLIMIT_AS, (megabytes * 2**20,) * 2)
 
     scene = ("--particles", "10000000", "--engine", "reference", "--scheme", "verlet", "--no-error")
+    good.write_text(ARRAYS)
     options = ("--most-hours", "1e9", "--arrays", good)
     status, out, lines = Call(tmp_path, "run", *scene, *options, limit=limit).end()
     assert (status, out, len(lines)) == (1, "", 1)
     assert re.search(said, lines[0])
-    assert good.read_text() == "good"
+    assert good.read_text() == ARRAYS
 
 
 @pytest.mark.slow
@@ -220,7 +226,7 @@ def test_a_lammps_library_that_does_not_load(tmp_path, good, error):
     assert (status, out, len(lines)) == (1, "", 1)
     assert "the LAMMPS library does not load" in lines[0]
     assert lines[0].endswith("MissingLibraryError)")
-    assert good.read_text() == "good"
+    assert good.read_text() == DUMP
     if error.startswith("OS"):
         with Store(tmp_path / "sweep.sqlite") as store:
             store.record([carry_out(Scene(particles=3, speed=0.4, engine="reference"))])

@@ -10,6 +10,7 @@ from chaincor.analysis.modes import anharmonic_remainder
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.bodies import BODY_FIELDS, impulse_residual
 from chaincor.workflows.collision import collide
+from chaincor.workflows.errors import CostError, RunError
 from chaincor.workflows.showing.text import describe
 
 IN_HOUSE = {"engine": "reference", "tolerance": 1e-8}
@@ -225,3 +226,12 @@ def test_forces_on_a_target_are_the_slope_of_the_energy():
         assert atoms.get_forces()[n + i, 0] == pytest.approx(
             -(slope[1] - slope[0]) / (2.0 * h), abs=1e-8
         )
+
+
+def test_contacts_too_stiff_for_lammps_are_named():
+    scene = Scene(particles=4, contact="power", contact_stiffness=1e300)
+    with pytest.raises(RunError, match=r"with contact_stiffness 1e\+300 the contact would swing"):
+        collide(scene)
+    # Of times beyond all others one digit is enough.
+    with pytest.raises(CostError, match=r"about \de\+\d+ days .* a smaller contact_stiffness"):
+        collide(scene.replace(engine="reference"))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -125,7 +126,10 @@ def test_what_cannot_be_shown_is_refused():
     assert spheres.scheme == "hard-sphere"
     with pytest.raises(RunError, match="limit of hard spheres"):
         spheres.to_ase()
-    with pytest.raises(InputError, match="1 frames are asked for; expected 2 or more"):
+    with pytest.raises(InputError, match="frames is 1; expected a whole number, from 2 to"):
         spheres.to_universe(1)
+    for frames in (float("nan"), float("inf"), 1e300, 10**15, "all", True):
+        with pytest.raises(InputError, match=rf"^frames is {re.escape(repr(frames))}; "):
+            spheres.trajectory(frames)
     with pytest.raises(InputError, match="does not say how it was run"):
         dataclasses.replace(spheres, replay=None).to_ase()

@@ -79,11 +79,12 @@ def describe_bodies(found: TwoBodyAnalysis) -> str:
     """Describe two bodies for people."""
     targets, bond = found.target_masses.size, found.bond
     other = f"a free target of {targets}" if targets else "a soft wall"
+    eta = eta_of_dump(found.restitution, found.restitution_error, found.data_error)
     lines = [
         f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
         f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
         "",
-        f"restitution (energy)   eta = {eta_of_dump(found.restitution, None, found.data_error)}",
+        f"restitution (energy)   eta = {eta}",
         f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
         "contacts               not told",
     ]

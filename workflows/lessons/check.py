@@ -4,6 +4,7 @@ import importlib
 from typing import Any
 
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.given_numbers import shown
 from chaincor.workflows.lessons.exercise import Exercise, Verdict, judge
 
 LESSONS = range(1, 9)
@@ -41,9 +42,9 @@ def find_exercise(name: str) -> Exercise:
     known: dict[str, Exercise] = {}
     if lesson in map(str, LESSONS):
         known = exercises_of(int(lesson))
-    if name not in known:
-        names = ", ".join(known) or f"those of lessons 1 to {LESSONS[-1]}, such as '1.1'"
-        raise InputError(f"there is no exercise {name!r}; expected one of {names}")
+    if not isinstance(name, str) or name not in known:
+        names = ", ".join(map(repr, known)) or f"those of lessons 1 to {LESSONS[-1]}, such as '1.1'"
+        raise InputError(f"there is no exercise {shown(name)}; expected one of {names}")
     return known[name]
 
 

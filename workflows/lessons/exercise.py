@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chaincor.lammps_inputs.given_numbers import shown
+
 Array = NDArray[np.float64]
 
 
@@ -96,20 +98,27 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
     """
     Say whether an answer is right, and if not, what is probably wrong with it.
 
-    The truth is not told. An answer that is none (``...``, a text, a list of another length) is not
-    right, with words on what is expected; errors of a function that is given are those of whoever
-    wrote it and pass through.
+    The truth is not told. An answer that is none (``...``, a text, a list of another length, a
+    function that fails) is not right, with words on what is expected.
     """
     if answer is ...:
         return Verdict(False, f"no answer yet: put yours in place of the dots. {exercise.asks}")
     arguments = () if exercise.arguments is None else exercise.arguments()
     if callable(answer) != (exercise.arguments is not None):
-        kind = "a function" if callable(answer) else f"no function but {answer!r:.60}"
+        kind = "a function" if callable(answer) else f"no function but {shown(answer)}"
         return Verdict(False, f"this is {kind}; expected: {exercise.asks}")
     truth = np.ravel(np.asarray(exercise.truth(*arguments), dtype=float))
-    given = _numbers(answer(*arguments) if callable(answer) else answer)
+    what = "this is"
+    if exercise.arguments is not None:
+        what = "what your function returns is"
+        try:
+            # With arguments of its own: it may change them.
+            answer = answer(*exercise.arguments())
+        except (Exception, SystemExit) as error:
+            return Verdict(False, f"{_failure(error, len(arguments))}; expected: {exercise.asks}")
+    given = _numbers(answer)
     if isinstance(given, str):
-        return Verdict(False, f"this is {given}; expected: {exercise.asks}")
+        return Verdict(False, f"{what} {given}; expected: {exercise.asks}")
     if given.shape != truth.shape:
         found = f"{given.size} number{'s' if given.size != 1 else ''}"
         return Verdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
@@ -132,14 +141,28 @@ def _near(given: Array, other: Array, tolerance: float) -> bool:
     return math.isfinite(scale) and bool(np.all(np.abs(given - other) <= tolerance * scale))
 
 
+def _failure(error: BaseException, count: int) -> str:
+    """Say how a function failed that was called with so many arguments, and in which line."""
+    words = " ".join(str(error).split())[:120]
+    named = f"{type(error).__name__}: {words}" if words else type(error).__name__
+    if error.__traceback__ is None or error.__traceback__.tb_next is None:
+        # Not inside it: it cannot be called like this.
+        arguments = "1 argument" if count == 1 else f"{count} arguments"
+        return f"your function cannot be called with {arguments} ({named})"
+    return f"your function raised {named} in its line {error.__traceback__.tb_next.tb_lineno}"
+
+
 def _numbers(answer: Any) -> Array | str:
     """Return an answer as an array, or what it is instead."""
     if isinstance(answer, str | bytes | dict | set | bool) or answer is None:
-        return f"{answer!r:.60}"
+        return shown(answer)
     try:
-        numbers = np.ravel(np.asarray(answer, dtype=float))
-    except (TypeError, ValueError):
-        return f"{answer!r:.60}"
+        numbers = np.asarray(answer)
+        if numbers.dtype.kind == "c":  # its imaginary part would be dropped with a warning
+            return shown(answer)
+        numbers = np.ravel(numbers.astype(float))
+    except Exception:  # what an object raises that is no number is its own affair
+        return shown(answer)
     if not np.all(np.isfinite(numbers)):
         return "not finite: a division by zero, or a root of a negative number"
     return numbers

@@ -83,7 +83,8 @@ class Plots:
         Raises
         ------
         InputError, RunError
-            If the motion cannot be carried out again: see ``result.trajectory``.
+            If the motion cannot be carried out again: see ``result.trajectory``; or the
+            magnification is not a positive finite number.
         """
         from chaincor.analysis.figures.trajectories import plot_trajectories
 
@@ -238,7 +239,8 @@ class Plots:
         Raises
         ------
         InputError, RunError
-            If the name ends otherwise, or the motion cannot be carried out again.
+            If the name ends otherwise, `pictures` is no whole number of 1 or more, or the motion
+            cannot be carried out again.
         """
         from chaincor.analysis.figures.animation import animate_collision
 

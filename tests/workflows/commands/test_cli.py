@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.workflows import cli
+from tests.waiting import HANGS
 from tests.workflows.commands.test_run import chaincor
 
 
@@ -162,7 +163,7 @@ def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        timeout=120,
+        timeout=HANGS,
         check=False,
     )
     assert done.returncode == 2
@@ -181,7 +182,7 @@ def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        timeout=120,
+        timeout=HANGS,
         check=False,
     )
     assert done.returncode != 0

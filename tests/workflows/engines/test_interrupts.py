@@ -4,7 +4,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from tests.waiting import HANGS
 
 LJ = Scene(potential="lj", particles=24, speed=0.9)
 # Each ends with a look ahead in coarse steps, where the engine has such looks.
@@ -86,16 +86,42 @@ def test_lammps_comes_back_too(tmp_path, monkeypatch):
     assert [int(command.split()[1]) for command in sent] == [5, 5, 3]
 
 
+# The command, which says when a compiled loop over a million particles is entered.
+LARGE = """
+import sys
+from chaincor.workflows.engines import interrupts
+
+steps_at_once, told = interrupts.steps_at_once, []
+
+def tell(work):
+    if work > 900_000 and not told:
+        told.append(work)
+        print("COMPUTES", flush=True)
+    return steps_at_once(work)
+
+interrupts.steps_at_once = tell
+from chaincor.workflows.cli import main
+
+main(["run", "--particles", "1000000", "--engine", sys.argv[1], "--most-hours", "1e9"])
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["reference", "lammps"])
 def test_a_million_particles_can_be_stopped(engine):
-    command = [str(Path(sys.executable).with_name("chaincor")), "run", "--particles", "1000000"]
     with subprocess.Popen(
-        [*command, "--engine", engine, "--most-hours", "1e9"], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", LARGE, engine],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     ) as process:
-        time.sleep(10.0)  # by then it computes, on any machine for days
+        assert process.stdout.readline() == "COMPUTES\n"  # for days, on any machine
+        time.sleep(1.0)  # to somewhere inside, anywhere will do
         process.send_signal(signal.SIGTERM)
-        # A second or two; far less than the minutes that one flight takes.
-        _, err = process.communicate(timeout=120.0)
+        # A second or two; a loop that did not come back would take far longer than this.
+        try:
+            _, err = process.communicate(timeout=HANGS)
+        finally:
+            process.kill()
     assert process.returncode == 143, err
     assert err.strip().endswith("chaincor: terminated")

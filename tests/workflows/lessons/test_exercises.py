@@ -1,6 +1,7 @@
 """Every exercise knows its answer, and tells apart the usual ways to go wrong."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.lessons import check
 from chaincor.workflows.lessons.check import LESSONS, exercises_of, find_exercise
-from chaincor.workflows.lessons.exercise import Exercise, judge
+from chaincor.workflows.lessons.exercise import Exercise, Mistake, judge
 
 NAMES = [name for lesson in LESSONS for name in exercises_of(lesson)]
 J = np.arange(10)
@@ -241,11 +242,65 @@ def test_a_number_in_place_of_a_function_and_one_of_many():
     )
 
 
+class Unspeakable:
+    """What can be neither made a number nor printed."""
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("no array")
+
+    def __repr__(self):
+        raise RuntimeError("no words")
+
+
+def fails(x):
+    return {}[x.size]
+
+
+@pytest.mark.parametrize(
+    ("function", "told"),
+    [
+        (fails, f"raised KeyError: 4 in its line {fails.__code__.co_firstlineno + 1}; expected: a"),
+        (lambda x: sys.exit(3), "raised SystemExit: 3 in its line"),
+        (lambda: 1.0, "cannot be called with 1 argument (TypeError: "),
+        (lambda x, y: 1.0, "cannot be called with 1 argument (TypeError: "),
+        (lambda x: None, "what your function returns is None; expected: a function"),
+        (lambda x: math.nan, "what your function returns is not finite"),
+        (lambda x: np.zeros(7), "7 numbers where 4 are expected"),
+        (lambda x: x + 1j * x, "what your function returns is array([0.+0.j"),
+        (lambda x: "x", "what your function returns is 'x'"),
+        (lambda x: Unspeakable(), "an object of type Unspeakable"),
+        (lambda x: 10**400, "what your function returns is 1000"),
+    ],
+)
+def test_a_function_that_fails_is_judged_in_one_line(function, told):
+    squares = Exercise("a function", lambda x: x**2, arguments=lambda: (np.arange(4.0),))
+    verdict = judge(squares, function)
+    assert not verdict
+    assert told in repr(verdict)
+    assert repr(verdict).isprintable()
+
+
+def test_a_function_may_change_its_arguments():
+    cubes = Exercise(
+        "a function",
+        lambda x: x**3,
+        mistakes=(Mistake(lambda x: x**2 - x, "this is known"),),
+        arguments=lambda: (np.arange(4.0),),
+    )
+
+    def changes(x):
+        result = x**2 - x
+        x[:] = 0.0
+        return result
+
+    assert "this is known" in judge(cubes, changes).says
+
+
 def test_zero_has_no_reciprocal_to_mistake_for():
     assert "too large" in judge(Exercise("one number", lambda: 0.0), 5.0).says
 
 
-@pytest.mark.parametrize("name", ["9.1", "1.99", "one", ""])
+@pytest.mark.parametrize("name", ["9.1", "1.99", "one", "", 1.1, None, ["1.1"]])
 def test_no_such_exercise(name):
     with pytest.raises(InputError, match="there is no exercise"):
         check(name, 1.0)

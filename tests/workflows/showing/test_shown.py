@@ -2,6 +2,7 @@
 
 import dataclasses
 import io
+import math
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -178,6 +179,10 @@ def test_a_moving_picture(plain, tmp_path):
 def test_what_cannot_be_drawn_is_refused_in_one_line(plain):
     with pytest.raises(InputError, match="quantity is 'forces'; expected intervals or speeds"):
         plain.plot.contacts("forces")
+    with pytest.raises(InputError, match="the number of pictures is 0; expected a whole number"):
+        plain.plot.animate(pictures=0)
+    with pytest.raises(InputError, match="magnification is nan; expected a positive finite"):
+        plain.plot.world_lines(magnification=math.nan)
     alone = collide(Scene(particles=1, engine="reference"))
     with pytest.raises(InputError, match="a single particle has no modes"):
         alone.plot.spectrum()

@@ -4,7 +4,6 @@ import itertools
 import os
 import signal
 import threading
-import time
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
@@ -25,6 +24,7 @@ from chaincor.workflows.sweep import execution
 from chaincor.workflows.sweep.cost import share_of_core, sweep_cost
 from chaincor.workflows.sweep.execution import run_plan, run_scenes
 from chaincor.workflows.sweep.todo import plan_sweep
+from tests.waiting import HANGS
 
 SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
 BROKEN = Scene(potential="lj", particles=7, speed=0.4)
@@ -182,12 +182,19 @@ def interruptible():
 
 @pytest.mark.usefixtures("interruptible")
 def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
-    finished = []
+    finished, heard = [], threading.Event()
+
+    def hear(*_):
+        heard.set()
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, hear)
 
     def interrupting(scene):
         if len(finished) == 3:
             signal.raise_signal(signal.SIGINT)
-            time.sleep(0.2)  # a collision that is going on when the main thread hears of it
+            # A collision that is going on when the main thread hears of it.
+            assert heard.wait(HANGS)
             raise AssertionError("never seen: the sweep is over")
         finished.append(scene)
         return make_attempt(scene)

@@ -1,5 +1,6 @@
 """The course of one collision in LAMMPS: contacts, bonds, frames and the end."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -230,8 +231,14 @@ class ChainCollision:
         self.frames.append((now, displacements, velocities))
         if self.scene.dump is not None:
             self.chain.write_frame(now)
-        while self.frame_interval is not None and self.next_frame <= now:
-            self.next_frame += self.frame_interval
+        if self.frame_interval is None or self.next_frame > now:
+            return
+        self.next_frame += self.frame_interval
+        if self.next_frame <= now:
+            # A step may be longer than any number of them, and time may not tell two apart.
+            past = math.fmod(now - self.next_frame, self.frame_interval)
+            later = now + (self.frame_interval - past)
+            self.next_frame = max(later, math.nextafter(now, math.inf))
 
     def outcome(self, numerics: Numerics, seconds: float) -> Outcome:
         """Gather what is known at the end."""

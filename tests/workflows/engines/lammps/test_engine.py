@@ -122,6 +122,16 @@ def test_the_final_state_is_that_after_the_last_contact():
     assert late.mean(axis=1) == pytest.approx(outcome.velocities.mean(), abs=1e-15)
 
 
+def test_more_frames_than_steps_are_one_a_step():
+    """However many: nothing counts intervals, and time may not even tell two apart."""
+    scene = Scene(potential="harmonic", particles=4, velocity=0.1)
+    few = lammps.run(scene, Numerics(), frame_interval=1e-3).frames.times
+    assert few.size > 20
+    for interval in (1e-12, 1e-300):
+        frames = lammps.run(scene, Numerics(), frame_interval=interval).frames
+        assert np.array_equal(frames.times, few)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("wall", "scheme"), [("event", "verlet"), ("event", "order6"), ("reflect", "verlet")]

@@ -1,0 +1,266 @@
+"""Where each module of the smaller folders stands: each may import what stands in a row below it.
+
+The wide floors are in ``test_architecture``, which also tells what the rows mean.
+"""
+
+FLOORS_WITHIN = {
+    "analysis/dumps": [
+        {"other_formats"},
+        {"other_trajectories", "universe"},
+        {"contact_detection", "dump"},
+        {"binary", "collision_frames", "contact_times", "masses", "timestep"},
+        {"chain_frames", "text", "view"},
+        {"data_file", "frame", "printed"},
+    ],
+    "analysis/figures": [
+        {
+            *("agreement", "animation", "bond_lengths", "contact_intervals", "energy_partition"),
+            *("mode_heat_map", "script_ladder", "spectrum", "store_plots", "terminal"),
+            *("trajectories", "work_precision"),
+        },
+        {"style"},
+        {"offset_in_label", "places"},
+    ],
+    "analysis/ladders": [
+        {"verdict"},
+        {"order_fit"},
+    ],
+    "analysis/showing": [
+        {"notebook", "numbers"},
+    ],
+    "analysis/two_bodies": [
+        {"job"},
+        {"frames", "results"},
+    ],
+    "benchmarks": [
+        {"bars", "extremes"},
+        {"__main__", "judge"},
+        {
+            *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
+            *("only_required", "peers", "scenes", "schemes", "script_advice", "sweeps"),
+            *("timestep_table", "two_bodies", "warm", "warm_draws"),
+        },
+    ],
+    "benchmarks/bars": [
+        {"calibrate"},
+        {"honest", "scheme_costs", "step_samples"},
+        {"analyzed", "formula_scenes", "ladders", "samples", "user_scenes"},
+    ],
+    "benchmarks/extremes": [
+        {"map"},
+        {"picture"},
+        {"verdicts"},
+        {"cases", "cells", "fuzz_inputs", "mass_ratios"},
+    ],
+    "benchmarks/judge": [
+        {"end_counterexamples", "late_contacts"},
+        {"judge", "lines", "parting_counterexamples"},
+        {"bodies", "collocation", "laws"},
+        {"bodies_steps", "kinks", "plain", "steps"},
+    ],
+    "benchmarks/peers": [
+        {"batches"},
+        {"in_house_engine"},
+        {"c_loops", "lammps_engine"},
+        {"equal_time", "event_overhead", "integrators", "ranks"},
+    ],
+    "benchmarks/scenes": [
+        {"lines", "warm"},
+        {"chains", "company", "late"},
+    ],
+    "benchmarks/schemes": [
+        {"evaluations"},
+        {"candidates"},
+        {"nystrom"},
+    ],
+    "benchmarks/sweeps": [
+        {"forecasts", "kills", "overhead", "throughput"},
+    ],
+    "benchmarks/warm": [
+        {"detailed_balance", "gain", "throughput"},
+    ],
+    "lammps_inputs": [
+        {"script"},
+        {"contact_script"},
+        {"chain_data", "numerics"},
+        {"bond_table", "scene"},
+        {"scene_parts"},
+        {"line", "thermal_state"},
+        {"bonds", "given_numbers", "initial_state", "own_templates", "units"},
+        {"errors", "explain", "small_file"},
+    ],
+    "lammps_inputs/own_templates": [
+        {"own_template"},
+        {"rules"},
+    ],
+    "lammps_inputs/scene_parts": [
+        {"field_types", "identity", "scene_file"},
+        {"given_bodies", "rules"},
+    ],
+    "lammps_inputs/units": [
+        {"unit_system"},
+    ],
+    "workflows/accuracy": [
+        {"at_once"},
+        {"expected_cost", "meet"},
+        {"by_in_house"},
+        {"by_lammps", "fixed_steps"},
+        {"regular", "scouting", "step_search"},
+        {"convergence"},
+        {"answer", "irregular"},
+        {"calibrate", "error_bars"},
+        {"cost_model", "in_house_runs", "step_guess"},
+    ],
+    "workflows/accuracy/at_once": [
+        {"many", "together"},
+    ],
+    "workflows/commands": [
+        {"analyze", "inputs", "run", "tradeoff", "validate"},
+        {
+            *("collect", "doctor", "explain", "explore", "lessons", "plot", "reproduce"),
+            *("scene_options", "show", "store", "sweep"),
+        },
+    ],
+    "workflows/engines/in_house/blocks": [
+        {"running"},
+        {"loop"},
+    ],
+    "workflows/engines/in_house/lines": [
+        {"following"},
+        {"ensemble", "running"},
+        {"bodies"},
+        {"compiled"},
+        {"ensemble_loop", "modal"},
+        {"loop", "modal_bodies"},
+        {"body_modes", "lanes", "many_states", "modal_loop", "verlet"},
+    ],
+    "workflows/engines/in_house/loops": [
+        {"kept_loops"},
+        {"beside"},
+        {"adaptive_loops", "adaptive_rates", "code_prints", "cores", "mode_loops"},
+    ],
+    "workflows/engines/in_house/side_by_side": [
+        {"runs"},
+        {"compiled"},
+        {"loop"},
+        {"trips"},
+        {"coasts", "hunts", "lanes"},
+    ],
+    "workflows/engines/lammps": [
+        {"engine"},
+        {"kept_script"},
+        {"course"},
+        {"certificate", "flight"},
+        {"instance"},
+        {"blind", "bodies", "crossing", "far_bonds", "guard", "library", "meeting", "whole_steps"},
+    ],
+    "workflows/ensemble": [
+        {"collide_many", "description"},
+        {"groups", "result"},
+    ],
+    "workflows/grids": [
+        {"collect"},
+        {"grid"},
+        {"submit"},
+    ],
+    "workflows/job_analysis": [
+        {"page"},
+        {"analyze", "description"},
+    ],
+    "workflows/lessons": [
+        {"check", "exercises"},
+        {"begin", "exercise", "notebooks", "pages"},
+    ],
+    "workflows/lessons/exercises": [
+        {"lesson_1", "lesson_4", "lesson_5", "lesson_6", "lesson_7", "lesson_8"},
+        {"in_house", "lesson_2", "lesson_3"},
+    ],
+    "workflows/pages": [
+        {"page"},
+        {"typesetting"},
+    ],
+    "workflows/pictures": [
+        {"watch"},
+        {"live_page", "recording"},
+    ],
+    "workflows/processes": [
+        {"pool"},
+        {"in_flight", "progress", "run_progress", "sending"},
+    ],
+    "workflows/reproduce/claims": [
+        {"all_claims"},
+        {"harmonic_chains", "nonlinear_chains"},
+    ],
+    "workflows/reproduce/figures": [
+        {"all_figures"},
+        {
+            *("against_length", "against_speed", "at_low_speed", "breaking", "engines_compared"),
+            *("harmonic_trajectories", "schematic", "spectra"),
+        },
+        {"figure", "measured_points"},
+    ],
+    "workflows/reproduce/findings": [
+        {"fits_made"},
+        {"harmonic", "powers"},
+        {"independence", "lengths", "low_speed", "speeds"},
+        {"finding", "free_flight", "long_limit"},
+    ],
+    "workflows/reproduce/slips": [
+        {"all_slips"},
+        {"harmonic_chains", "nonlinear_chains"},
+        {"slip"},
+    ],
+    "workflows/scripted": [
+        {"plan"},
+    ],
+    "workflows/showing": [
+        {"shown"},
+        {"table"},
+        {"plots", "text"},
+        {"described", "terms"},
+    ],
+    "workflows/store": [
+        {"export"},
+        {"merge", "query"},
+        {"results_store"},
+        {"record"},
+        {"rows"},
+        {"stored_collision"},
+        {"attempt", "connection"},
+        {"damage", "kept"},
+        {"schema", "standing"},
+    ],
+    "workflows/sweep": [
+        {"frame"},
+        {"file"},
+        {"execution", "shared_fields"},
+        {"cluster", "cost", "points", "todo"},
+    ],
+    "workflows/tradeoff": [
+        {"study_files"},
+        {"description", "page"},
+        {"study"},
+        {"front"},
+        {"bond_tables", "budget", "measurement"},
+        {"oracles", "scripts", "settings", "study_progress", "truth"},
+    ],
+    "workflows/tradeoff/scripts": [
+        {"report"},
+        {"page"},
+        {"study"},
+        {"ladder_runs"},
+        {"advice", "script_run"},
+        {"ladder", "observable", "script_text"},
+    ],
+    "workflows/validation": [
+        {"drawing", "lammps_result", "user_ladder"},
+        {"comparison"},
+        {"grid", "user_integrator"},
+    ],
+}
+# Modules that name a class of a row above them for the type checker alone.
+NAMED_FOR_TYPES = {
+    "lammps_inputs": "chaincor.lammps_inputs.scene.Scene",
+    "workflows/engines/lammps": "chaincor.workflows.engines.lammps.instance.LammpsChain",
+    "workflows/store": "chaincor.workflows.store.results_store.Store",
+}
