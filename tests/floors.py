@@ -253,7 +253,8 @@ FLOORS_WITHIN = {
         {"ladder", "observable", "script_text"},
     ],
     "workflows/validation": [
-        {"drawing", "lammps_result", "user_ladder"},
+        {"user_ladder"},
+        {"drawing", "lammps_result", "user_comparison"},
         {"comparison"},
         {"grid", "user_integrator"},
     ],

@@ -1,4 +1,4 @@
-"""What a run costs, from measurements: for forecasts, and for a step that fits into a time limit."""
+"""What a run costs, from measurements: for forecasts, and steps that fit into a time limit."""
 
 import json
 import math

@@ -8,7 +8,7 @@ import click
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
-from chaincor.workflows.validation.comparison import USER_TIMEOUT
+from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
 
 _PICTURES = (".png", ".pdf", ".svg")
 
@@ -59,13 +59,14 @@ def validate(
 
     Exit status 1 where they differ by more than their error bars together.
     """
-    from chaincor.workflows.validation import comparison as validation
+    from chaincor.workflows.validation import comparison
     from chaincor.workflows.validation.grid import grid_around
     from chaincor.workflows.validation.lammps_result import (
         is_lammps_result,
         read_lammps_result,
         validate_result,
     )
+    from chaincor.workflows.validation.user_comparison import validate_user
 
     if plot is not None and Path(plot).suffix not in _PICTURES:
         raise click.UsageError(
@@ -114,9 +115,9 @@ def validate(
         results = [validate_result(scene, found)]
     for each in _with_progress(scenes):
         if against is None:
-            results.append(validation.validate(each))
+            results.append(comparison.validate(each))
         else:
-            results.append(validation.validate_user(each, against, timeout=timeout or USER_TIMEOUT))
+            results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 

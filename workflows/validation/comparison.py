@@ -1,4 +1,4 @@
-"""LAMMPS against the in-house integrator, and against a user's own: who agrees, within what."""
+"""LAMMPS against the in-house integrator: who agrees, within what."""
 
 import math
 from dataclasses import asdict, dataclass
@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_bodies
@@ -16,7 +14,6 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
-from chaincor.workflows.validation.user_integrator import UserOutcome, run_user_integrator
 
 # Longest and shortest bonds are read at the ends of steps, which are so long, in units of the
 # fastest bond's 1/omega, where none is told.
@@ -26,9 +23,6 @@ _ROUNDING = 1e-12
 # The in-house result should not be what limits the comparison.
 SHARPER = 0.1
 SHARPEST = 1e-11
-
-# Seconds that a user's function may take where nothing else is said.
-USER_TIMEOUT = 600.0
 
 
 @dataclass(frozen=True)
@@ -200,7 +194,7 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     hinges = any(map(_hinges_on_contacts, (subject, judge)))
     for name in names:
         allowed = math.inf if hinges else _spread(subject, name) + _spread(judge, name)
-        distance = _distance(getattr(subject, name), getattr(judge, name))
+        distance = largest_difference(getattr(subject, name), getattr(judge, name))
         comparisons.append(Comparison(name, distance, allowed if np.isfinite(allowed) else None))
     return Validation(
         scene=scene,
@@ -210,78 +204,6 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         judge_restitution=judge.restitution,
         comparisons=tuple(comparisons),
     )
-
-
-def validate_user(
-    scene: Scene, against: str, tolerance: float | None = None, timeout: float = USER_TIMEOUT
-) -> Validation:
-    """
-    Compare a user's own integrator with the in-house one.
-
-    `against` is ``module:function`` or a file, see
-    :mod:`chaincor.workflows.validation.user_integrator`; the function may take `timeout` seconds.
-    `tolerance`, by default the scene's or 1e-6, is the difference of eta that is still agreement:
-    the user's integrator has no error bar of its own.
-    """
-    scene = scene_given(scene)
-    asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
-    user = run_user_integrator(against, scene, timeout)
-    judge = judge_for(scene, asked)
-    eta = restitution_of_user(user, scene)
-    bar = judge.restitution_error or 0.0
-    comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
-    comparisons += _compare_user_arrays(user, judge, scene)
-    return Validation(
-        scene=scene,
-        subject=against,
-        judge="in-house",
-        restitution=eta,
-        judge_restitution=judge.restitution,
-        comparisons=tuple(comparisons),
-    )
-
-
-def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
-    """Compare what the user gives; only the number of contacts has an error bar: none."""
-    comparisons = []
-    if user.contact_times is not None:
-        comparisons += [
-            Comparison(
-                "contacts", abs(len(user.contact_times) - judge.contacts), allowed_contacts(judge)
-            ),
-            Comparison("contact_times", _distance(user.contact_times, judge.contact_times), None),
-        ]
-    if user.contact_speeds is not None:
-        distance = _distance(user.contact_speeds, judge.contact_speeds)
-        comparisons.append(Comparison("contact_speeds", distance, None))
-    if user.displacements is not None:
-        masses = None if scene.line is None else scene.line.chain_masses
-        state = user.displacements, user.velocities
-        energies = mode_energies(*state, scene.bond.stiffness, masses)
-        distance = _distance(energies, judge.mode_energies)
-        comparisons.append(Comparison("mode_energies", distance, None))
-    if user.target_velocities is not None:
-        assert judge.target_velocities is not None
-        distance = _distance(user.target_velocities, judge.target_velocities)
-        comparisons.append(Comparison("target_velocities", distance, None))
-    if user.target_displacements is not None:
-        assert scene.line is not None
-        assert user.target_velocities is not None
-        assert judge.target_mode_energies is not None
-        state = user.target_displacements, user.target_velocities
-        energies = mode_energies(*state, scene.bond.stiffness, scene.line.target_masses)
-        distance = _distance(energies, judge.target_mode_energies)
-        comparisons.append(Comparison("target_mode_energies", distance, None))
-    return comparisons
-
-
-def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
-    """Return eta: of the relative translation, where the target is free."""
-    line, v0 = scene.line, scene.impact_velocity
-    if line is None:
-        return float(restitution(user.velocities, v0))
-    target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
-    return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2
 
 
 def allowed_contacts(*results: Collision) -> float | None:
@@ -315,7 +237,8 @@ def _spread(result: Collision, name: str) -> float:
     return float(result.details.get("spread", {}).get(name, np.inf))
 
 
-def _distance(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def largest_difference(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """Return the largest absolute difference of two arrays; inf where they differ in length."""
     if len(first) != len(second):
         return np.inf
     return float(np.max(np.abs(first - second), initial=0.0))

@@ -11,7 +11,12 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.job_analysis.analyze import analyze
-from chaincor.workflows.validation.comparison import Comparison, Validation, judge_for
+from chaincor.workflows.validation.comparison import (
+    Comparison,
+    Validation,
+    allowed_contacts,
+    judge_for,
+)
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
@@ -113,8 +118,8 @@ def validate_result(
         )
     ]
     if found.contacts is not None:
-        allowed = None if judge.ending == "open" else 0.0
-        comparisons.append(Comparison("contacts", abs(found.contacts - judge.contacts), allowed))
+        difference = abs(found.contacts - judge.contacts)
+        comparisons.append(Comparison("contacts", difference, allowed_contacts(judge)))
     return Validation(
         scene=scene,
         subject=f"LAMMPS, read from {found.source}",

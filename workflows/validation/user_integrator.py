@@ -17,6 +17,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.processes.sending import sent
 
+# Seconds that a user's function may take where nothing else is said.
+USER_TIMEOUT = 600.0
+
 _ARRAYS = (
     "velocities",
     "displacements",

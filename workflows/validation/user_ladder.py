@@ -8,7 +8,8 @@ import numpy as np
 from chaincor.analysis.ladders.verdict import LadderVerdict, judge_ladder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.validation.comparison import judge_for, restitution_of_user
+from chaincor.workflows.validation.comparison import judge_for
+from chaincor.workflows.validation.user_comparison import restitution_of_user
 from chaincor.workflows.validation.user_integrator import run_user_integrator
 
 RUNGS = 6

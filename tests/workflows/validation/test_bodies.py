@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from chaincor.workflows.tradeoff.study import measure_tradeoff
-from chaincor.workflows.validation.comparison import validate_user
+from chaincor.workflows.validation.user_comparison import validate_user
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
 
 # Velocity Verlet over the whole line. A hard contact takes place where the gap closes within a

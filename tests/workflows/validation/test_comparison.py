@@ -9,8 +9,9 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.cli import main
-from chaincor.workflows.validation.comparison import validate, validate_user
+from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
+from chaincor.workflows.validation.user_comparison import validate_user
 
 # An integrator of a user's own, in a module that the child process imports: the in-house steps,
 # which can be spoilt.

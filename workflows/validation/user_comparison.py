@@ -1,0 +1,95 @@
+"""A user's own integrator against the in-house one: who agrees, within what."""
+
+import numpy as np
+
+from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.given import scene_given
+from chaincor.workflows.result import Collision
+from chaincor.workflows.validation.comparison import (
+    Comparison,
+    Validation,
+    allowed_contacts,
+    judge_for,
+    largest_difference,
+)
+from chaincor.workflows.validation.user_integrator import (
+    USER_TIMEOUT,
+    UserOutcome,
+    run_user_integrator,
+)
+
+
+def validate_user(
+    scene: Scene, against: str, tolerance: float | None = None, timeout: float = USER_TIMEOUT
+) -> Validation:
+    """
+    Compare a user's own integrator with the in-house one.
+
+    `against` is ``module:function`` or a file, see
+    :mod:`chaincor.workflows.validation.user_integrator`; the function may take `timeout` seconds.
+    `tolerance`, by default the scene's or 1e-6, is the difference of eta that is still agreement:
+    the user's integrator has no error bar of its own.
+    """
+    scene = scene_given(scene)
+    asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
+    user = run_user_integrator(against, scene, timeout)
+    judge = judge_for(scene, asked)
+    eta = restitution_of_user(user, scene)
+    bar = judge.restitution_error or 0.0
+    comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
+    comparisons += _compare_user_arrays(user, judge, scene)
+    return Validation(
+        scene=scene,
+        subject=against,
+        judge="in-house",
+        restitution=eta,
+        judge_restitution=judge.restitution,
+        comparisons=tuple(comparisons),
+    )
+
+
+def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
+    """Compare what the user gives; only the number of contacts has an error bar: none."""
+    comparisons = []
+    if user.contact_times is not None:
+        comparisons += [
+            Comparison(
+                "contacts", abs(len(user.contact_times) - judge.contacts), allowed_contacts(judge)
+            ),
+            Comparison(
+                "contact_times", largest_difference(user.contact_times, judge.contact_times), None
+            ),
+        ]
+    if user.contact_speeds is not None:
+        distance = largest_difference(user.contact_speeds, judge.contact_speeds)
+        comparisons.append(Comparison("contact_speeds", distance, None))
+    if user.displacements is not None:
+        masses = None if scene.line is None else scene.line.chain_masses
+        state = user.displacements, user.velocities
+        energies = mode_energies(*state, scene.bond.stiffness, masses)
+        distance = largest_difference(energies, judge.mode_energies)
+        comparisons.append(Comparison("mode_energies", distance, None))
+    if user.target_velocities is not None:
+        assert judge.target_velocities is not None
+        distance = largest_difference(user.target_velocities, judge.target_velocities)
+        comparisons.append(Comparison("target_velocities", distance, None))
+    if user.target_displacements is not None:
+        assert scene.line is not None
+        assert user.target_velocities is not None
+        assert judge.target_mode_energies is not None
+        state = user.target_displacements, user.target_velocities
+        energies = mode_energies(*state, scene.bond.stiffness, scene.line.target_masses)
+        distance = largest_difference(energies, judge.target_mode_energies)
+        comparisons.append(Comparison("target_mode_energies", distance, None))
+    return comparisons
+
+
+def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
+    """Return eta: of the relative translation, where the target is free."""
+    line, v0 = scene.line, scene.impact_velocity
+    if line is None:
+        return float(restitution(user.velocities, v0))
+    target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
+    return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2
