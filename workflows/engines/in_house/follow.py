@@ -100,5 +100,6 @@ def follow(
             return Flight(now + float(chain.contact_times[1]), None, look_ahead.doubt)
         if status != motion.DONE:
             low, high = float(chain.ledger["strain_min"]), float(chain.ledger["strain_max"])
-            raise strain_error(scene, low, high, time, f"take a smaller timestep than {step:g}")
+            remedy = f"take a smaller timestep than {step:g}, or a lower speed"
+            raise strain_error(scene, low, high, time, remedy)
         time = now + float(chain.ledger["steps"] * step)

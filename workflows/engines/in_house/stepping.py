@@ -192,7 +192,7 @@ class _Collision:
                     float(ledger["strain_min"]),
                     float(ledger["strain_max"]),
                     float(ledger["steps"] * step),
-                    f"take a smaller timestep than {step:g}",
+                    f"take a smaller timestep than {step:g}, or a lower speed",
                 )
             if status == motion.FULL:
                 chain.make_room()

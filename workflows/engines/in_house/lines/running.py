@@ -117,7 +117,7 @@ def advance_to(scene: Scene, moving: LineInMotion, goal: int, unresolved: str) -
             float(moving.ledger.strain_min),
             float(moving.ledger.strain_max),
             moving.time,
-            f"take a smaller timestep than {unresolved}",
+            f"take a smaller timestep than {unresolved}, or a lower speed",
         )
 
 
