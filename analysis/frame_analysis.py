@@ -133,9 +133,11 @@ def analyze_frames(
     if bond is not None:
         energy_start = energy_split(opening.displacements, opening.velocities, bond, m)
         energy_end = energy_split(u, v, bond, m)
-        drift = float((energy_end.total - energy_start.total) / energy_start.total)
         energy_parted = energy_split(parted.displacements, parted.velocities, bond, m)
-        drift_before = float((energy_parted.total - energy_start.total) / energy_start.total)
+        drift_before, drift = (
+            float((later.total - energy_start.total) / energy_start.total)
+            for later in (energy_parted, energy_end)
+        )
         remainder = float(anharmonic_remainder(u, bond))
         if end_argument is not None and np.all(m == m[0]):
             # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.

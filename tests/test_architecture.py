@@ -35,7 +35,7 @@ FLOORS = {
         {"bodies", "motion"},
         {"engines"},
         {"cli", "json_output", "outputs", "pages", "processes"},
-        {"given", "written_over"},
+        {"given"},
         {"durations", "errors", "measured", "versions"},
     ],
     "workflows/engines": [

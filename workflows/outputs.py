@@ -1,6 +1,6 @@
-"""Files a collision is asked to write: refused before it runs where they cannot be written."""
+"""Files that a command is asked to write: refused before it works where they cannot be written."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from chaincor.analysis.atomic_write import refuse_no_file
@@ -8,6 +8,9 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 
+# In which formats figures are drawn.
+PICTURES = (".png", ".pdf", ".svg")
+PICTURES_SAID = ".png, .pdf or .svg"
 # What a file of its kind begins with, after so many bytes of anything.
 _BEGINNINGS = {
     "dump": (0, b"ITEM:", "a LAMMPS dump"),
@@ -84,6 +87,33 @@ def refuse_other_kinds(path: Path, kind: str) -> None:
         )
 
 
+def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str) -> None:
+    """
+    Refuse to write over a file that is read, under whatever name.
+
+    Parameters
+    ----------
+    output : pathlib.Path
+        Where a file is to be written; it need not be there.
+    inputs : iterable of pathlib.Path
+        What is read; what is not there is for others to tell.
+    option : str
+        What `output` was given as, such as ``--output``.
+
+    Raises
+    ------
+    InputError
+        If the output is one of the inputs, or a link to one.
+    """
+    for path in inputs:
+        if _is_one_file(output, path):
+            also = "" if str(path) == str(output) else f", the same file as {str(path)!r}"
+            raise InputError(
+                f"{option} is {str(output)!r}{also}, which this command reads; expected another "
+                "file: give another name"
+            )
+
+
 def _refuse_another_job(scene: Scene, folder: Path) -> None:
     names = (SCRIPT_FILE, DATA_FILE, TABLE_FILE, SCENE_FILE)
     there = [name for name in names if (folder / name).exists()]
@@ -114,3 +144,10 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
                     f"{key} is {str(path)!r} in scenes {owner} and {number}; expected a path of "
                     "its own for each"
                 )
+
+
+def _is_one_file(one: Path, other: Path) -> bool:
+    try:
+        return one.samefile(other)
+    except (OSError, ValueError):  # one of them is not there, or no name at all
+        return False

@@ -1,29 +1,41 @@
 """What a finished script has printed, read back from its log."""
 
-import contextlib
 import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
 
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
+# What LAMMPS, or a job, says when it stops without a result.
+_STOPPED = re.compile(
+    r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO STEP|OTHER VELOCITY|BEHIND THE WALL|MISMATCHED"
+    r"|BEGUN OTHERWISE): .*)$",
+    re.MULTILINE,
+)
 # Eta of a dump with all digits, and of its run as LAMMPS prints it, agree within this.
 _SAME_RUN = 1e-12
 
 
-def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
+def printed_values(log: str, name: str) -> list[float | None]:
     """
-    Return, by name, the numbers of lines such as ``restitution = 0.9``, the last of each.
+    Return the numbers of all lines such as ``restitution = 0.9`` of one name, in their order.
 
-    ``null``, which scripts print for what they do not know, is nan; what is no number is left out.
+    ``null``, which scripts print for what they do not know, is nan; what is no number is None.
     """
-    found: dict[str, float] = {}
-    for name in names:
-        said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
-        with contextlib.suppress(ValueError):
-            if said:
-                found[name] = math.nan if said[-1] == "null" else float(said[-1])
-    return found
+    said = re.findall(rf"^\s*{re.escape(name)} = {_NUMBER}\s*$", log, re.MULTILINE)
+    return [math.nan if word == "null" else _number(word) for word in said]
+
+
+def printed_numbers(log: str, names: Iterable[str]) -> dict[str, float]:
+    """Return, by name, the last of :func:`printed_values`; what is no number is left out."""
+    last = {name: (printed_values(log, name) or [None])[-1] for name in names}
+    return {name: value for name, value in last.items() if value is not None}
+
+
+def stopped_with(log: str) -> str | None:
+    """Return, in one line, what LAMMPS or a job said when it stopped; None where it did not."""
+    said = _STOPPED.search(log)
+    return None if said is None else " ".join(said[0].split())
 
 
 def printed_error(
@@ -60,3 +72,10 @@ def printed_error(
             f"{eta:.9g}, and the dump says {restitution:.9g}; they are of different runs"
         )
     return None, other
+
+
+def _number(word: str) -> float | None:
+    try:
+        return float(word)
+    except ValueError:
+        return None

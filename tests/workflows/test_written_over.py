@@ -6,8 +6,8 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.cli import main
+from chaincor.workflows.outputs import refuse_overwriting_inputs
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.written_over import refuse_overwriting_inputs
 
 
 @pytest.mark.parametrize("link", [os.link, os.symlink, None])

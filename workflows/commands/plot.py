@@ -59,18 +59,22 @@ def plot(
     status is then 1.
     """
     from chaincor.analysis.atomic_write import written_aside
-    from chaincor.workflows.outputs import refuse_other_kinds
+    from chaincor.workflows.outputs import (
+        PICTURES,
+        PICTURES_SAID,
+        refuse_other_kinds,
+        refuse_overwriting_inputs,
+    )
     from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.results_store import Store
-    from chaincor.workflows.written_over import refuse_overwriting_inputs
 
     if by is not None and colour is not None:
         raise click.UsageError("--by makes curves and --colour a heat map; give one")
     if mean is not None and colour is not None:
         raise click.UsageError("--mean is drawn along curves and --colour is a heat map; give one")
     target = output or store_path.with_suffix(".png")
-    if target.suffix not in (".png", ".pdf", ".svg"):
-        raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected .png, .pdf or .svg")
+    if target.suffix not in PICTURES:
+        raise click.UsageError(f"'{target}' ends in '{target.suffix}'; expected {PICTURES_SAID}")
     refuse_overwriting_inputs(target, [store_path], "the picture" if output is None else "--output")
     refuse_other_kinds(target, target.suffix)
     with Store(store_path, read_only=True) as store:

@@ -46,10 +46,10 @@ def export(ctx: click.Context, source: Path, target: Path) -> None:
 
     Damaged rows are named and left out; the exit status is then 1.
     """
+    from chaincor.workflows.outputs import refuse_overwriting_inputs
     from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.export import export_store
     from chaincor.workflows.store.results_store import Store
-    from chaincor.workflows.written_over import refuse_overwriting_inputs
 
     refuse_overwriting_inputs(target, [source], "FILE")
     with Store(source, read_only=True) as opened:

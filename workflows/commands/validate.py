@@ -8,9 +8,8 @@ import click
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
+from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
-
-_PICTURES = (".png", ".pdf", ".svg")
 
 
 @click.command(cls=SceneCommand)
@@ -68,10 +67,9 @@ def validate(
     )
     from chaincor.workflows.validation.user_comparison import validate_user
 
-    if plot is not None and Path(plot).suffix not in _PICTURES:
+    if plot is not None and Path(plot).suffix not in PICTURES:
         raise click.UsageError(
-            f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected "
-            f"{', '.join(_PICTURES[:-1])} or {_PICTURES[-1]}"
+            f"--plot is '{plot}', which ends in '{Path(plot).suffix}'; expected {PICTURES_SAID}"
         )
     if timeout is not None and (against is None or ":" not in against):
         raise click.UsageError("--timeout is for a function of yours; expected --against MODULE:F")

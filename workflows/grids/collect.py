@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.dumps.printed import printed_numbers
+from chaincor.analysis.dumps.printed import printed_numbers, stopped_with
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -19,12 +19,6 @@ from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
 from chaincor.workflows.store.attempt import Attempt, Failure, host_name
 from chaincor.workflows.versions import versions
 
-# What a job, or LAMMPS, says when it stops without a result.
-_WORDS = re.compile(
-    r"^(ERROR.*|UNFINISHED: .*|UNBALANCED: .*|TOO FAST: .*|NO STEP: .*|OTHER VELOCITY: .*"
-    r"|BEHIND THE WALL: .*|MISMATCHED: .*|BEGUN OTHERWISE: .*)$",
-    re.MULTILINE,
-)
 _NAMES = (
     *("restitution", "restitution_error", "contacts", "last_contact_time"),
     *("momentum_change", "wall_impulse"),
@@ -94,7 +88,7 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
     everything = "\n".join([log, _text(folder / "log.motion"), _text(folder / "screen.txt")])
     if not everything.strip():
         return CollectedJob(name, "missing", "it has no log: submit it", None)
-    said = _WORDS.search(everything)
+    said = stopped_with(everything)
     found = printed_numbers(log, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
         if (words := _missing(found)) is not None:
@@ -104,9 +98,8 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
         result = _collision(asked, as_run, found, log, known)
         return CollectedJob(name, "done", "", Attempt(asked, result, None, host_name()))
     if said is not None:
-        words = " ".join(said[1].split())
-        failure = Failure("JobError", words, stands=False)
-        return CollectedJob(name, "failed", words, Attempt(asked, None, failure, host_name()))
+        failure = Failure("JobError", said, stands=False)
+        return CollectedJob(name, "failed", said, Attempt(asked, None, failure, host_name()))
     return CollectedJob(name, "unfinished", "it was stopped: submit it again", None)
 
 

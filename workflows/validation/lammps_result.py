@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from chaincor.analysis.dumps.printed import printed_numbers
+from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
@@ -20,11 +20,7 @@ from chaincor.workflows.validation.comparison import (
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
-_SAID = re.compile(r"^\s*restitution = ([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*$", re.MULTILINE)
-# What LAMMPS, or a job, says when it stops; and with what a log ends.
-_STOPPED = re.compile(
-    r"^(ERROR\b.*|(?:UNFINISHED|UNBALANCED|BEHIND THE WALL|MISMATCHED): .*)$", re.MULTILINE
-)
+# With what a log ends.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 # A job of chaincor's says its error last.
 _JOB = re.compile(r"^variable +restitution string ", re.MULTILINE)
@@ -170,7 +166,8 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
 
 def _refuse_several(path: Path, text: str) -> None:
     """Raise InputError where a log has results that differ: none is meant more than others."""
-    values = [float(value) for value in _SAID.findall(text)]
+    said = printed_values(text, "restitution")
+    values = [value for value in said if value is not None and math.isfinite(value)]
     if len(set(values)) > 1:
         raise InputError(
             f"the log {str(path)!r} holds {len(values)} lines 'restitution = NUMBER', from "
@@ -181,8 +178,8 @@ def _refuse_several(path: Path, text: str) -> None:
 
 def _refuse_unfinished(path: Path, text: str, whole: bool) -> None:
     """Raise InputError where a log shows that its run was stopped; a `whole` one has its head."""
-    if (said := _STOPPED.search(text)) is not None:
-        why = f"{' '.join(said[1].split())[:200]!r}"
+    if (said := stopped_with(text)) is not None:
+        why = f"{said[:200]!r}"
     elif _JOB.search(text) is not None:
         if re.search(r"^restitution_error = ", text, re.MULTILINE) is not None:
             return

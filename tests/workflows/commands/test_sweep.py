@@ -5,7 +5,6 @@ import json
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.sweep.file import read_sweep
@@ -19,17 +18,6 @@ potential = "harmonic"
 particles = [2, 3, 5]
 velocity = { from = 0.01, to = 0.1, points = 2, spacing = "log" }
 """
-
-
-@pytest.fixture
-def chaincor(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return left.value.code, said.out, said.err
-
-    return run
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import sqlite3
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.damage import tell_damage
 from chaincor.workflows.store.export import to_pandas
@@ -46,17 +45,6 @@ def damaged(tmp_path, make_attempt):
         return path
 
     return make
-
-
-@pytest.fixture
-def chaincor(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as left:
-            main([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return left.value.code, said.out, said.err
-
-    return run
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
