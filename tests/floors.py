@@ -227,7 +227,7 @@ FLOORS_WITHIN = {
         {"rows"},
         {"stored_collision"},
         {"attempt", "connection"},
-        {"damage", "kept"},
+        {"kept"},
         {"schema", "standing"},
     ],
     "workflows/sweep": [

@@ -39,9 +39,7 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="PNG, PDF or SVG [default: the store's name with .png]",
 )
-@click.pass_context
 def plot(
-    ctx: click.Context,
     store_path: Path,
     x: str,
     y: str,
@@ -55,8 +53,7 @@ def plot(
     Draw curves or a heat map from a store.
 
     There is one curve for each combination of whatever the scenes differ in besides the axis;
-    scenes are only averaged over what --mean names. Damaged rows are named and left out; the exit
-    status is then 1.
+    scenes are only averaged over what --mean names.
     """
     from chaincor.analysis.atomic_write import written_aside
     from chaincor.workflows.outputs import (
@@ -65,7 +62,6 @@ def plot(
         refuse_other_kinds,
         refuse_overwriting_inputs,
     )
-    from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.results_store import Store
 
     if by is not None and colour is not None:
@@ -82,13 +78,9 @@ def plot(
             figure = _heat_map(store, x, y, colour, where)
         else:
             figure = _curves(store, x, y, by, mean, where)
-        damage = tell_damage(store)
     with written_aside(target) as aside:
         figure.savefig(aside)
     click.echo(target)
-    if damage is not None:
-        click.echo(f"chaincor: {damage}", err=True)
-        ctx.exit(1)
 
 
 # A store has one row for all tolerances of a collision, so they tell no rows apart.
@@ -113,14 +105,11 @@ def _rows(
     store: "Store", axes: tuple[str, ...], others: tuple[str, ...], where: tuple[str, ...]
 ) -> list[_Row]:
     """Return axes and other columns of the rows in which all axes have a value, as numbers."""
-    from chaincor.workflows.store.damage import tell_damage
     from chaincor.workflows.store.query import ONE_MASS, query_rows
 
     conditions = [*where, *(f"{name}!=" for name in axes)]
-    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions, sound=True)
+    rows = query_rows(store, (*axes, *others, "speed", "scene"), where=conditions)
     if not rows:
-        if damage := tell_damage(store):
-            raise StoreError(f"nothing is left to draw: {damage}")
         raise StoreError(
             f"no row of {store.path} has {' and '.join(axes)}"
             f"{' where ' + ', '.join(where) if where else ''}; see `chaincor show`"

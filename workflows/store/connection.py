@@ -7,7 +7,6 @@ from pathlib import Path
 from urllib.parse import quote
 
 from chaincor.workflows.errors import StoreError, StoreWriteError
-from chaincor.workflows.store.damage import add_functions
 from chaincor.workflows.store.schema import APPLICATION_ID, MIGRATIONS, SCHEMA_VERSION
 
 # How long to wait for another sweep that is writing; each writes for milliseconds.
@@ -39,7 +38,6 @@ def connect(path: Path, *, read_only: bool = False) -> sqlite3.Connection:
             isolation_level=None,
         )
         try:
-            add_functions(connection)
             with _snapshot(connection):
                 version = _version(connection, path)
             if version < SCHEMA_VERSION:
@@ -142,5 +140,5 @@ def named_errors(path: Path) -> Iterator[None]:
             ) from None
         raise StoreError(
             f"the results store {path} cannot be read ({reason}); expected an undamaged one made "
-            "by `chaincor sweep`"
+            "by `chaincor sweep`: copy an earlier one back, or run the sweep into a new store"
         ) from None

@@ -1,7 +1,6 @@
 """A store as a table of its own: CSV, Parquet, pandas."""
 
 import csv
-import warnings
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import refuse_other_kinds
-from chaincor.workflows.store.damage import tell_damage
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
@@ -22,10 +20,9 @@ def export_store(store: Store, path: Path) -> int:
     """
     Write all rows in the order of potential, particles and velocity to ``.csv`` or ``.parquet``.
 
-    Damaged rows are left out; :func:`~chaincor.workflows.store.damage.tell_damage` names them. The
-    file appears when it is complete. Raises StoreError for another ending, or if the libraries for
-    Parquet are missing; InputError if there is something else than an earlier export. Returns how
-    many rows were written.
+    The file appears when it is complete. Raises StoreError for another ending, or if the libraries
+    for Parquet are missing; InputError if there is something else than an earlier export. Returns
+    how many rows were written.
     """
     if path.suffix not in (".csv", ".parquet"):
         raise StoreError(f"'{path.name}' ends in '{path.suffix}'; expected .csv or .parquet")
@@ -66,8 +63,7 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     Returns
     -------
     pandas.DataFrame
-        One row a collision, with the columns of ``chaincor show``. Damaged rows are left out, and
-        a warning names them.
+        One row a collision, with the columns of ``chaincor show``.
 
     Raises
     ------
@@ -75,10 +71,7 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
         If pandas is missing, or the file is not a store.
     """
     with nullcontext(store) if isinstance(store, Store) else Store(store, read_only=True) as opened:
-        frame = _frame(opened)
-        if (damage := tell_damage(opened)) is not None:
-            warnings.warn(damage, stacklevel=2)
-    return frame
+        return _frame(opened)
 
 
 def _frame(store: Store) -> "pandas.DataFrame":
@@ -101,6 +94,4 @@ def require_pandas() -> Any:
 
 
 def _rows(store: Store) -> list[tuple]:
-    return query_rows(
-        store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"), sound=True
-    )
+    return query_rows(store, PLAIN_COLUMNS, order=("potential", "particles", "velocity"))

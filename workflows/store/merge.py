@@ -8,7 +8,6 @@ from urllib.parse import quote
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.connection import named_errors, transaction
-from chaincor.workflows.store.damage import damaged_column
 from chaincor.workflows.store.record import update_row
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.standing import Standing, standing_columns
@@ -19,8 +18,6 @@ def merge_stores(target: Path, sources: list[Path]) -> int:
     Copy the rows of some stores into another; where both have a row, the smaller error stays.
 
     What stays is decided by :meth:`~chaincor.workflows.store.standing.Standing.yields_to`.
-
-    Damaged rows are not copied; :func:`~chaincor.workflows.store.damage.tell_damage` names them.
 
     Returns how many rows the target, which is made if it is not there, has then. Each source is
     only read, and copied in one transaction: after a StoreWriteError whole stores are missing, no
@@ -50,17 +47,13 @@ def _check_whole(source: Path) -> None:
         )
 
 
-_SOUND_HERE, _SOUND_THERE = (f"{damaged_column(name)} IS NULL" for name in ("main", "source"))
 _WHERE_BOTH_HAVE_A_ROW = f"""
     SELECT collision_sha256, {standing_columns("main")}, {standing_columns("source")}
     FROM main.collisions JOIN source.collisions USING (collision_sha256)
-    WHERE {_SOUND_HERE} AND {_SOUND_THERE}
 """
-_WHERE_THE_TARGET_HAS_NONE = f"""
+_WHERE_THE_TARGET_HAS_NONE = """
     INSERT INTO winners SELECT collision_sha256 FROM source.collisions
-    WHERE {_SOUND_THERE} AND collision_sha256 NOT IN (
-        SELECT collision_sha256 FROM main.collisions WHERE {_SOUND_HERE}
-    )
+    WHERE collision_sha256 NOT IN (SELECT collision_sha256 FROM main.collisions)
 """
 
 

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.damage import damaged_column
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import (
     BODY_COLUMNS,
     FLAG_COLUMNS,
     PLAIN_COLUMNS,
     SCENE_KEYS,
-    SOUND_SCENE,
     WORDS_OF_SCENES,
 )
 
@@ -30,7 +28,6 @@ def query_rows(
     where: Sequence[str] = (),
     order: Sequence[str] = (),
     limit: int | None = None,
-    sound: bool = False,
 ) -> list[tuple[Any, ...]]:
     """
     Read some columns of some rows.
@@ -52,9 +49,6 @@ def query_rows(
         Columns to sort by; with ``-`` before it, the largest first.
     limit : int, optional
         Most rows to return.
-    sound : bool
-        Whether to leave out damaged rows, which
-        :func:`~chaincor.workflows.store.damage.tell_damage` names.
 
     Returns
     -------
@@ -68,8 +62,6 @@ def query_rows(
         with a word.
     """
     conditions, values = _conditions(store, where)
-    if sound:
-        conditions += f"{' AND' if where else ' WHERE'} {damaged_column()} IS NULL"
     descending = [name.startswith("-") for name in order]
     ordered = [
         _quoted(name.removeprefix("-")) + (" DESC" if down else "")
@@ -140,7 +132,7 @@ def _quoted(name: str) -> str:
     if one := ONE_MASS.fullmatch(name):
         return _mass(one[1], int(one[2]))
     if name in SCENE_KEYS or _PARAMETER.fullmatch(name):
-        return f"json_extract({SOUND_SCENE}, '$.{name}')"
+        return f"json_extract(scene, '$.{name}')"
     if name not in PLAIN_COLUMNS and name != "scene":
         raise StoreError(f"there is no column '{name}'; expected one of {', '.join(PLAIN_COLUMNS)}")
     return f'"{name}"'
@@ -151,8 +143,7 @@ def _mass(masses: str, particle: int) -> str:
     place = f"'$.{masses}[' || ({particle - 1} % json_array_length(scene, '$.{masses}')) || ']'"
     body, absent = ("particles", "1.0") if masses == "masses" else ("target_particles", "NULL")
     return (
-        f"CASE WHEN {SOUND_SCENE} IS NULL THEN NULL "
-        f"WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
+        f"CASE WHEN {particle} > json_extract(scene, '$.{body}') THEN NULL "
         f"WHEN json_type(scene, '$.{masses}') IS NULL THEN {absent} "
         f"WHEN json_type(scene, '$.{masses}') = 'array' THEN json_extract(scene, {place}) END"
     )

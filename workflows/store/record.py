@@ -69,12 +69,6 @@ def write_attempt(
         )
 
 
-def discard_row(connection: sqlite3.Connection, key: str) -> None:
-    """Remove a row and its arrays, if there are any."""
-    for table in ("arrays", "collisions"):
-        connection.execute(f"DELETE FROM main.{table} WHERE collision_sha256 = ?", (key,))
-
-
 def update_row(connection: sqlite3.Connection, key: str, columns: dict[str, Any]) -> None:
     """Change some columns of a row."""
     assignments = ", ".join(f"{name} = :{name}" for name in columns)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.attempt import Attempt
 from chaincor.workflows.store.connection import connect, named_errors, transaction
-from chaincor.workflows.store.damage import damaged_column
-from chaincor.workflows.store.record import discard_row, write_attempt
+from chaincor.workflows.store.record import write_attempt
 from chaincor.workflows.store.rows import array_from_bytes, row_key, stored_collision
 from chaincor.workflows.store.schema import SCHEMA_VERSION
 from chaincor.workflows.store.standing import Standing, standing_columns
@@ -21,15 +21,13 @@ from chaincor.workflows.store.stored_collision import StoredCollision
 _HAS_ARRAYS = (
     "EXISTS (SELECT 1 FROM arrays WHERE arrays.collision_sha256 = collisions.collision_sha256)"
 )
-# What is damaged counts as not there, and so is computed anew.
-_SOUND = f"{damaged_column()} IS NULL"
-_STANDINGS = f"SELECT collision_sha256, {standing_columns()} FROM collisions WHERE {_SOUND}"
+_STANDINGS = f"SELECT collision_sha256, {standing_columns()} FROM collisions"
 # Keys of one question to the database; older versions take 999 values.
 _MOST_KEYS = 500
 _ROW = f"""
     SELECT collisions.*, environments.versions, {_HAS_ARRAYS} AS has_arrays
     FROM collisions LEFT JOIN environments ON environment = environments.id
-    WHERE collision_sha256 = ? AND {_SOUND}
+    WHERE collision_sha256 = ?
 """
 
 
@@ -39,8 +37,7 @@ class Store:
 
     A row is a collision whatever the tolerance: of its results the one that reached the smaller
     error stays (:meth:`~chaincor.workflows.store.standing.Standing.yields_to`). Every write is a
-    transaction of its own, so that a killed program leaves whole rows only. A row that is damaged
-    counts as not there, and makes room for the next attempt.
+    transaction of its own, so that a killed program leaves whole rows only.
 
     Parameters
     ----------
@@ -105,7 +102,13 @@ class Store:
                 return None
             names = [column[0] for column in cursor.description]
             kept = self._arrays(key) if arrays else {}
-        return stored_collision(dict(zip(names, row, strict=True)), kept)
+        try:
+            return stored_collision(dict(zip(names, row, strict=True)), kept)
+        except (TypeError, ValueError) as error:
+            raise StoreError(
+                f"the row collision_sha256={key} of {self.path} is damaged ({error}); expected "
+                "what `chaincor sweep` wrote: run the sweep into a new store"
+            ) from None
 
     def _arrays(self, key: str) -> dict[str, NDArray[np.float64]]:
         query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
@@ -124,7 +127,7 @@ class Store:
             for begin in range(0, len(keys), _MOST_KEYS):
                 part = keys[begin : begin + _MOST_KEYS]
                 places = ", ".join("?" * len(part))
-                query = f"{_STANDINGS} AND collision_sha256 IN ({places})"
+                query = f"{_STANDINGS} WHERE collision_sha256 IN ({places})"
                 for key, *columns in self.connection.execute(query, part):
                     found[key] = Standing(*columns)
         return [found.get(key) for key in keys]
@@ -152,8 +155,6 @@ class Store:
         with named_errors(self.path), transaction(self.connection):
             for attempt in attempts:
                 old = self.standing(attempt.scene)
-                if old is None:  # or damaged
-                    discard_row(self.connection, row_key(attempt.scene))
                 write_attempt(self.connection, attempt, old, now, arrays=arrays, replace=replace)
 
     def select(

@@ -115,25 +115,20 @@ RESULT_COLUMNS = (
 )
 FAILURE_COLUMNS = ("failure", "failure_message", "failure_tolerance", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
-# Of a damaged row, whose text is no JSON, nothing can be taken out.
-SOUND_SCENE, _SOUND_DETAILS = (
-    f"CASE WHEN typeof({name}) = 'text' AND json_valid({name}) THEN {name} END"
-    for name in ("scene", "details")
-)
 # What only scenes of more than a cold chain and a wall have, as expressions over the JSON of a row:
 # such keys need no columns that all other rows leave empty, and no new schema.
 BODY_COLUMNS = {
-    "masses": f"json_extract({SOUND_SCENE}, '$.masses')",
-    "target_particles": f"json_extract({SOUND_SCENE}, '$.target_particles')",
-    "target_masses": f"json_extract({SOUND_SCENE}, '$.target_masses')",
-    "contact_stiffness": f"json_extract({SOUND_SCENE}, '$.contact[0]')",
-    "contact_exponent": f"json_extract({SOUND_SCENE}, '$.contact[1]')",
-    "initial": f"json_extract({SOUND_SCENE}, '$.initial')",
-    "compression": f"json_extract({SOUND_SCENE}, '$.compression')",
-    "temperature": f"json_extract({SOUND_SCENE}, '$.temperature')",
-    "seed": f"json_extract({SOUND_SCENE}, '$.seed')",
+    "masses": "json_extract(scene, '$.masses')",
+    "target_particles": "json_extract(scene, '$.target_particles')",
+    "target_masses": "json_extract(scene, '$.target_masses')",
+    "contact_stiffness": "json_extract(scene, '$.contact[0]')",
+    "contact_exponent": "json_extract(scene, '$.contact[1]')",
+    "initial": "json_extract(scene, '$.initial')",
+    "compression": "json_extract(scene, '$.compression')",
+    "temperature": "json_extract(scene, '$.temperature')",
+    "seed": "json_extract(scene, '$.seed')",
 } | {
-    name: f"json_extract({_SOUND_DETAILS}, '$.{name}')"
+    name: f"json_extract(details, '$.{name}')"
     for name in (
         "velocity_after",
         "target_velocity_after",
