@@ -202,12 +202,9 @@ def _forecast(
         for scene in scenes
     ]
     if as_json:
-        from chaincor.workflows.sweep.cost import share_of_core
-
         forecast = dataclasses.asdict(cost) | {
             "workers": workers,
-            "wall_seconds": cost.wall_seconds(workers, share_of_core(workers)),
-            "wall_seconds_idle": cost.wall_seconds(workers, share_of_core(workers, others=0.0)),
+            "wall_seconds": cost.wall_seconds(workers),
         }
         return json_text({"points": points, "store": str(path), "to_compute": forecast})
     shown = [", ".join(f"{k} = {v}" for k, v in point.items()) for point in points]
@@ -221,24 +218,13 @@ def _forecast(
             "",
             f"points       {len(scenes)} ({sizes})",
             f"to compute   {cost.points}, into {path}",
-            f"time         about {_time_now(cost, workers)}; the collisions "
+            f"time         about {format_duration(cost.wall_seconds(workers))} with {workers} "
+            f"worker{'s' if workers > 1 else ''} on an idle machine; the collisions "
             f"{format_duration(cost.seconds)} of one core, the longest "
             f"{format_duration(cost.longest)}",
             f"disk         about {cost.disk_bytes / 1e6:.2g} MB",
         ]
     )
-
-
-def _time_now(cost: "SweepCost", workers: int) -> str:
-    """Say how long it takes, and how long it would if nobody else used the machine."""
-    from chaincor.workflows.sweep.cost import share_of_core
-
-    now = format_duration(cost.wall_seconds(workers, share_of_core(workers)))
-    idle = format_duration(cost.wall_seconds(workers, share_of_core(workers, others=0.0)))
-    with_workers = f"with {workers} worker{'s' if workers > 1 else ''}"
-    if now == idle:
-        return f"{now} {with_workers}"
-    return f"{now} {with_workers} beside what else runs, {idle} if nothing did"
 
 
 def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_json: bool) -> str:

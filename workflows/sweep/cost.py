@@ -1,6 +1,5 @@
 """What collisions will take: time from the measured cost model, and room on the disk."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,11 +10,6 @@ from chaincor.workflows.versions import cores_allowed
 
 # From the command to the first collision: imports, processes, compiled code that is loaded.
 _START_SECONDS = 2.5
-# Where many share a core, a second of it does less: caches and halves of a core are shared, too.
-# At a load of 12 to 15 on two cores, two sweeps took 1.8 and 1.95 times what the shares alone say.
-_CROWDING = 0.5
-# Processes that run on average on a machine that nobody uses, this program's start among them.
-_ALWAYS = 0.5
 # A row with its key in the index, and what an array in NumPy's format adds to its numbers.
 _ROW_BYTES = 2500
 _ARRAY_BYTES = 5 * 230
@@ -43,30 +37,12 @@ class SweepCost:
     longest: float
     disk_bytes: int
 
-    def wall_seconds(self, workers: int, share: float = 1.0) -> float:
-        """
-        Return the time on several workers with their start, at least that of the longest.
-
-        `share` is the part of a core that each has: see :func:`share_of_core`.
-        """
+    def wall_seconds(self, workers: int) -> float:
+        """Return the time on several workers, each of which has its share of the cores allowed."""
         if self.points == 0:
             return 0.0
-        return (_START_SECONDS + max(self.seconds / workers, self.longest)) / share
-
-
-def share_of_core(workers: int, others: float | None = None) -> float:
-    """
-    Return the part of a core that each of several workers gets, if others go on as they do.
-
-    Processes that want to run share the cores alike. `others` says how many those of others are: by
-    default as many as ran or waited on average of the last minute, none where the system does not
-    tell (Windows).
-    """
-    if others is None:
-        load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-        others = max(load - _ALWAYS, 0.0)
-    share = min(1.0, cores_allowed() / (others + workers))
-    return share / (1.0 + _CROWDING * (1.0 - share))
+        together = min(workers, cores_allowed())
+        return _START_SECONDS + max(self.seconds / together, self.longest)
 
 
 def sweep_cost(scenes: Sequence[Scene], *, arrays: bool = False) -> SweepCost:
