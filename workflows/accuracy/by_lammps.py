@@ -42,7 +42,7 @@ from chaincor.workflows.engines.rounding import (
     rounding_of_steps,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.errors import CostError, LostAtomsError, RunError, TimestepError
+from chaincor.workflows.errors import CostError, CrossingError, LostAtomsError, RunError, TimestepError
 from chaincor.workflows.measured import measured
 from chaincor.workflows.result import ErrorBar
 
@@ -145,7 +145,7 @@ def meet_with_lammps(
                 raise
             fine, coarse, step, bar = done
             break
-        except (TimestepError, LostAtomsError):
+        except (TimestepError, LostAtomsError, CrossingError):
             if last:
                 raise
             numerics = replace(numerics, timestep=0.5 * h)
