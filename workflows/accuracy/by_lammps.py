@@ -42,7 +42,13 @@ from chaincor.workflows.engines.rounding import (
     rounding_of_steps,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from chaincor.workflows.errors import CostError, CrossingError, LostAtomsError, RunError, TimestepError
+from chaincor.workflows.errors import (
+    CostError,
+    CrossingError,
+    LostAtomsError,
+    RunError,
+    TimestepError,
+)
 from chaincor.workflows.measured import measured
 from chaincor.workflows.result import ErrorBar
 
