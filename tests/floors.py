@@ -38,7 +38,7 @@ FLOORS_WITHIN = {
         {
             *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
             *("only_required", "peers", "scenes", "schemes", "script_advice", "sweeps"),
-            *("timestep_table", "two_bodies", "warm", "warm_draws"),
+            *("table_rows", "timestep_table", "two_bodies", "warm", "warm_draws"),
         },
     ],
     "benchmarks/bars": [
@@ -102,7 +102,7 @@ FLOORS_WITHIN = {
     ],
     "workflows/accuracy": [
         {"at_once"},
-        {"expected_cost", "meet"},
+        {"expected_cost", "meet", "table_rows"},
         {"by_in_house"},
         {"by_lammps", "fixed_steps"},
         {"regular", "scouting", "step_search"},

@@ -19,6 +19,7 @@ from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_e
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
+from chaincor.workflows.accuracy.table_rows import with_rows
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
@@ -194,6 +195,7 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
     asked = scene.asked_tolerance
     with limited_to(most_seconds):
         answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
+        answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
         assert scene.line is not None
         gap = float(scene.line.strains[scene.line.gap])

@@ -281,11 +281,11 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
     pressed = _energy_at(bond, floor)
     depth = min(pressed, _energy_at(bond, ceiling), bond.dissociation)
     if temperature * LEAST_DEPTH > depth:
-        end = "until its ends meet" if depth == pressed else "before it gives way"
+        end = f"{'presses the ends of' if depth == pressed else 'breaks'} a {bond.name} bond"
+        end += " together" * (depth == pressed)
         raise SceneError(
-            f"temperature is {temperature:g}: a {bond.name} bond takes an energy of {depth:.6g} "
-            f"{end}; expected {depth / LEAST_DEPTH:.6g} at most, {LEAST_DEPTH:g} times less, so "
-            "that it lasts"
+            f"temperature is {temperature:g}: an energy of {depth:.6g} {end}; expected "
+            f"{depth / LEAST_DEPTH:.6g} at most ({LEAST_DEPTH:g} times less)"
         )
     level = _REACH * temperature
     low = -_outward(bond, level, -1.0, -floor)

@@ -14,12 +14,21 @@ def header_of(text: str, path: str) -> dict[str, list[float]]:
     """
     Return what the line ``N rows FP slope slope EQ length`` says, by name.
 
-    Empty where there is no such line. Raises TableError where it cannot be read.
+    Raises TableError where there is none, or more than one, or it cannot be read.
     """
-    for line in text.splitlines():
-        words = line.split("#")[0].split()
-        if len(words) < 2 or words[0] != "N":
-            continue
+    lines = [line.split("#")[0] for line in text.splitlines()]
+    headers = [line for line in lines if len(line.split()) > 1 and line.split()[0] == "N"]
+    if not headers:
+        raise TableError(
+            f"bond table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
+            "not read it; expected a keyword, the line 'N rows', and the rows"
+        )
+    if len(headers) > 1:
+        raise TableError(
+            f"bond table {path!r} has {len(headers)} sections; expected one: give each a file"
+        )
+    for line in headers:
+        words = line.split()
         found: dict[str, list[float]] = {}
         try:
             while words:
@@ -66,14 +75,14 @@ def check_table(
             f"bond table {path!r} says N {header['N'][0]:g} and has {len(data)} rows; expected as "
             "many as it says: correct N, or rows that are not 'index length energy force'"
         )
-    digits = _least_digits(data, digits)
+    digits = least_digits(data, digits)
     _check_energies(data, digits, path)
     # As many write them who know no slopes, LAMMPS's manual too.
     if header.get("FP", [0.0, 0.0]) != [0.0, 0.0]:
         _check_slopes(header["FP"], data, digits, path)
 
 
-def _least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDArray[np.float64]:
+def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Return one unit of the last digit of each number where formats have left zeros out at its end.
 

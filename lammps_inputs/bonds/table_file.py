@@ -1,6 +1,7 @@
 """A user's bond table, as LAMMPS reads it, made a potential."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,17 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_checks import check_table, header_of
+from chaincor.lammps_inputs.bonds.table_checks import check_table, header_of, least_digits
+from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
-
-
-# Through every second of fewer rows there is hardly a spline.
-_FEW = 7
 
 
 def read_bond_table(path: Path) -> Potential:
@@ -61,24 +59,25 @@ def read_bond_table(path: Path) -> Potential:
 # By content: a scene is read and replaced many times, and each bond has compiled loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
-    rows, digits = [], []
+    read, digits = [], []
     for line in text.splitlines():
         words = line.split("#")[0].split()
         if len(words) == 4 and words[0].isdigit():
             try:
-                rows.append([float(word) for word in words[1:]])
+                read.append([float(word) for word in words[1:]])
                 digits.append([_last_digit(word) for word in words[1:]])
             except ValueError:
                 raise TableError(
                     f"bond table {path!r} has the row {line.strip()[:60]!r}; expected "
                     "'index length energy force'"
                 ) from None
-    data = np.array(rows, dtype=float).reshape(-1, 3)
+    header = header_of(text, path) if read else {}
+    data = np.array(read, dtype=float).reshape(-1, 3)
     lengths, _, forces = data.T
-    if len(lengths) < 4 or not np.all(np.isfinite(data)) or np.any(np.diff(lengths) <= 0):
+    if len(lengths) < LEAST_ROWS or not np.all(np.isfinite(data)) or np.any(np.diff(lengths) <= 0):
         raise TableError(
-            f"bond table {path!r} has {len(lengths)} usable rows; expected at least 4 rows "
-            "'index length energy force' of finite numbers with increasing length"
+            f"bond table {path!r} has {len(lengths)} usable rows; expected at least {LEAST_ROWS} "
+            "rows 'index length energy force' of finite numbers with increasing length"
         )
     if not lengths[0] < 1.0 < lengths[-1]:
         raise TableError(
@@ -91,15 +90,42 @@ def _bond_of(text: str, path: str) -> Potential:
             f"bond table {path!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
             "smooth curve follows; expected forces in units of stiffness times bond length"
         )
-    check_table(header_of(text, path), data, np.array(digits), path)
-    zero = _natural_strain(force, np.array(digits), path)
+    check_table(header, data, np.array(digits), path)
+    slopes = np.abs(force(force.x, 1))
+    last = least_digits(data, np.array(digits))
+    rows = Rows(force.x, forces, last[:, 2] + slopes * last[:, 0])
+    rows.refuse_outlier(path)
+    zero = _natural_strain(force, rows, path)
     if zero != 0.0:
         force = _smooth(lengths - (1.0 + zero), forces)
         assert force is not None
-    return TableBond(text, path, force)
+    return TableBond(text, path, force, replace(rows, strains=force.x))
 
 
-class TableBond(UserBond):
+class SplineBond(UserBond):
+    """
+    A bond whose force is a cubic spline, and whose energy is the integral of that.
+
+    Parameters
+    ----------
+    force : scipy.interpolate.CubicSpline
+        Of the strain; nothing at 0.
+    name : str
+        A label for results.
+    reach : float
+        How far beyond its rows the spline may go on.
+    """
+
+    def __init__(self, force: "CubicSpline", name: str, reach: float = 0.0) -> None:
+        energy = force.antiderivative()
+        energy.c *= -1.0
+        super().__init__(energy, force, name, float(force.x[0]) - reach, float(force.x[-1]) + reach)
+
+    def _refuse_mismatch(self) -> None:
+        """Refuse nothing: the energy was made of the force."""
+
+
+class TableBond(SplineBond):
     """
     The bond of a table; what is sent to worker processes is the table's text.
 
@@ -111,22 +137,17 @@ class TableBond(UserBond):
         Where it was.
     force : scipy.interpolate.CubicSpline
         Through its forces.
+    rows : Rows
+        What the spline goes through.
     """
 
-    def __init__(self, text: str, path: str, force: "CubicSpline") -> None:
-        self.text, self._path = text, path
-        energy = force.antiderivative()
-        energy.c *= -1.0
-        super().__init__(
-            energy=energy,
-            force=force,
-            name=Path(path).stem,
-            strain_min=float(force.x[0]),
-            strain_max=float(force.x[-1]),
-        )
+    def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
+        self.text, self.path, self.rows = text, path, rows
+        self.force_spline = force
+        super().__init__(force, Path(path).stem)
 
     def __reduce__(self) -> tuple[Callable, tuple[str, str]]:
-        return _bond_of, (self.text, self._path)
+        return _bond_of, (self.text, self.path)
 
 
 def _last_digit(word: str) -> float:
@@ -136,19 +157,12 @@ def _last_digit(word: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
-def _natural_strain(force: "CubicSpline", digits: NDArray[np.float64], path: str) -> float:
+def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
     """Return the strain nearest to 0 of no force, within what digits and rows leave open."""
     pushes = float(force(0.0))
     stiffness = -float(force(0.0, 1))
-    row = max(int(np.searchsorted(force.x, 0.0)) - 1, 0)
-    near = slice(max(row - 1, 0), row + 3)
-    length_digit, _, force_digit = np.max(digits[near], axis=0).tolist()
-    # Half a unit of each of the rows around, which a cubic adds up to 1.25 times of.
-    allowed = 0.625 * (force_digit + abs(stiffness) * length_digit)
-    # And what rows this far apart leave open: a spline through half of them errs some times more.
-    coarser = _smooth(force.x[::2], force(force.x[::2])) if len(force.x) > _FEW else None
-    if coarser is not None and coarser.x[-1] > 0.0:
-        allowed += abs(pushes - float(coarser(0.0)))
+    # The bar of a collision holds what this moves.
+    allowed = 2.0 * rows.largest_error(0.0, 0.0)
     if abs(pushes) <= 1e-9 * abs(stiffness):
         return 0.0
     zeros = force.roots(extrapolate=False)

@@ -81,6 +81,9 @@ class UserBond(Potential):
                 "bond, with positive curvature there"
             )
         self.dissociation = self._end_of_energy()
+        self._refuse_mismatch()
+
+    def _refuse_mismatch(self) -> None:
         refuse_mismatch(self, self.kinks)
 
     @cached_property

@@ -66,7 +66,7 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
     coarse = "LAMMPS's coordinates have no more digits here; engine 'reference' has far more"
     remedy = {
         "step": "the collision is too sensitive for the steps that were tried",
-        "table": "a longer bond table would be needed",
+        "table": "more rows, or more digits, would be needed",
         "rounding": coarse
         if outcome.engine == "lammps"
         else "the collision amplifies the last digit of any number; ask for less",

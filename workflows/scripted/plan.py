@@ -25,8 +25,10 @@ from chaincor.workflows.accuracy.meet import goal_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouted_run, scouting_from
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE
 from chaincor.workflows.accuracy.step_search import error_near
+from chaincor.workflows.accuracy.table_rows import rows_error
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
 from chaincor.workflows.engines.lammps.kept_script import flown_on
+from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error, rounding_of_steps
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
@@ -133,7 +135,7 @@ def _as_given(scene: Scene, table_range: tuple[float, float] | None) -> ScriptPl
             multiples=(1.0, *PROOF_STEPS),
             share=share,
             share_alone=share,
-            table=_table_part(table, scene),
+            table=_table_part(table, scene, truth.outcome, 0.0),
             rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
             ending=ending_error(truth.outcome, scene),
         )
@@ -181,7 +183,7 @@ def _bar(
         multiples=_MULTIPLES,
         share=share,
         share_alone=max(share, _ALONE),
-        table=_table_part(table, scene),
+        table=_table_part(table, scene, truth.outcome, goal),
         rounding=max(
             rounding_of_steps(scene, scheme, numerics.timestep),
             jitter_error("lammps", noise, scene),
@@ -217,10 +219,12 @@ def _tabulate(
     )
 
 
-def _table_part(table: BondTable | None, scene: Scene) -> float:
+def _table_part(table: BondTable | None, scene: Scene, outcome: Outcome, tolerance: float) -> float:
+    """Return what the job's table leaves open, and what one of a user's does that it is of."""
     if table is None:
         return 0.0
-    return table_error_of(table.style, interpolated_force_error(table, scene.bond), scene)
+    own = table_error_of(table.style, interpolated_force_error(table, scene.bond), scene)
+    return own + rows_error(scene, outcome, tolerance)
 
 
 def interpolated_force_error(table: BondTable, bond: Potential) -> float:

@@ -9,6 +9,7 @@ import pytest
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.bonds.table_file import read_bond_table
+from chaincor.lammps_inputs.bonds.table_rows import Rows
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.scene import Scene
 
@@ -67,7 +68,7 @@ def test_numbers_beyond_all_are_refused(tmp_path, word):
     index, length, energy, _ = lines[20].split()
     lines[20] = f"{index} {length} {energy} {word}"
     path.write_text("\n".join(lines))
-    with pytest.raises(TableError, match=r"expected at least 4 rows .* of finite numbers"):
+    with pytest.raises(TableError, match=r"expected at least 8 rows .* of finite numbers"):
         read_bond_table(path)
 
 
@@ -99,6 +100,7 @@ def test_honest_tables_contradict_themselves_nowhere(tmp_path, rows, form):
 
 @pytest.mark.parametrize("potential", ["lj", "toda"])
 @pytest.mark.parametrize("style", ["spline", "linear"])
+@pytest.mark.slow_cases
 def test_a_jobs_own_table_contradicts_itself_nowhere(tmp_path, potential, style):
     table = tabulate(Scene(potential=potential).bond, (0.8, 1.3), style)
     (tmp_path / "job.table").write_text(table.to_text())
@@ -150,3 +152,58 @@ def test_energies_that_are_not_those_of_the_forces_are_refused(tmp_path):
 
     for change in (one_off, other_units, other_sign, twice_the_forces):
         refused(change)
+
+
+def lj_rows(path, rows=60, *, header=True, digits=15, altered=None):
+    """Write forces of lj between 0.75 and 1.9; `altered` are forces to put instead, by row."""
+    lengths = np.linspace(0.75, 1.9, rows)
+    forces = LennardJones().force(lengths - 1.0)
+    for row, force in (altered or {}).items():
+        forces[row] = force
+    lines = ["LJ", f"N {rows}" if header else "", ""]
+    lines += [
+        f"{i} {length:.15g} 0 {force:.{digits}g}"
+        for i, (length, force) in enumerate(zip(lengths, forces, strict=True), 1)
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_table_that_lammps_does_not_read_is_refused(tmp_path):
+    with pytest.raises(TableError, match="has no line 'N rows' before its rows"):
+        read_bond_table(lj_rows(tmp_path / "no_n.table", header=False))
+
+
+def test_two_sections_are_told_as_such(tmp_path):
+    path = lj_rows(tmp_path / "two.table")
+    path.write_text(path.read_text() + "\n" + path.read_text().replace("LJ", "AGAIN"))
+    with pytest.raises(TableError, match="has 2 sections; expected one"):
+        read_bond_table(path)
+
+
+@pytest.mark.parametrize("row", [12, 20, 55])
+def test_an_outlier_is_told_by_its_row(tmp_path, row):
+    lengths = np.linspace(0.75, 1.9, 60)
+    right = float(LennardJones().force(lengths[row] - 1.0))
+    # Off by a tenth of itself and more, a slip of a digit; nearer to the core rows are too far
+    # apart to tell.
+    path = lj_rows(tmp_path / "outlier.table", altered={row: 1.1 * right + 0.01})
+    with pytest.raises(TableError, match=f"in row {row + 1}, where its other rows say"):
+        read_bond_table(path)
+
+
+@pytest.mark.parametrize("rows", [12, 20, 30, 60, 200])
+def test_rows_of_a_smooth_function_have_no_outlier(tmp_path, rows):
+    assert read_bond_table(lj_rows(tmp_path / "smooth.table", rows)).stiffness > 0.5
+
+
+def test_noise_is_told_from_what_rows_do_not_resolve(tmp_path):
+    rng = np.random.default_rng(1)
+    lengths = np.linspace(0.8, 1.6, 200)
+    forces = LennardJones().force(lengths - 1.0)
+    for noise in (1e-6, 1e-4):
+        noisy = forces + noise * rng.standard_normal(200)
+        # A standard deviation over some ten rows is itself uncertain by a quarter.
+        found = np.median(Rows(lengths - 1.0, noisy, np.zeros(200)).noise())
+        assert 0.5 * noise < found < 1.5 * noise
+    assert np.median(Rows(lengths - 1.0, forces, np.zeros(200)).noise()) < 1e-10

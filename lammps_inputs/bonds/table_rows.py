@@ -1,0 +1,185 @@
+"""
+What the rows of a bond table leave open: other bonds that such rows may have been taken from.
+
+A table stands for a function of which it gives some values, with so many digits. What lies
+between its rows is shown by leaving every second one out: of a smooth function with rows close
+enough, a cubic spline then errs sixteen times more; where rows are too far apart, or noisy, it errs
+about as before.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import TableError
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+Array = NDArray[np.float64]
+
+# Fewer rows tell nothing of what lies between them.
+LEAST_ROWS = 8
+# What leaving out rows shows counts at least this much: in theory it would be 1/16.
+_LEAST_SHARE = 1.0 / 8.0
+# Rows to either side over which what is left out is averaged.
+_BESIDE = 3
+# Orders of differences that noise is told from.
+_ORDERS = range(3, 10)
+# A row is an outlier where without it all rows around agree so many times better than with it.
+_OUTLIER = 20.0
+# So many rows are looked at.
+_CANDIDATES = 4
+# Tables that are altered have so many rows for each of the user's.
+_FINER = 4
+_SHAKES = 6
+
+
+@dataclass(frozen=True)
+class Rows:
+    """
+    The rows of a table.
+
+    Attributes
+    ----------
+    strains, forces : ndarray of shape (rows,)
+        Lengths less the natural one, and forces.
+    digits : ndarray of shape (rows,)
+        One unit of the last digit, of the force and, by its slope, of the length.
+    """
+
+    strains: Array
+    forces: Array
+    digits: Array
+
+    def left_out(self, stride: int) -> Array:
+        """Return what a spline errs by at each row if only every `stride`-th other is kept."""
+        rows = np.arange(len(self.strains))
+        missed = np.zeros(len(rows))
+        for start in range(stride):
+            kept = rows % stride == (start + stride // 2) % stride
+            kept[[0, -1]] = True
+            asked = (rows % stride == start) & ~kept
+            if np.count_nonzero(kept) > 3:
+                spline = spline_through(self.strains[kept], self.forces[kept])
+                missed[asked] = np.abs(self.forces - spline(self.strains))[asked]
+        return missed
+
+    def open_between(self) -> tuple[Array, Array]:
+        """
+        Return the error that leaving out every second row shows, and what share of it counts.
+
+        Both of shape (rows,) and averaged over neighbours. The share is one where rows are noisy
+        or too far apart, and an eighth where they resolve the force.
+        """
+        near, far = _beside(self.left_out(2)), _beside(self.left_out(4))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(far > 0.0, near / far, _LEAST_SHARE)
+        if len(self.strains) < 2 * LEAST_ROWS:
+            share = np.ones(len(near))
+        return near, np.clip(2.0 * share, _LEAST_SHARE, 1.0)
+
+    def noise(self) -> Array:
+        """
+        Return a standard deviation of the noise, of shape (rows,).
+
+        Differences of order p of smooth forces fall with p; those of noise grow, by the root of the
+        binomial coefficient of 2p over p. The least of several orders is taken (Hamming;
+        More and Wild, SIAM J. Sci. Comput. 33, 1292, 2011).
+        """
+        count = len(self.forces)
+        least = np.full(count, np.inf)
+        for order in _ORDERS:
+            if order >= count:
+                break
+            scaled = np.diff(self.forces, order) / math.comb(2 * order, order) ** 0.5
+            # Row i is in the differences i - order to i.
+            window = np.ones(order + 1) / (order + 1)
+            inside = np.pad(scaled**2, order, mode="symmetric" if len(scaled) > order else "edge")
+            least = np.minimum(least, np.sqrt(np.convolve(inside, window, mode="valid"))[:count])
+        return least
+
+    def largest_error(self, low: float, high: float) -> float:
+        """Return about how far the force may be off between two strains."""
+        missed, share = self.open_between()
+        first, last = np.searchsorted(self.strains, (low, high))
+        around = slice(max(first - 2, 0), last + 2)
+        return float(np.max((missed * share + 3.0 * self.noise() + self.digits)[around]))
+
+    def alternatives(self) -> list["CubicSpline"]:
+        """
+        Return forces that the rows may as well stand for, as splines.
+
+        The first two are pushed away from what every second row says, by what counts of it; the
+        others have all rows shaken by their digits and noise.
+        """
+        whole = spline_through(self.strains, self.forces)
+        _, share = self.open_between()
+        fine = np.unique(
+            np.concatenate(
+                [self.strains[:-1] + np.diff(self.strains) * k / _FINER for k in range(_FINER)]
+                + [self.strains[-1:]]
+            )
+        )
+        counts = np.interp(fine, self.strains, share)
+        found = []
+        rows = np.arange(len(self.strains))
+        for start in (0, 1):
+            kept = rows % 2 == start
+            kept[[0, -1]] = True
+            coarse = spline_through(self.strains[kept], self.forces[kept])
+            found.append(spline_through(fine, whole(fine) + counts * (whole(fine) - coarse(fine))))
+        rng = np.random.default_rng(20240229)
+        width = np.hypot(self.digits / 12**0.5, self.noise())
+        for _ in range(_SHAKES):
+            shaken = self.forces + width * rng.standard_normal(len(width))
+            found.append(spline_through(self.strains, shaken))
+        return found
+
+    def refuse_outlier(self, path: str) -> None:
+        """Refuse a table of which one row lies off all others."""
+        count = len(self.strains)
+        if count < 2 * LEAST_ROWS:
+            return
+        missed = self.left_out(2)
+        # Rows two away are judged without this one: theirs is what a smooth function misses here.
+        padded = np.pad(missed, 2, mode="reflect")
+        smooth = np.maximum(padded[:-4], padded[4:]) + self.digits
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sticks_out = np.nan_to_num(missed / smooth)
+        for row in np.argsort(sticks_out)[::-1][:_CANDIDATES].tolist():
+            around = [k for k in range(row - 4, row + 5) if 0 <= k < count and k != row]
+            without = Rows(*(np.delete(a, row) for a in (self.strains, self.forces, self.digits)))
+            missed_without = np.insert(without.left_out(2), row, 0.0)
+            spline = spline_through(without.strains, without.forces)
+            off = abs(float(self.forces[row] - spline(self.strains[row])))
+            agree = float(np.max(missed_without[around])) + 4.0 * float(self.digits[row])
+            if off > _OUTLIER * agree and np.max(missed[around]) > 3.0 * agree:
+                raise TableError(
+                    f"bond table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, "
+                    f"where its other rows say {float(spline(self.strains[row])):.6g}; expected a "
+                    "smooth force: correct that row, or leave it out"
+                )
+
+
+@lru_cache(maxsize=64)
+def _cached_spline(strains: bytes, forces: bytes) -> "CubicSpline":
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(np.frombuffer(strains), np.frombuffer(forces))
+
+
+def spline_through(strains: Array, forces: Array) -> "CubicSpline":
+    """Return the cubic spline of a table, going on beyond its ends."""
+    return _cached_spline(np.ascontiguousarray(strains).tobytes(), forces.tobytes())
+
+
+def _beside(values: Array) -> Array:
+    """Return the root mean square over rows and their neighbours."""
+    padded = np.pad(values**2, _BESIDE, mode="reflect")
+    window = np.ones(2 * _BESIDE + 1) / (2 * _BESIDE + 1)
+    return np.sqrt(np.convolve(padded, window, mode="valid"))

@@ -1,0 +1,75 @@
+"""The bar of a tabulated bond holds what its rows and digits leave open of the function itself."""
+
+import numpy as np
+import pytest
+
+from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.errors import TableError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+KNOWN = Scene(potential="lj", particles=12, speed=0.4, engine="reference")
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return collide(KNOWN, tolerance=1e-9).restitution
+
+
+def tabulated(folder, rows, digits=15, noise=0.0, engine="reference"):
+    lengths = np.linspace(0.78, 1.6, rows)
+    forces = LennardJones().force(lengths - 1.0)
+    forces += noise * np.random.default_rng(3).standard_normal(rows)
+    lines = [
+        f"{i} {length:.15g} 0 {force:.{digits}g}"
+        for i, (length, force) in enumerate(zip(lengths, forces, strict=True), 1)
+    ]
+    path = folder / "rows.table"
+    path.write_text("\n".join(["LJ", f"N {rows}", "", *lines, ""]))
+    return Scene(
+        potential="table",
+        bond_file=path,
+        particles=KNOWN.particles,
+        velocity=KNOWN.impact_velocity,
+        engine=engine,
+        tolerance=1e-6,
+    )
+
+
+@pytest.mark.parametrize(
+    ("rows", "digits", "noise"), [(14, 15, 0.0), (30, 15, 0.0), (200, 4, 0.0), (200, 15, 1e-5)]
+)
+def test_the_bar_holds_and_is_no_shrug(tmp_path, exact, rows, digits, noise):
+    found = collide(tabulated(tmp_path, rows, digits, noise))
+    off = abs(found.restitution - exact)
+    # What such rows leave open is far above the 1e-6 that the spline itself is followed to.
+    assert 1e-6 < off <= found.restitution_error < 0.5
+    assert found.tolerance_met is False
+    assert "most of it" in found.reason
+    assert "table: more rows, or more digits" in found.reason
+
+
+def test_many_rows_with_all_digits_leave_nothing_open(tmp_path, exact):
+    found = collide(tabulated(tmp_path, 2000))
+    assert abs(found.restitution - exact) <= found.restitution_error <= 1e-6
+    assert found.tolerance_met
+
+
+@pytest.mark.slow
+def test_both_engines_have_the_same_bar_of_the_table(tmp_path):
+    parts = [
+        collide(tabulated(tmp_path, 30, engine=engine)).error_parts.table
+        for engine in ("reference", "lammps")
+    ]
+    # LAMMPS's own table adds to it, by far less than the tolerance.
+    assert parts[1] == pytest.approx(parts[0], abs=1e-6, rel=0.01)
+
+
+def test_rows_that_may_stand_for_another_chain_are_refused_or_wide(tmp_path):
+    # Half a bond per row at the core: what lies between rows is anybody's guess.
+    scene = tabulated(tmp_path, 9)
+    try:
+        error = collide(scene).restitution_error
+    except TableError:
+        error = 1.0
+    assert error > 1e-2

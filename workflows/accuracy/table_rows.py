@@ -1,0 +1,110 @@
+"""What the rows and digits of a user's bond table leave open of the restitution."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.table_file import SplineBond, TableBond
+from chaincor.lammps_inputs.errors import ChaincorError, TableError
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.answer import Answer, reason_missed
+from chaincor.workflows.accuracy.error_bars import TABLE_SENSITIVITY
+from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.engines.in_house import stepping
+from chaincor.workflows.engines.outcome import Outcome
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
+
+# Below this share of the tolerance the rows are not looked at more closely.
+_NEGLIGIBLE = 0.1
+# Altered tables are run with twice the step of the answer, which its bar was proved with; where
+# that has no fixed length, with twice this one.
+_STEP = 0.05
+# How much what altered tables show counts: the sides of what lies between rows are two of many,
+# and a standard deviation from six shakes is itself uncertain by a third.
+_BETWEEN, _SHAKEN = 1.5, 4.0
+
+
+def with_rows(scene: Scene, answer: Answer, tolerance: float | None) -> Answer:
+    """
+    Return an answer whose bar for the table holds what a user's rows leave open.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collided, with a table of a user's or any other bond.
+    answer : Answer
+        Of the spline through the rows.
+    tolerance : float or None
+        What is asked of eta.
+
+    Returns
+    -------
+    Answer
+        The same, for other bonds unchanged.
+
+    Raises
+    ------
+    TableError
+        If no such table can be told from one with which the collision cannot be carried out.
+    """
+    error = rows_error(scene, answer.outcome, tolerance or 0.0)
+    if error == 0.0:
+        return answer
+    found = replace(answer, bar=replace(answer.bar, table=answer.bar.table + error))
+    return found if tolerance is None else replace(found, reason=reason_missed(found, tolerance))
+
+
+def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
+    """
+    Return how far eta may be off because a user's table has so many rows and digits.
+
+    `outcome` is of the spline through the rows. Zero for other bonds; raises TableError as
+    :func:`with_rows` does.
+    """
+    bond, speed = scene.bond, scene.impact_velocity
+    if not isinstance(bond, TableBond):
+        return 0.0
+    force_error = bond.rows.largest_error(outcome.bond_min - 1.0, outcome.bond_max - 1.0)
+    estimate = TABLE_SENSITIVITY["spline"] * force_error / speed
+    if estimate <= _NEGLIGIBLE * tolerance:
+        return estimate
+    numerics = Numerics(scheme="order8", timestep=2.0 * (outcome.timestep or _STEP))
+    same = scene.replace(
+        engine="reference",
+        potential="lj",
+        bond_file=None,
+        speed=None,
+        velocity=speed,
+        tolerance=None,
+        arrays=None,
+    )
+    changes = []
+    asked = eta_of(scene, outcome)
+    for force in (bond.force_spline, *bond.rows.alternatives()):
+        try:
+            other = same.replace(potential=_bond_of(force))
+            changes.append(eta_of(other, stepping.run(other, numerics)) - asked)
+        except ChaincorError as error:
+            raise TableError(
+                f"the bond table {bond.path!r} has {len(bond.rows.strains)} rows, too few or too "
+                f"noisy for this collision: with others that they may as well stand for, it cannot "
+                f"be carried out ({error}); expected more rows, or more digits"
+            ) from None
+    changes = [change - changes[0] for change in changes[1:]]
+    between, shaken = np.abs(changes[:2]), np.array(changes[2:])
+    return float(_BETWEEN * np.max(between) + _SHAKEN * np.sqrt(np.mean(shaken**2)))
+
+
+def _bond_of(force: "CubicSpline") -> SplineBond:
+    """Return a bond with that force, moved so that it has none at length 1."""
+    from scipy.interpolate import CubicSpline
+
+    zeros = force.roots(extrapolate=False)
+    zero = float(zeros[np.argmin(np.abs(zeros))])
+    # What altered bonds reach beyond the rows they do by little: the outer cubics go on.
+    reach = 0.05 * float(force.x[-1] - force.x[0])
+    return SplineBond(CubicSpline(force.x - zero, force(force.x)), "altered table", reach)
