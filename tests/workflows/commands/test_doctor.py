@@ -1,6 +1,11 @@
 """``chaincor doctor``: yes and status 0, or no, status 1 and what to do."""
 
 import json
+import os
+import subprocess
+import sys
+
+import pytest
 
 from chaincor.workflows import machine
 from tests.workflows.commands.test_run import chaincor
@@ -24,3 +29,19 @@ def test_no(capsys, monkeypatch):
     report = json.loads(out)
     assert report["healthy"] is False
     assert report["findings"] == [bad.to_dict()]
+
+
+@pytest.mark.slow
+def test_warm_loops_need_no_compiler(capsys, tmp_path):
+    # In a cache of its own, and in processes of their own: what one compiled the next only loads.
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "CHAINCOR_CACHE": str(tmp_path)}
+    command = [sys.executable, "-m", "chaincor"]
+    warmed = subprocess.run(
+        [*command, "doctor", "--warm"], env=environment, capture_output=True, text=True, check=True
+    )
+    assert warmed.stdout.count("compiled ") == 6
+    kept = sorted(path.name for path in tmp_path.rglob("*.nb?"))
+    scene = ["--particles", "7", "--engine", "reference", "--potential", "toda"]
+    for masses in ([], ["--masses", "1,2"]):
+        subprocess.run([*command, "run", *scene, *masses], env=environment, check=True)
+    assert sorted(path.name for path in tmp_path.rglob("*.nb?")) == kept
