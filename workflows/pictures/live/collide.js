@@ -148,7 +148,7 @@ function refusalOf({ scene, bond }, reason) {
       "has no motion to follow. Choose a lower speed.";
   if (bond.floor === -1) return TOO_SHORT;
   return `Particles would pass through each other: a ${scene.potential} bond does not keep them ` +
-    "apart at this speed, and what a chain is would be lost. Choose a lower speed.";
+    "apart at this speed, and the order of the chain would be lost. Choose a lower speed.";
 }
 
 /**
@@ -199,7 +199,7 @@ function collide(scene, options = {}) {
       ...(film ? spectrumOf(setup, run, modes) : {}),
     });
     if (error !== null && error <= goal) break;
-    // A motion that forgets its start is none the sharper for shorter steps.
+    // A chaotic motion is none the sharper for shorter steps.
     const tooMany = 2 * run.steps * KICKS.length * line.masses.length > most;
     if (error !== null && (stalls >= 2 || tooMany)) break;
     show(before, false);

@@ -46,7 +46,7 @@ class Film {
   }
 }
 
-/** Translation, inner motion and bonds of the chain, and the same of a free target, over K_i. */
+/** Translation, vibration (kinetic) and bonds of the chain, and the same of a free target, over K_i. */
 function partition({ line, bond, speed }, u, v) {
   const split = (begin, end) => {
     const mean = line.meanVelocity(v, begin, end);

@@ -16,7 +16,7 @@ const TEXTS = ["potential", "toda_b", "morse_a", "power_order", "power_c", "spee
 
 /** Positive numbers with commas between them. */
 function readMasses(text, what) {
-  const masses = text.split(",").filter((part) => part.trim()).map(Number);
+  const masses = text.split(/[\s,;]+/).filter((part) => part).map(Number);
   if (masses.some((m) => !(m >= 1e-3 && m <= 1e3)))
     throw new Refusal(`${what} are ${text}: expected numbers from 0.001 to 1000, such as 1,2.`);
   return masses;
@@ -41,7 +41,7 @@ function readScene() {
     const even = scene.power_order % 2 === 0;
     scene.power_c = readNumber("power_c", even ? 1e-3 : -1e3, even ? 1e3 : -1e-3);
   }
-  scene.particles = readNumber("particles", 2, SETTINGS.mostParticles, { whole: true });
+  scene.particles = readNumber("particles", 1, SETTINGS.mostParticles, { whole: true });
   const speed = readNumber("speed", 1e-4, 10);
   if (scene.potential === "harmonic") scene.velocity = speed;
   else scene.speed = speed;
@@ -95,10 +95,13 @@ function arrange() {
   for (const [name, keys] of Object.entries(PARAMETERS))
     for (const key of keys) find(key).parentElement.hidden = name !== bond;
   find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
+  find("speed-hint").textContent = linear
+    ? "0.0001 to 10; springs behave alike at every speed"
+    : "0.0001 to 10; at v* a bond is compressed so far that it no longer acts as a spring";
   find("speed-slider").max = linear ? 0.7 : 2.5;
   find("speed-slider").value = find("speed").value;
   find("particles-slider").value = find("particles").value;
-  const masses = find("masses").value.replaceAll(" ", ""), count = Number(find("particles").value);
+  const masses = find("masses").value.trim().split(/[\s,;]+/).join(","), count = Number(find("particles").value);
   find("pattern").value =
     Object.keys(PRESETS).find((name) => PRESETS[name](count) === masses) ?? "own";
   for (const row of document.querySelectorAll(".of-target"))

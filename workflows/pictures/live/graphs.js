@@ -1,4 +1,4 @@
-// Graphs beside the motion: energies, hits, modes, and the curve over the speed.
+// Graphs beside the motion: energies, contacts, modes, and the curve over the speed.
 
 /** Where the energy is, stacked. */
 const energyPicture = new Picture("energy", {
@@ -23,7 +23,7 @@ const energyPicture = new Picture("energy", {
       pen.fillStyle = colour(name);
       pen.fill();
     });
-    axes.axes(TIME, "energy / energy of flight before", { grid: false });
+    axes.axes(TIME, "energy / translational energy before", { grid: false });
   },
   overlay: cursor,
 });
@@ -61,7 +61,7 @@ const spectrumPicture = new Picture("spectrum", {
     if (!run) return;
     const n = run.count - run.first;
     axes.span(0, n, -8, 0.3);
-    axes.axes(`mode j (wavelength 2n/j bond lengths)`, "energy / energy of flight before",
+    axes.axes(`mode j (wavelength 2n/j bond lengths)`, "energy / translational energy before",
       { logarithmic: true });
     const left = Array.from(run.spectrum, (e, j) => [j, Math.max(-8, Math.log10(e))]).slice(1);
     axes.line(left.length > 1 ? left : [[0.9, left[0][1]], [1.1, left[0][1]]], "faint", 1);

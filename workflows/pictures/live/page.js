@@ -57,7 +57,7 @@ function busy() {
 function hear(task, own, data) {
   if (data.kind === "progress") {
     const { time, contacts } = data.progress;
-    find("progress").textContent = `Computing: t = ${time.toFixed(0)}, ${contacts} hits so far \u2026`;
+    find("progress").textContent = `Computing: t = ${time.toFixed(0)}, ${contacts} contacts so far \u2026`;
   } else if (data.kind === "run") {
     show(data.run, data.done);
     if (data.done) {
@@ -111,6 +111,9 @@ function change({ later = 0 } = {}) {
     if (state.scene || location.hash) history.replaceState(null, "", address);
     state.scene = scene;
     find("command").textContent = commandOf(scene);
+    find("command-label").textContent = scene.temperature
+      ? "By the program, with a state of its own at this temperature (the random numbers differ):"
+      : "The same by the program:";
     find("progress").textContent = "Computing \u2026";
     state.fresh = true;
     start("collide", scene);
@@ -130,26 +133,28 @@ function show(run, done) {
   const unknown = done && run.error > NOT_KNOWN;
   find("eta").textContent = unknown ? "not known"
     : run.error === null ? `${run.restitution.toFixed(4)} \u2026`
+      : run.ending === "open" ? `${run.restitution.toFixed(4)} so far`
       : withBar(run.restitution, run.error);
   const share = `${(100 * run.restitution).toFixed(1)} %`, loose = run.fragments - 1;
   find("verdict").textContent = unknown
-    ? `Runs with steps halved differ by ${run.error.toPrecision(1)}: this motion forgets its start, ` +
-      "and the page gives no number. The pictures show one motion of many."
+    ? `Runs with steps halved differ by ${run.error.toPrecision(1)}: this motion is chaotic, and the ` +
+      "page gives no number. The pictures show one of many motions."
     : `${share} of the energy ${run.rigid === false || scene.target_particles ? "of relative motion " : ""}` +
-      `comes back, after ${count} ${count === 1 ? "hit" : "hits"}, the last at t = ${last.toFixed(2)}. ` +
+      `comes back, after ${count} ${count === 1 ? "contact" : "contacts"}, the last at t = ${last.toFixed(2)}. ` +
       (loose > 0 ? `The chain breaks at ${loose} ${loose === 1 ? "bond" : "bonds"}. ` : "");
   find("ending").textContent = ENDINGS[run.ending](run);
   find("ending").dataset.kind = run.ending;
   find("kinematic").textContent = unknown ? "" : `e = \u221a\u03b7 = ${Math.sqrt(run.restitution).toFixed(4)}`;
   find("progress").textContent = done
-    ? `Steps of ${run.step.toPrecision(3)}, the same with twice that for the bar; ` +
-      `${run.seconds.toFixed(2)} s.`
-    : "Once more with half the step, for the error bar \u2026";
+    ? `Time step ${run.step.toPrecision(3)}; a second run with ` +
+      `${(2 * run.step).toPrecision(3)} gives the error bar. ${run.seconds.toFixed(2)} s.`
+    : "A second run, with half the time step, for the error bar \u2026";
   const unit = run.unit === null ? "" : `; v* = ${run.unit.toPrecision(9)}`;
-  find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}; shortest bond ` +
-    `${(1 + run.shortest).toFixed(4)}, longest ${(1 + run.longest).toFixed(2)}.` +
+  find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}; while the page follows the motion, ` +
+    `also after the last contact, the shortest bond is ` +
+    `${(1 + run.shortest).toFixed(4)}, the longest ${(1 + run.longest).toFixed(2)}.` +
     (scene.temperature ? ` Warm: T = ${scene.temperature}, seed ${scene.seed} of this page's own ` +
-      "random numbers (sfc32), which are not the program's: the same seed there is another state."
+      "random numbers (sfc32): the program draws another state from the same seed."
       : "");
   find("break-key").hidden = !shown.run.broken.some((bonds) => bonds.some((b) => b));
   for (const part of document.querySelectorAll(".target-key"))
@@ -173,6 +178,7 @@ function refuse(message) {
   document.body.dataset.refused = "yes";
   for (const id of ["progress", "eta", "verdict", "ending", "kinematic", "facts"])
     find(id).textContent = "";
+  find("command").textContent = find("command-label").textContent = "";
   shown.run = null;
   play(false);
   for (const picture of PICTURES) {
@@ -197,9 +203,9 @@ function seek(time) {
   }
   const moment = { time, frame: time >= times[high] ? high : low };
   for (const picture of PICTURES) picture.draw(moment);
-  const hits = run.contacts.filter(([t]) => t <= time).length;
+  const contacts = run.contacts.filter(([t]) => t <= time).length;
   find("time").value = time;
-  const text = `t = ${time.toFixed(1)}, ${hits} of ${run.contacts.length} hits`;
+  const text = `t = ${time.toFixed(1)}, ${contacts} of ${run.contacts.length} contacts`;
   find("time-text").textContent = text.replace("-", "\u2212");
   find("time").setAttribute("aria-valuetext", text);
 }

@@ -69,8 +69,8 @@ function bondDistribution(bond, temperature) {
   const depth = Math.min(pressed, bond.breaking);
   if (!(LEAST_DEPTH * temperature <= depth))
     throw new Refusal(
-      `Temperature ${temperature} is too high: such a bond takes ${depth.toPrecision(4)} before ` +
-        `it gives way, which must be ${LEAST_DEPTH} T at least.`
+      `Temperature ${temperature} is too high, since bonds would break: choose T of ` +
+        `${(depth / LEAST_DEPTH).toPrecision(2)} or less for this bond.`
     );
   const level = DENSITY_REACH * temperature;
   const low = Math.max(strainAt(bond, level, -1), bond.linear ? -Infinity : -1);

@@ -14,11 +14,11 @@ function withBar(value, bar) {
 const superscript = (k) => String(k).replace(/./g, (c) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"["0123456789".indexOf(c)] ?? "\u207b");
 
 const ENDINGS = {
-  proved: () => "That was the last hit: proved, the energy left cannot bring the chain back.",
-  argued: () => "That was the last hit, as far as can be argued: to come back, energy would have to " +
-    "gather as it hardly ever does.",
-  open: (run) => `Not proved that it was the last hit: none came in the time ${run.watched.toFixed(0)} ` +
-    "since, and the page looks no further. The bar does not hold what later hits may change.",
+  proved: () => "That was the last contact: proved, since the energy left cannot bring the chain back.",
+  argued: () => "Very likely the last contact, but not proved: the energy left could bring the chain " +
+    "back if nearly all of it met in one bond.",
+  open: (run) => `Not proved that it was the last contact: none came in the time ${run.watched.toFixed(0)} ` +
+    "since, and the page looks no further. A later contact may still change the number.",
 };
 
 /** What the finished curve is. */
@@ -27,9 +27,9 @@ function curveText() {
   const open = shown.curve.filter((p) => p.ending === "open").length;
   return [
     shown.flat ? "Springs behave alike at every speed." : `${shown.curve.length} speeds.`,
-    open ? `Hollow: a later hit is not ruled out (${open}).` : "",
+    open ? `Hollow: a later contact is not ruled out (${open}).` : "",
     refused ? `Crosses: refused (${refused}).` : "",
-    shown.curve.some((p) => p.error > 0.002) ? "Bars: where the motion forgets its start." : "",
+    shown.curve.some((p) => p.error > 0.002) ? "Bars: where the motion is chaotic." : "",
   ].filter(Boolean).join(" ");
 }
 
