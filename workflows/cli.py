@@ -212,6 +212,9 @@ def _refuse_copies() -> bool:
     return False
 
 
+_TERMINATED = "terminated from outside (SIGTERM) before it was done; what is complete is kept"
+
+
 def _run(arguments: list[str] | None) -> int:
     """Return 0 done, 1 failed run or validation, 2 bad input, 130 interrupted, 143 terminated."""
     if _refuse_copies():
@@ -230,7 +233,7 @@ def _run(arguments: list[str] | None) -> int:
         return leave.exit_code
     except (click.Abort, KeyboardInterrupt) as error:
         terminated = isinstance(error.__cause__ or error.__context__ or error, _TerminatedError)
-        click.echo(f"chaincor: {'terminated' if terminated else 'interrupted'}", err=True)
+        click.echo(f"chaincor: {_TERMINATED if terminated else 'interrupted'}", err=True)
         return 143 if terminated else 130
     except ChaincorError as error:
         pointer = _pointer(type(error).__name__)

@@ -105,6 +105,9 @@ class Collision(Shown):
         Shortest and longest bond from the first contact to the last.
     bond_range_source : str
         Where these come from.
+    bond_error : float or None
+        How much shorter and longer bonds may have been between the ends of steps, at which they
+        are looked at; None where steps have no fixed length.
     energy_drift : float
         (E_end - E_start)/E_start.
     momentum_residual : float
@@ -169,6 +172,7 @@ class Collision(Shown):
     bond_min: float
     bond_max: float
     bond_range_source: str
+    bond_error: float | None
     energy_drift: float
     momentum_residual: float
     ending: str

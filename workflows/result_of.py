@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.bodies import bodies_after, impulse_residual
-from chaincor.workflows.engines.in_house import adaptive
+from chaincor.workflows.engines.in_house import adaptive, modal
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.replay import Replay
 from chaincor.workflows.result import Collision
@@ -73,6 +73,7 @@ def result_of(
             bond_min = min(bond_min, scouted["bond_min"])
             bond_max = max(bond_max, scouted["bond_max"])
             source = "in-house scouting run, every step, and LAMMPS at contacts"
+    step = outcome.timestep if scouted is None else scouted["timestep"]
     longer = scene.bond.natural_length - 1.0
     total, asked = bar.total, scene.asked_tolerance
     met = None if asked is None or total is None else total <= asked
@@ -96,6 +97,7 @@ def result_of(
         bond_min=bond_min + longer,
         bond_max=bond_max + longer,
         bond_range_source=source,
+        bond_error=_between_steps(scene, (bond_min - 1.0, bond_max - 1.0), outcome, step),
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
         momentum_residual=(
             abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
@@ -145,3 +147,25 @@ def _replay(scene: Scene, outcome: Outcome, found: dict[str, Any]) -> Replay:
     elif outcome.scheme == adaptive.SCHEME and "choice" in found:
         accuracy = found["choice"]["tries"][-1]["accuracy"]
     return Replay(scene, outcome.scheme, numerics, accuracy)
+
+
+def _between_steps(
+    scene: Scene, strains: tuple[float, float], outcome: Outcome, step: float | None
+) -> float | None:
+    r"""
+    Return how much farther bonds may have gone between the ends of steps.
+
+    An extreme is at most half a step h from an end, and a strain has :math:`|\ddot s| \le 4 F/m`
+    with the largest force F and the lightest mass m: no farther than :math:`h^2 F/2m`. None where
+    steps have no fixed length.
+    """
+    if scene.span < 2:
+        return 0.0
+    if step is None:
+        if scene.line is not None or not scene.bond.is_harmonic:
+            return None
+        step = modal.SAMPLE_INTERVAL
+    with np.errstate(all="ignore"):
+        forces = np.abs(scene.bond.force(np.linspace(*strains, 65)))
+    lightest = 1.0 if scene.line is None else scene.line.lightest
+    return float(0.5 * step**2 * np.nanmax(forces) / lightest)

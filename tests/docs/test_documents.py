@@ -63,7 +63,7 @@ def test_a_command_finds_what_those_before_it_left_behind(tmp_path):
 
 def test_a_busy_machine_prints_nothing_else(tmp_path):
     page = tmp_path / "page.md"
-    said = "chaincor: running, about 0.03 s expected, after 60 s"
+    said = "chaincor: running, longer than the 0.03 s that were expected, after 60 s"
     counted = "chaincor: 1 of 200 collisions, 0 % of the work, done after 2.1 min"
     page.write_text(f"```console\n$ echo '{said}'; echo '{counted}'; echo 3\n3\n```\n")
     (tmp_path / "run").mkdir()

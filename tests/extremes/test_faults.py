@@ -13,6 +13,7 @@ import pytest
 
 from benchmarks.sweeps.kills import read_rows
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import _TERMINATED
 from chaincor.workflows.store.attempt import carry_out
 from chaincor.workflows.store.results_store import Store
 from tests.waiting import HANGS, wait_until
@@ -94,7 +95,7 @@ def test_a_run_that_is_terminated(tmp_path, good):
     run = Call(tmp_path, "run", *LONG, "--dump", good)
     run.wait_until(run.in_lammps)
     run.process.send_signal(signal.SIGTERM)
-    assert run.end() == (143, "", ["chaincor: terminated"])
+    assert run.end() == (143, "", [f"chaincor: {_TERMINATED}"])
     assert good.read_text() == DUMP
     assert list(good.parent.iterdir()) == [good]
 
@@ -108,7 +109,7 @@ def test_a_sweep_that_is_terminated(tmp_path):
     sweep.process.send_signal(signal.SIGTERM)
     status, out, lines = sweep.end()
     assert (status, out) == (143, "")
-    assert lines[-1] == "chaincor: terminated"
+    assert lines[-1] == f"chaincor: {_TERMINATED}"
     assert "what is finished is in sweep.sqlite" in lines[-2]
     after = read_rows(store)
     assert {key: after[key] for key in before} == before

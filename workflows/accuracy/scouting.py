@@ -45,6 +45,8 @@ class Scouting:
         Connected pieces at the end.
     seconds : float
         What the scouting cost.
+    timestep : float or None
+        Of its steps, at whose ends bonds were looked at.
     """
 
     bond_min: float
@@ -57,6 +59,7 @@ class Scouting:
     ending: str
     fragments: int
     seconds: float
+    timestep: float | None = None
 
     @property
     def end(self) -> ScoutedEnd:
@@ -106,6 +109,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
         ending=outcome.ending.kind,
         fragments=outcome.fragments,
         seconds=found.seconds,
+        timestep=outcome.timestep,
     )
 
 

@@ -165,6 +165,7 @@ def _collision(
         "bond_min": math.nan,
         "bond_max": math.nan,
         "bond_range_source": "a log holds none",
+        "bond_error": None,
         "energy_drift": math.nan,
         "momentum_residual": residual / (mass * v0),
         "ending": "open" if ended is None else ended[1],

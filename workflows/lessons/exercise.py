@@ -124,14 +124,25 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
         return Verdict(False, f"{found} where {truth.size} are expected: {exercise.asks}")
     if _near(given, truth, exercise.tolerance):
         return Verdict(True, "right")
-    for mistake in exercise.mistakes:
-        wrong = np.ravel(np.asarray(mistake.answer(*arguments), dtype=float))
-        if wrong.shape == given.shape and _near(given, wrong, exercise.tolerance):
-            return Verdict(False, f"not yet: {mistake.says}")
-    for change, says in _ANY_NUMBER:
-        with np.errstate(divide="ignore", over="ignore"):
-            changed = change(truth)
-        if _near(given, changed, exercise.tolerance):
+    with np.errstate(divide="ignore", over="ignore"):
+        wrong = [
+            *((mistake.answer(*arguments), mistake.says) for mistake in exercise.mistakes),
+            *((change(truth), says) for change, says in _ANY_NUMBER),
+        ]
+    others = [
+        (np.ravel(np.asarray(other, dtype=float)), says)
+        for other, says in wrong
+        if np.size(other) == truth.size
+    ]
+    for other, says in others:
+        if _near(given, other, exercise.tolerance):
+            return Verdict(False, f"not yet: {says}")
+    digits = _rounded_to(given, truth)
+    if digits:
+        exactly = f"give it within {exercise.tolerance:g} of its value"
+        return Verdict(False, f"right to {digits} digits: {exactly}, or as an expression")
+    for other, says in others:
+        if _rounded_to(given, other):
             return Verdict(False, f"not yet: {says}")
     return Verdict(False, f"not yet: {_compared(given, truth, exercise.tolerance)}")
 
@@ -139,6 +150,15 @@ def judge(exercise: Exercise, answer: Any) -> Verdict:
 def _near(given: Array, other: Array, tolerance: float) -> bool:
     scale = float(np.max(np.abs(other)))
     return math.isfinite(scale) and bool(np.all(np.abs(given - other) <= tolerance * scale))
+
+
+def _rounded_to(given: Array, other: Array) -> int:
+    """Return to how many digits, of two to four, all numbers are rounded; 0 if they are not."""
+    for digits in (4, 3, 2):
+        rounded = [float(f"{value:.{digits - 1}e}") for value in other]
+        if np.allclose(given, rounded, rtol=1e-12, atol=0.0):
+            return digits
+    return 0
 
 
 def _failure(error: BaseException, count: int) -> str:

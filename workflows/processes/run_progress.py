@@ -41,7 +41,9 @@ def _show(expected: float, done: threading.Event) -> None:
     console = Console(stderr=True)
     if not console.is_terminal:
         while not done.wait(LINE_SECONDS):
-            line.tell(f"running, about {format_duration(expected)} expected,")
+            late = time.monotonic() - started > expected
+            known = "longer than" if late else "about"
+            line.tell(f"running, {known} the {format_duration(expected)} that were expected,")
         return
     columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
@@ -58,6 +60,6 @@ def _told(elapsed: float, expected: float) -> str:
     if elapsed <= expected:
         return f"{format_duration(elapsed)} of about {format_duration(expected)}; Ctrl-C stops it"
     return (
-        f"{format_duration(elapsed)}, longer than the {format_duration(expected)} expected; "
-        "Ctrl-C stops it"
+        f"{format_duration(elapsed)}, longer than the {format_duration(expected)} expected: steps "
+        "are being refined, and how much longer that takes is not known; Ctrl-C stops it"
     )

@@ -26,6 +26,7 @@ class Described(Bodies, Motion):
     speed: float | None
     bond_min: float
     bond_max: float
+    bond_error: float | None
     energy_drift: float
     momentum_residual: float
     ending: str

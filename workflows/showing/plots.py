@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.showing.described import Described
 
@@ -106,8 +107,8 @@ class Plots:
         Draw the energy of each mode of the chain after the collision.
 
         Of a chain that broke kinetic energies are drawn, since others mean nothing. Of a cold chain
-        of equal masses before a hard wall there is besides what Basile and Dumont expect of
-        contacts that are all alike.
+        of equal masses and springs before a hard wall there is besides what Basile and Dumont
+        expect of contacts that are all alike.
 
         Parameters
         ----------
@@ -133,7 +134,7 @@ class Plots:
         energies, theory = result.mode_energies, None
         if result.fragments > 1:
             energies = kinetic_mode_energies(result.velocities, self._masses)
-        elif not self._special:
+        elif not self._special and result.potential == Harmonic.name:
             theory = self._theory()
         axes = self._axes(ax)
         plot_spectrum(energies, self._energy_before, theory=theory, ax=axes)
@@ -169,11 +170,16 @@ class Plots:
         bodies = [b for b in (result.history, result.target_history) if b is not None]
         translation = np.sum([body.translation for body in bodies], axis=0)
         vibration = np.sum([body.vibration for body in bodies], axis=0)
+        times = bodies[0].series_times
+        # A hard contact changes the translation at once: before the first there is all of it.
+        whole = float(translation[0] + vibration[0])
+        before = 0.5 * float(np.sum(self._masses)) * result.velocity**2
+        begin = min(float(times[0]), -0.05 * result.last_contact_time)
         return plot_energy_partition(
-            bodies[0].series_times,
-            translation,
-            vibration,
-            float(translation[0] + vibration[0]),
+            np.concatenate(([begin, float(times[0])], times)),
+            np.concatenate(([before, before], translation)),
+            np.concatenate(([whole - before, whole - before], vibration)),
+            whole,
             last_contact=result.last_contact_time,
             ax=self._axes(ax),
         )

@@ -15,10 +15,11 @@ TERMS = {
     "chain": "the centre of mass after the collision, its kinetic energy (translation), and all "
     "other energy (vibration)",
     "target": "the same of the free target",
-    "bond lengths": "shortest and longest bond during the collision; 1 at rest",
+    "bond lengths": "shortest and longest bond from the first contact to the last, 1 at rest; "
+    "after +- how much farther they may have gone between two steps",
     "energy drift": "(E_end - E_start)/E_start; exact motion has none",
-    "momentum residual": "momentum at the end that the contacts do not explain, in units of that "
-    "at impact; exact motion has none",
+    "momentum residual": "momentum at the end that the contacts do not explain, as a share of the "
+    "initial momentum, which is n v0 for unit masses; exact motion has none",
     "fragments": "pieces the chain is in: across a broken bond there is more relative energy than "
     "it takes to part",
     "crossed": "harmonic bonds let particles pass through each other, which atoms do not",
@@ -88,8 +89,21 @@ _ALSO = {
     "end": ("proved", "argued", "open", "ending"),
     "contacts": ("t", "last contact", "hits"),
     "v*": ("v_star", "speed", "u"),
-    "run by": ("engine", "wall", "scheme", "H", "event", "reflect", "reference", "lammps", "table"),
+    "run by": (
+        "engine",
+        "wall",
+        "scheme",
+        "H",
+        "event",
+        "reflect",
+        "reference",
+        "lammps",
+        "table",
+        "event wall",
+        "reflect wall",
+    ),
     "chain": ("translation", "vibration"),
+    "momentum residual": ("momentum", "residual", "n v0", "initial momentum"),
     "fragments": ("broken",),
     "format and reading": ("data error",),
     "strongest modes": ("modes", "j"),

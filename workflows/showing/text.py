@@ -1,11 +1,13 @@
 """A result in lines of text, as ``chaincor run`` prints it."""
 
+import math
+
 from chaincor.analysis.showing.numbers import with_error
 from chaincor.workflows.showing.described import Described
 
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
-    "argued": "another contact is unlikely, not ruled out",
+    "argued": "very likely over: another contact is not ruled out",
     "open": "a piece still approaches the {}; contacts to come are in the error bar",
 }
 
@@ -62,9 +64,9 @@ def rows(result: Described) -> list[tuple[str, str]]:
         ("contacts", f"{result.contacts}, the last at t = {result.last_contact_time:.6g}"),
         ("end", f"{result.ending}: {_ENDINGS[result.ending].format(other)}"),
         *_bodies_after(result),
-        ("bond lengths", f"{result.bond_min:.4g} to {result.bond_max:.4g}"),
+        ("bond lengths", _bond_lengths(result)),
         ("energy drift", f"{result.energy_drift:.1e}"),
-        ("momentum residual", f"{result.momentum_residual:.1e} {_whole_mass(result)} v0"),
+        ("momentum residual", f"off by {result.momentum_residual:.1e} of the initial momentum"),
     ]
     if result.fragments > 1:
         found.append(("fragments", f"{result.fragments} at the last contact: bonds broke"))
@@ -136,11 +138,15 @@ def _bodies_after(result: Described) -> list[tuple[str, str]]:
     return rows
 
 
-def _whole_mass(result: Described) -> str:
-    return "n" if result.velocity_after is None else "M"
-
-
 def _meeting(result: Described) -> str:
     """Name what particle 1 meets: a wall only where there is one."""
     kind = "soft" if result.contact is not None else result.wall
     return f"{kind} wall" if result.target_particles is None else f"{kind} contact"
+
+
+def _bond_lengths(result: Described) -> str:
+    """Say between what lengths bonds were, to the digits that looking at steps leaves."""
+    error = result.bond_error
+    digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
+    shown = f"{result.bond_min:.{digits}f} to {result.bond_max:.{digits}f}"
+    return f"{shown} up to the last contact" + (f", +- {error:.1g}" if error else "")

@@ -174,7 +174,7 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
 
 def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, capsys):
     folder = tmp_path / "lessons"
-    status, out, _ = chaincor(capsys, "lessons", "-o", str(folder), "--hand-in")
+    status, out, _ = chaincor(capsys, "lessons", "-o", str(folder))
     assert status == 0
     assert sorted(folder.iterdir()) == sorted(folder / f"{name}.ipynb" for name in PAGES)
     assert len(PAGES) == 9
@@ -186,7 +186,7 @@ def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, capsys):
     assert status == 2
     assert "is there already; expected a new folder, or --force" in " ".join(err.split())
     assert (folder / "4_modes.ipynb").read_text() == "mine"
-    assert chaincor(capsys, "lessons", "-o", str(folder), "--force")[0] == 0
+    assert chaincor(capsys, "lessons", "-o", str(folder), "--solutions", "--force")[0] == 0
     assert "Solution" in (folder / "4_modes.ipynb").read_text()
 
 

@@ -100,6 +100,7 @@ def test_every_term_that_is_printed_is_explained(result):
 
 
 @pytest.mark.parametrize("picture", PICTURES)
+@pytest.mark.slow_cases
 def test_pictures_go_into_the_axes_given(result, picture):
     figure, ax = new_figure()
     assert getattr(result.plot, picture)(ax=ax) is ax
@@ -146,6 +147,10 @@ def test_energy_starts_whole(result):
     ax = result.plot.energy()
     top = ax.collections[-1].get_paths()[0].vertices[:, 1].max()
     assert top == pytest.approx(1.0, abs=1e-3)
+    # Before the first contact all of a cold chain's is translation.
+    translation = ax.collections[0].get_paths()[0].vertices
+    if result.temperature is None:
+        assert translation[:, 1].max() == pytest.approx(1.0, abs=1e-6)
 
 
 def test_a_free_target_is_in_the_picture():
@@ -165,6 +170,7 @@ def test_of_a_broken_chain_kinetic_energies_are_drawn():
     assert "kinetic" in ax.get_ylabel()
 
 
+@pytest.mark.slow
 def test_a_moving_picture(plain, tmp_path):
     moving = plain.plot.animate(pictures=3)
     assert "data:image/gif;base64," in moving._repr_html_()
@@ -250,3 +256,33 @@ def test_a_notebook_shows_each_figure_once():
         assert shown[cell] == [{"image/png", "text/plain"}]
     (bar,) = notebook.cells[5].outputs
     assert "3 of 3 collisions" in bar["data"]["text/html"]
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"potential": "harmonic", "particles": 10},
+        {"potential": "lj", "particles": 20, "speed": 0.9},
+        {"potential": "toda", "particles": 15, "masses": (1.0, 2.0)},
+    ],
+)
+def test_bond_lengths_are_the_extremes_within_what_is_said(fields):
+    found = collide(Scene(engine="reference", **fields))
+    # Steps so short that between them no bond goes 1e-6 farther.
+    fine = collide(
+        Scene(engine="reference", scheme="order8", timestep=0.004, error=False, **fields)
+    )
+    assert fine.bond_error < 1e-5
+    for name in ("bond_min", "bond_max"):
+        off = abs(getattr(found, name) - getattr(fine, name))
+        assert 1e-5 < off <= found.bond_error < 1e-2
+    assert f"+- {found.bond_error:.1g}" in describe(found)
+
+
+def test_the_theory_of_springs_is_drawn_for_springs_alone(plain):
+    def lines(**fields):
+        found = collide(Scene(particles=20, engine="reference", **fields))
+        return len(found.plot.spectrum().lines)
+
+    assert lines(potential="harmonic") == 2
+    assert lines(potential="lj", speed=0.9) == 1

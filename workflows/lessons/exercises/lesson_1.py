@@ -73,6 +73,10 @@ EXERCISES = {
                 "this adds an energy to a momentum: momentum goes with e, not with eta",
             ),
             Mistake(_e, "this is what the chain flies off with; the wall also stopped it first"),
+            Mistake(
+                lambda: 10.0 * (1.0 + _e()),
+                "this is in units of v0: divide it by the number of particles, too",
+            ),
             Mistake(lambda: 1.0, "the wall does more than stop the chain: it sends it back"),
         ),
     ),
