@@ -3,22 +3,22 @@ PYTHON ?= python3
 BIN := .venv/bin
 
 # Tests start Python some hundred times: what one process compiles the next should only load.
-test quick: export PYTHONDONTWRITEBYTECODE =
+test test-all: export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: reproduce test quick test-elsewhere check bench docs notebooks install-check clean
+.PHONY: reproduce test test-all test-elsewhere check bench docs notebooks install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
 
-test: .venv/ready-test  ## the whole test suite
-	$(BIN)/python -m tests.warm_kernels all
-	$(BIN)/python -m pytest -n auto --dist worksteal
-
-quick: .venv/ready-test  ## the tests that take seconds
+test: .venv/ready-test  ## the tests that one waits for: every capability, through LAMMPS
 	$(BIN)/python -m tests.warm_kernels
 	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow"
 
-test-elsewhere: .venv/ready-test  ## the test suite as on other machines; takes long
+test-all: .venv/ready-test  ## the whole test suite, which CI runs
+	$(BIN)/python -m tests.warm_kernels all
+	$(BIN)/python -m pytest -n auto --dist worksteal
+
+test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere
 
 check: .venv/ready-check  ## formatting, lint, types

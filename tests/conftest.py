@@ -29,7 +29,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Of many cases that take about a second each, `make quick` runs the first."""
+    """Of many cases that take about a second each, `make test` runs the first."""
     seen = set()
     for item in items:
         if item.get_closest_marker("slow_cases"):

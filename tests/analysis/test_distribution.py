@@ -32,6 +32,7 @@ def test_one_sample_has_no_scatter():
 
 @pytest.mark.parametrize("probability", [0.05, 0.5, 0.95])
 @pytest.mark.parametrize("count", [20, 200])
+@pytest.mark.slow_cases
 def test_quantiles_are_within_their_intervals(count, probability):
     draws = np.random.default_rng(3).random((2000, count))
     found = [quantile(row, probability) for row in draws]

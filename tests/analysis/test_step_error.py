@@ -149,6 +149,7 @@ def test_other_collisions_below_are_left_out_and_said(tmp_path):
         ({"wall": "reflect"}, "wall"),
     ],
 )
+@pytest.mark.slow_cases
 def test_folders_of_different_collisions_are_refused(tmp_path, changes, what):
     run_job(SCENE, tmp_path / "a")
     run_job(SCENE.replace(**changes, timestep=0.01), tmp_path / "b")

@@ -40,6 +40,7 @@ def test_it_shares_no_code_with_the_engines(module):
 
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("case", [slow_if_long(case) for case in CASES])
+@pytest.mark.slow
 def test_published_values(case):
     law = Law(case["potential"], case.get("b", 10.0), case.get("r", 4), case.get("c", 1.0))
     velocity = case.get("velocity") or case["speed_over_vstar"] * case["v_star"]
@@ -95,6 +96,7 @@ def modal_collision(particles, velocity, until):
 
 
 @pytest.mark.parametrize("particles", [2, 7, 80])
+@pytest.mark.slow
 def test_harmonic_chains_agree_with_their_modes(particles):
     # To 800: n = 80 has its last contact at 160. A root of the sines is good to 1e-15 in x, that
     # is 1e-14 in time at the speeds met; places are shifted by so much at each of 70 contacts.

@@ -38,6 +38,7 @@ def test_it_shares_no_code_with_the_package():
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c['potential']}-{c['particles']}")
+@pytest.mark.slow
 def test_published_values(case):
     fields = {key: case[key] for key in ("potential", "particles", "velocity", "masses")}
     if case["target_particles"]:

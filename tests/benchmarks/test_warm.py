@@ -75,6 +75,7 @@ def test_chains_come_back_faster_where_they_are_slower_than_a_particle():
 
 
 @pytest.mark.parametrize("potential", ["toda", "lj"])
+@pytest.mark.slow_cases
 def test_without_warmth_every_sample_is_the_cold_number(potential):
     scene = Scene(
         potential=potential, particles=5, velocity=0.02, engine="reference", tolerance=1e-8

@@ -139,6 +139,7 @@ def job_of(path):
 
 
 @pytest.mark.parametrize("attack", FILE_NAMES)
+@pytest.mark.slow_cases
 def test_the_name_of_a_bond_table_changes_no_command(capsys, folder, plain_job, attack):
     path = table_file(folder, f"{attack}.table")
     status, _, err = call(capsys, *job_of(path), "-o", "job")
@@ -153,6 +154,7 @@ def test_the_name_of_a_bond_table_changes_no_command(capsys, folder, plain_job, 
 
 
 @pytest.mark.parametrize("attack", FILE_NAMES)
+@pytest.mark.slow_cases
 def test_paths_change_no_command(capsys, folder, commands, attack):
     scene = ["run", "--particles", "3", "--velocity", "0.02", "--scheme", "order6", "--no-error"]
     assert call(capsys, *scene, "--save=a", "--arrays=b", "--dump=c")[0] == 0
@@ -196,6 +198,7 @@ def told_of_a_plain_name(tmp_path_factory):
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
+@pytest.mark.slow_cases
 def test_the_name_of_a_python_potential_changes_no_command(
     folder, commands, told_of_a_plain_name, attack
 ):

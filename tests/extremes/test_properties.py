@@ -60,6 +60,7 @@ def test_balances_and_bounds(scene):
 
 @settings(max_examples=150)
 @given(scene=scenes())
+@pytest.mark.slow
 def test_a_refined_result_lies_within_the_coarser_bar(scene):
     coarse, fine = (collide(scene, tolerance=tolerance) for tolerance in (1e-4, 1e-8))
     apart = abs(coarse.restitution - fine.restitution)
@@ -75,6 +76,7 @@ def test_a_refined_result_lies_within_the_coarser_bar(scene):
     particles=st.integers(2, 25),
     speed=st.floats(0.01, 0.4),
 )
+@pytest.mark.slow
 def test_power_bonds_know_no_other_scale_than_their_own(order, c, factor, particles, speed):
     # u -> k u with c -> c k^(2 - order) leaves the equations of motion as they are, and v*, the
     # only speed, scales with u: eta at a speed in units of v* does not know c.

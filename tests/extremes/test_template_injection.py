@@ -138,6 +138,7 @@ def test_units_are_numbers_and_known_words():
 
 
 @pytest.mark.parametrize("dress", DRESSES)
+@pytest.mark.slow_cases
 def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
     # Rendering alone is under test: the numerics are the same each time.
     made = plan.plan_script(SCENE)

@@ -107,6 +107,7 @@ cells = st.one_of(
     st.lists(st.lists(cells, max_size=3), max_size=4),
     st.sampled_from(["position", "strain,velocity", "position,velocity,mass", ""]),
 )
+@pytest.mark.slow
 def test_no_file_escapes(state_file, rows, header):
     text = header + "\n" + "\n".join(",".join(row) for row in rows)
     line = ""

@@ -58,6 +58,7 @@ def write_sweep(path, text):
         pytest.param("[4, 8]", "[0.1, 0.2, 0.3, 0.4, 0.5]", [3, 11, 20], 7, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_a_grid_is_collected_named_resubmitted_and_complete(
     particles, speeds, killed, broken, capsys, tmp_path
 ):

@@ -25,6 +25,7 @@ print("SAME", collide(small).restitution == before)
 
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
+@pytest.mark.slow
 def test_the_session_goes_on(engine, tmp_path):
     found = interrupted(tmp_path, SESSION.format(engine=engine), 1.0)
     # The line of the session and that of collide(): a notebook takes seconds to show dozens.

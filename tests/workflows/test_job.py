@@ -316,6 +316,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("wall", ["event", "reflect"])
 @pytest.mark.parametrize("fields", [SCENES[0], SCENES[1]], ids=["harmonic", "lj"])
+@pytest.mark.slow
 def test_a_job_takes_other_steps_on_request(fields, wall, tmp_path):
     """The same number as a job that was made with that step, to rounding, and the same dump."""
     scene = Scene(wall=wall, scheme="verlet", timestep=0.0125, **fields)

@@ -29,6 +29,7 @@ def test_explaining_changes_no_result(fields, wall, tmp_path):
     assert "without this section the chain is a gas" in said
 
 
+@pytest.mark.slow
 def test_a_composed_job_is_explained(tmp_path):
     scene = Scene(particles=4, contact="power", tolerance=1e-6)
     for explain in (False, True):

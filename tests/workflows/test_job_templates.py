@@ -25,6 +25,7 @@ def own(block, commands, head="", **settings):
 
 
 @pytest.mark.parametrize("scheme", ["verlet", "order6"])
+@pytest.mark.slow_cases
 def test_a_compute_of_ones_own(scheme, tmp_path):
     scene = VERLET.replace(scheme=scheme)
     write_job(scene, tmp_path / "plain")
@@ -49,6 +50,7 @@ def test_thermo_output(tmp_path):
     assert energies == pytest.approx([2.5 * VERLET.impact_velocity**2] * len(energies), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_background_that_drags(tmp_path):
     etas = {}
     for friction in ("0.0", "1e-4", "2e-4"):
@@ -92,6 +94,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
+@pytest.mark.slow_cases
 def test_what_a_job_cannot_live_with_is_refused_by_name(case):
     block, commands, line = REFUSED[case]
     with pytest.raises(SceneError, match=re.escape(line)):

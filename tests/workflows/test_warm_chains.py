@@ -30,6 +30,7 @@ WARM = [
 
 
 @pytest.mark.parametrize("fields", WARM, ids=lambda f: f["potential"])
+@pytest.mark.slow_cases
 def test_both_engines_and_the_judge_agree(fields):
     scene = Scene(**fields, seed=5)
     ours, theirs = stepping.run(scene, SHARP), lammps.run(scene, SHARP)

@@ -37,6 +37,7 @@ def chain_modes(scene):
 
 @pytest.mark.slow_cases
 @pytest.mark.parametrize("bodies", [{}, {"masses": [1, 2], "target_particles": 5}])
+@pytest.mark.slow
 def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     scene = WARM.replace(**bodies, scheme="verlet", timestep=0.01)
     write_job(scene, tmp_path / "job", dump=True)

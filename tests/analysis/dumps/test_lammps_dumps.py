@@ -54,6 +54,7 @@ def run_plain(folder, columns="id x vx", extra="", n=20, style="custom"):
 
 @pytest.mark.parametrize("speed", [0.4, 1e-6])
 @pytest.mark.parametrize("through", ["direct", "mdanalysis"])
+@pytest.mark.slow_cases
 def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed, through):
     """Must show 1, asked for 1e-12 relative; text of 17 digits gives every bit."""
     dump = tmp_path / "dump.lammpstrj"
@@ -83,6 +84,7 @@ def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed, through):
 
 
 @pytest.mark.parametrize("bond", [LennardJones(), None])
+@pytest.mark.slow_cases
 def test_a_dump_at_contacts_holds_every_contact(tmp_path, bond):
     dump = tmp_path / "dump.lammpstrj"
     scene = Scene(potential="lj", particles=20, speed=1.0, dump=dump, dump_frames="contacts")

@@ -49,6 +49,7 @@ def analyze(capsys, *arguments):
 
 
 @pytest.mark.parametrize("source", ["mass column", "types and data", "data alone", "given"])
+@pytest.mark.slow_cases
 def test_restitution_is_that_of_the_centre_of_mass(job, source, capsys):
     """Must show 1 of the issue: unweighted, the same dump gives 0.976."""
     folder, printed = job

@@ -35,6 +35,7 @@ def write_mdanalysis(states, path, **options):
 
 
 @pytest.mark.parametrize("ending", ["traj", "extxyz", "xyz", "trr", "ncdf"])
+@pytest.mark.slow_cases
 def test_restitution_is_within_the_error_of_the_format(states, tmp_path, ending):
     path = tmp_path / f"motion.{ending}"
     if ending in ("trr", "ncdf"):

@@ -141,6 +141,7 @@ def test_a_common_factor_is_in_the_label_and_not_over_the_legend():
     assert ax.get_ylabel().startswith("another (")
 
 
+@pytest.mark.slow
 def test_animation_is_a_gif_that_moves(motion, tmp_path):
     times, u, v = motion
     path = animate_collision(times, u, v, tmp_path / "c.gif", impact_velocity=0.1, frames=6)

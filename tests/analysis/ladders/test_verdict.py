@@ -12,6 +12,7 @@ DRAWS = 12
 
 
 @pytest.mark.parametrize("kind", ORDERS)
+@pytest.mark.slow_cases
 def test_no_kind_is_taken_for_another(kind):
     random = np.random.default_rng(17)
     wrong = told = outside = 0

@@ -35,6 +35,7 @@ def nudged(scene: Scene, ulps: float) -> Scene:
         pytest.param("log", 1961, 0.7157672148569926, 7.5e-6, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow_cases
 def test_runs_that_agree_by_chance_are_not_believed(potential, particles, speed, tolerance):
     scene = Scene(potential=potential, particles=particles, speed=speed, engine="reference")
     found = collide(scene, tolerance=tolerance)
@@ -122,6 +123,7 @@ TRUE = [0.744596, 0.478732, 0.779748, 0.765206]
 
 
 @pytest.mark.parametrize(("scene", "true"), list(zip(HEAVY, TRUE, strict=True)))
+@pytest.mark.slow
 def test_runs_with_a_heavy_particle_that_agree_by_chance_are_not_believed(scene, true):
     bonds, particles, velocity, place, mass, tolerance = scene
     masses = [1.0] * particles

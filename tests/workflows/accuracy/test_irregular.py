@@ -44,6 +44,7 @@ def test_the_judge_agrees_with_itself():
 
 @pytest.mark.parametrize("particles", [5, 10, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("engine", ["lammps", "reference"])
+@pytest.mark.slow
 def test_bars_hold_without_tension(engine, particles):
     scene = Scene(potential=SLACK, particles=particles, velocity=0.1, engine=engine)
     result = collide(scene, tolerance=1e-6)

@@ -81,6 +81,7 @@ def test_a_scene_in_the_folder_gives_bond_and_speed(job, capsys):
     assert "holds 2 particles" in err
 
 
+@pytest.mark.slow
 def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
     out = tmp_path / "out"
     status, printed, _ = run(

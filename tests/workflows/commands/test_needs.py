@@ -126,6 +126,7 @@ def imports_of(module):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.slow_cases
 def test_nothing_is_named_that_the_code_does_not_import(command):
     """Also for what takes minutes or a cluster to try."""
     seen, todo, libraries = set(), [f"chaincor.workflows.commands.{command}"], set()

@@ -221,6 +221,7 @@ def test_no_workers_are_refused():
         collide_many(WARM, 2, workers=0)
 
 
+@pytest.mark.slow
 def test_what_takes_too_long_is_not_begun():
     with pytest.raises(CostError, match="10000000 collisions would take"):
         collide_many(WARM, 10_000_000, workers=1, most_seconds=10.0)
@@ -251,6 +252,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 def test_an_interrupt_stops_at_once(tmp_path):
     assert interrupted(tmp_path, SESSION, 0.5) == "STOPPED\n"
 

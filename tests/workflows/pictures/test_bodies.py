@@ -28,6 +28,7 @@ def test_frames_show_both_bodies():
     assert frames.until(1.0).target_velocities.shape == (5, 3)
 
 
+@pytest.mark.slow
 def test_the_headings_end_with_the_restitution():
     for scene in (TARGET, SOFT):
         result = collide(scene, tolerance=1e-6)

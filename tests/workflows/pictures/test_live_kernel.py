@@ -193,6 +193,7 @@ DRAW = """(() => {
 })()"""
 
 
+@pytest.mark.slow
 def test_warm_states_are_of_equilibrium():
     scene = {"potential": "lj", "particles": 40, "velocity": 0.05, "temperature": 1e-3}
     drawn = run(DRAW, scene=scene, seeds=250)

@@ -95,6 +95,7 @@ def test_pieces_are_those_of_another_method(flights):
     assert max(counts) > 1
 
 
+@pytest.mark.slow
 def test_slow_chain_is_whole_and_is_said_to_be(flights):
     slow, fast = flights[0.1], flights[2.0]
     assert slow.is_whole

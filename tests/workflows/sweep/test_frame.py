@@ -30,6 +30,7 @@ def test_a_row_for_each_point_in_order(tmp_path):
     assert again["finished"].tolist() == frame["finished"].tolist()[-1:]
 
 
+@pytest.mark.slow
 def test_an_axis_of_tables_or_of_a_parameter_shows_what_it_sets(store):
     tables = [{"particles": 3}, {"particles": 4, "speed": 0.1}]
     frame = sweep(BASE, store=store, workers=1, chain=tables)

@@ -92,6 +92,7 @@ def test_six_digits_cost_more_than_seventeen():
     assert 0.0 < abs(printed_restitution(SCENE, outcome, "%g") - eta) < 2e-5
 
 
+@pytest.mark.slow
 def test_errors_of_tables_fall_with_their_rows_and_with_a_narrower_range(truth):
     numerics = Numerics(scheme="order6", timestep=0.1, bond_range=truth.scouting.table_range(SCENE))
     outcome = lammps.run(SCENE, numerics)

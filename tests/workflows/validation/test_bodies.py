@@ -94,6 +94,7 @@ def folder(tmp_path, monkeypatch):
     ],
     ids=["target", "soft", "masses", "compressed"],
 )
+@pytest.mark.slow
 def test_another_integrator_agrees(scene):
     # Verlet at 2e-3: h^2 is 4e-6, and its factor is below 1 for so few particles.
     found = validate_user(scene, "mine:verlet", tolerance=4e-6)

@@ -103,6 +103,7 @@ def test_a_users_integrator_that_is_right(users_module):
 
 
 @pytest.mark.parametrize("wrong", ["long_steps", "off_by_a_millionth"])
+@pytest.mark.slow_cases
 def test_a_users_integrator_that_is_wrong(users_module, wrong):
     # A force off by 1e-6 is a speed off by 5e-7, and eta falls by about 0.2 per v*: 4e-8 here.
     found = validate_user(SCENE, f"mine:{wrong}")

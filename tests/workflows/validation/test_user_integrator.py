@@ -127,6 +127,7 @@ def test_files(folder):
         ("import nothing_of_the_kind\n", "No module named 'nothing_of_the_kind'"),
     ],
 )
+@pytest.mark.slow_cases
 def test_a_module_that_cannot_be_imported_is_one_line(tmp_path, monkeypatch, capfd, text, words):
     (tmp_path / "broken.py").write_text(text)
     monkeypatch.chdir(tmp_path)

@@ -75,6 +75,7 @@ def test_extremes_within_accuracy(fields):
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.slow_cases
 def test_error_is_within_the_accuracy_asked(accuracy):
     scene = Scene(potential="lj", particles=50, speed=1.0)
     exact = restitution(stiff.run(scene, 1e-13), scene)
@@ -108,6 +109,7 @@ def test_single_particle():
         ({"potential": "toda", "toda_b": 1.0, "speed": 5.0}, CrossingError),
     ],
 )
+@pytest.mark.slow
 def test_named_failures(fields, error):
     with pytest.raises(error):
         stiff.run(Scene(particles=20, **fields), 1e-8)

@@ -43,6 +43,7 @@ def two_cores(tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
 
 
+@pytest.mark.slow
 def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch):
     monkeypatch.setattr(beside, "_PATIENCE", 600.0)  # however busy the machine is
     marker = tmp_path / "marker"

@@ -68,6 +68,7 @@ def assert_same(one, other):
 @pytest.mark.slow_cases
 @pytest.mark.parametrize(("scene", "scheme", "step"), RUNS.values(), ids=RUNS.keys())
 @pytest.mark.parametrize(("count", "leaps", "aligned"), [(2, 3, 1), (3, 2, 7), (3, 5, 64)])
+@pytest.mark.slow
 def test_no_bit_depends_on_cores(scene, scheme, step, count, leaps, aligned, in_blocks, moved):
     numerics = Numerics(scheme=scheme, timestep=step)
     in_blocks(1)

@@ -26,6 +26,7 @@ def lines_of(scene, count):
         pytest.param("verlet", 0.01, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_it_is_the_motion_of_single_collisions(scheme, step):
     # More than lanes, so that some are filled again, and not a multiple of them.
     lines = lines_of(WARM, 21)

@@ -80,6 +80,7 @@ def test_arguments_of_every_kind_arrive_and_what_was_kept_gives_the_same(tmp_pat
 
 
 @pytest.mark.parametrize("damage", ["cut", "changed", "other", "empty"])
+@pytest.mark.slow_cases
 def test_what_is_damaged_is_compiled_again(tmp_path, monkeypatch, damage):
     expected = loop(tmp_path, monkeypatch)(*arguments())
     (path,) = tmp_path.glob("*.loop")
@@ -226,6 +227,7 @@ def test_every_bond_has_a_print():
     assert len(set(prints)) == len(prints)
 
 
+@pytest.mark.slow
 def test_a_run_with_loops_that_are_kept_loads_neither_numba_nor_scipy():
     program = (
         "import sys; from chaincor import Scene, collide\n"

@@ -48,6 +48,7 @@ def along_x(outcome, name):
         {"particles": 4, "masses": [1e-2, 1], "target_particles": 2},
     ],
 )
+@pytest.mark.slow_cases
 def test_fifty_digits(fields):
     scene = harmonic(**fields)
     line, outcome = scene.line, modal.run(scene)
@@ -231,6 +232,7 @@ def test_restitution_does_not_depend_on_speed(velocity):
     assert outcome.crossed == (outcome.bond_min < 0.0) == (velocity > 1.0)
 
 
+@pytest.mark.slow
 def test_jitter_tells_what_roundings_make():
     # Few contacts pass nothing on; a light particle between others, 1e5 of them.
     calm = harmonic(6, masses=[1, 3])

@@ -41,6 +41,7 @@ def sufficient_step(scene):
     + [(case, "extrapolated14", 3.0) for case in CASES if case["potential"] == "lj"],
     ids=lambda value: case_name(value) if isinstance(value, dict) else None,
 )
+@pytest.mark.slow_cases
 def test_reference_values(case, scheme, longer):
     scene = case_scene(case)
     numerics = Numerics(scheme=scheme, timestep=longer * sufficient_step(scene))
@@ -214,6 +215,7 @@ def test_harmonic_chain_that_crosses_is_flagged():
         ({"potential": "log", "speed": 8.0}, 0.2, TimestepError, "smaller timestep than 0.2"),
     ],
 )  # fmt: skip
+@pytest.mark.slow
 def test_named_failures(fields, step, error, words):
     with pytest.raises(error, match=words):
         stepping.run(Scene(particles=20, **fields), Numerics(scheme="order8", timestep=step))

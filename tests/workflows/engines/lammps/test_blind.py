@@ -217,6 +217,7 @@ BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0), Power
 
 
 @pytest.mark.parametrize("bond", BONDS, ids=lambda bond: bond.name)
+@pytest.mark.slow_cases
 def test_the_wall_is_out_of_reach_within_the_safe_time(bond):
     rng = np.random.default_rng(7)
     bound = BlindBound(bond, (0.3, 3.0))
@@ -340,6 +341,7 @@ def test_blind_from_any_state(bond, wall, tmp_path):
     assert contacts > 30
 
 
+@pytest.mark.slow
 def test_bonds_change_tables_at_the_same_step():
     # A bond gets so long that it is given another table, which differs in the last digits.
     scene = Scene(potential="lj", particles=52, speed=1.6845117159555532)

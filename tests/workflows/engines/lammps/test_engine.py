@@ -43,6 +43,7 @@ LONG = ("lj-100-2.0", "log-100-1.0", "harmonic-500-0.1")
         for name, case in zip(map(case_name, CASES), CASES, strict=True)
     ],
 )
+@pytest.mark.slow_cases
 def test_reference_values(case):
     scene = case_scene(case)
     speed = case.get("speed_over_vstar", case.get("velocity"))
@@ -273,6 +274,7 @@ def test_a_late_contact_is_waited_for():
     assert outcome.ending.kind in ("proved", "argued")
 
 
+@pytest.mark.slow
 def test_impatience_changes_nothing(monkeypatch):
     """When the in-house integrator is asked what comes is a question of cost alone."""
     scene, numerics = Scene(particles=12, speed=1.5), Numerics(scheme="order6", timestep=0.05)

@@ -116,6 +116,7 @@ def test_a_step_that_breaks_energy_conservation(scheme):
     assert "smaller" in line
 
 
+@pytest.mark.slow
 def test_an_unresolved_contact_neither_hangs_nor_passes():
     # This one used to find the same outgoing contact for ever.
     numerics = Numerics(scheme="order8", timestep=0.4, bond_range=(0.00024, 474.0))

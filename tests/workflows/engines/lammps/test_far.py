@@ -85,6 +85,7 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
         assert chain.f[2] == pytest.approx(scene.bond.force(-0.1), abs=1e-11)
 
 
+@pytest.mark.slow
 def test_a_chain_that_breaks_and_hits_again_is_followed():
     """Log, n = 100, at 1.122 v*: the in-house engine gives 0.78340539076 to 2e-10."""
     result = collide(Scene(potential="log", particles=100, speed=1.12201845), tolerance=1e-5)

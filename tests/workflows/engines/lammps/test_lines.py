@@ -338,6 +338,7 @@ def test_runs_at_several_steps_are_those_of_their_own():
         assert np.array_equal(outcome.target_displacements, alone.target_displacements)
 
 
+@pytest.mark.slow
 def test_broken_bonds_of_the_target_change_to_the_far_table():
     scene = Scene(potential="lj", particles=10, target_particles=20, speed=4.0, masses=(3,))
     numerics = Numerics(scheme="order8", timestep=0.02)
@@ -377,6 +378,7 @@ def test_a_dump_has_both_bodies(tmp_path):
 
 
 @pytest.mark.parametrize("contact", BODIES[:2], ids=["hard", "soft"])
+@pytest.mark.slow_cases
 def test_steps_that_explode_are_refused_by_name(contact):
     scene = Scene(potential="lj", particles=6, masses=(1e-4, 1), velocity=0.1, **contact)
     with pytest.raises((LostAtomsError, TimestepError, RunError)):
