@@ -33,7 +33,7 @@ FLOORS_WITHIN = {
         {"frames", "results"},
     ],
     "benchmarks": [
-        {"bars", "extremes"},
+        {"bars", "certified", "extremes"},
         {"__main__", "judge"},
         {
             *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
@@ -45,6 +45,13 @@ FLOORS_WITHIN = {
         {"calibrate"},
         {"honest", "scheme_costs", "step_samples"},
         {"analyzed", "formula_scenes", "ladders", "samples", "user_scenes"},
+    ],
+    "benchmarks/certified": [
+        {"__main__"},
+        {"collision", "table"},
+        {"contacts"},
+        {"flow"},
+        {"bonds"},
     ],
     "benchmarks/extremes": [
         {"map"},

@@ -1,0 +1,1 @@
+"""Restitutions that are theorems: enclosures by ball arithmetic, which both engines must meet."""
