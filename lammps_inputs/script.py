@@ -163,6 +163,29 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
     return template.render(_setup_values(numerics, table, folder))
 
 
+def render_plain_template(
+    scene: Scene, table: BondTable | None, units: UnitSystem, **values: Any
+) -> str:
+    """Render the plain script with these values and those that all scripts of a scene share."""
+    shared = _setup_values(Numerics.from_scene(scene), table, ".") | _in_units(scene, units)
+    given = scene.line is not None and (scene.temperature is not None or scene.initial is not None)
+    values |= {"given_velocities": given}
+    return str(_environment().get_template("plain.in.j2").render(shared | values))
+
+
+def _in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
+    """Return what a script says of a scene, in its units."""
+    return {
+        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
+        + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
+        "velocity": number(units.speed * scene.impact_velocity),
+        "units": units.style,
+        "reduced": units == CHAIN_UNITS,
+        "cutoff": number(3.0 * units.length),
+        "spring": f"{number(0.5 * units.stiffness)} {number(units.length)}",
+    }
+
+
 def _plain(name: str) -> str:
     """Return a name fit for a comment: that of a bond table's file may hold anything."""
     return "".join(c if c in _SAFE_PATH_CHARACTERS else "?" for c in name[:60])
@@ -234,7 +257,7 @@ def render_job(
     heaviest = 1.0 if steps is None else max(map(abs, steps.weights))
     multiples = (1.0,) if bar is None else bar.multiples
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
-    values |= contact_values(scene, numerics.wall, units)
+    values |= contact_values(scene, numerics.wall, units) | _in_units(scene, units)
     time, speed = units.time, units.speed
     limit = 0.5 * VERLET_STABILITY_LIMIT / scene.fast_stiffness**0.5
     values |= {
@@ -244,10 +267,7 @@ def render_job(
         "step": number(time * numerics.timestep),
         "shortest": number(time * SHORTEST_TIMESTEP / scene.fast_stiffness**0.5),
         "unstable": number(time * limit / (heaviest * max(multiples))),
-        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
-        + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
         "particles": scene.particles,
-        "velocity": number(speed * scene.impact_velocity),
         "fastest": number(speed * (fastest or scene.impact_velocity)),
         "quiet": number(time * quiet),
         "cap": number(time * cap),
@@ -256,10 +276,6 @@ def render_job(
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
-        "units": units.style,
-        "reduced": units == CHAIN_UNITS,
-        "cutoff": number(3.0 * units.length),
-        "spring": f"{number(0.5 * units.stiffness)} {number(units.length)}",
         "at_wall": number(1e-12 * units.length),
         "nowhere": number(1e-18 * units.length),
         "moment_of_time": number(1e-9 * time),

@@ -87,6 +87,7 @@ FLOORS_WITHIN = {
         {"detailed_balance", "gain", "throughput"},
     ],
     "lammps_inputs": [
+        {"plain_script"},
         {"script"},
         {"contact_script"},
         {"chain_data", "numerics"},

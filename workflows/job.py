@@ -10,9 +10,11 @@ from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
+from chaincor.lammps_inputs.plain_script import plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
+from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
 
@@ -37,6 +39,7 @@ def job_files(
     table_range: tuple[float, float] | None = None,
     template: OwnTemplate | None = None,
     units: UnitSystem = CHAIN_UNITS,
+    plain: bool = False,
 ) -> dict[str, str]:
     """
     Return the files of a job, by name.
@@ -45,8 +48,9 @@ def job_files(
     unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
     the scene has a dump; `explain` says of every command and file what it is for; for `table_range`
     see :func:`~chaincor.workflows.scripted.plan.plan_script`; LAMMPS computes in `units`, those of
-    the chain where its bodies are soft. Raises SceneError if the scheme
-    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
+    the chain where its bodies are soft; `plain` is for the shortest script. Raises SceneError if
+    the scheme cannot be scripted or the template cannot be used, RunError if no numerics meet the
+    tolerance.
     """
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -61,9 +65,16 @@ def job_files(
             "units are given and the bodies are soft; expected hard ones: a force between bodies "
             "is scripted in the chain's own units, so leave [units] out"
         )
+    if plain:
+        wrong = [name for name, given in (("frames", dump), ("a template", template)) if given]
+        if wrong:
+            raise InputError(f"a plain script is asked for, and {wrong[0]}; expected either")
+        scene = plain_scene(scene)
     plan = plan_script(scene, table_range)
     texts = {
-        SCRIPT_FILE: job_script(
+        SCRIPT_FILE: _plain_script(scene, plan, units)
+        if plain
+        else job_script(
             scene,
             plan.numerics,
             plan.table,
@@ -91,6 +102,15 @@ def job_files(
     if units != CHAIN_UNITS:
         texts[UNITS_FILE] = units.to_toml()
     return texts
+
+
+def _plain_script(scene: Scene, plan: ScriptPlan, units: UnitSystem) -> str:
+    if plan.scouting is None:
+        raise SceneError(
+            "a plain script is asked for, and no in-house run tells how long this collision "
+            "takes; leave --plain out: other scripts look for the end themselves"
+        )
+    return render_plain(scene, plan.table, plan.scouting.end, approach_time(scene), units)
 
 
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:

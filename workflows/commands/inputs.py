@@ -31,6 +31,9 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
     metavar="LOW HIGH",
     help="bond lengths that the table shall hold at least, for faster chains by -var velocity",
 )
+@click.option(
+    "--plain", is_flag=True, help="LAMMPS's own commands alone: some twenty, without an error bar"
+)
 @click.option("--explain", is_flag=True, help="say in each file what every command is for")
 @click.option("--force", is_flag=True, help="replace a job that is in the folder already")
 def inputs(
@@ -43,6 +46,7 @@ def inputs(
     dry_run: bool,
     frames: bool,
     table_range: tuple[float, float] | None,
+    plain: bool,
     explain: bool,
     force: bool,
     **options: Any,
@@ -66,6 +70,7 @@ def inputs(
     wishes: dict[str, Any] = {
         "dump": frames,
         "explain": explain,
+        "plain": plain,
         "table_range": table_range,
         "template": None if template is None else OwnTemplate.from_file(Path(template), settings),
     }

@@ -1,0 +1,98 @@
+"""The shortest script: some twenty commands, which LAMMPS alone runs to the engine's number."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import UnitSystem
+from chaincor.workflows.collision import collide
+from chaincor.workflows.job import job_files, write_job
+
+SCENES = {
+    "default": Scene(particles=10),
+    "harmonic": Scene(potential="harmonic", particles=20),
+    "masses": Scene(particles=10, masses=(1.0, 2.0)),
+    "warm": Scene(particles=6, velocity=0.1, potential="toda", temperature=1e-3),
+}
+
+
+def commands(text):
+    return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def run_alone(folder, *variables):
+    done = subprocess.run(
+        [Path(sys.executable).parent / "lmp", "-in", "in.chain", *variables],
+        cwd=folder,
+        env=os.environ | {"LD_LIBRARY_PATH": f"{sys.prefix}/lib"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(re.search(r"^restitution = (\S+)$", done.stdout, re.MULTILINE)[1])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_lmp_alone_gives_the_number_of_the_stock_wall(tmp_path, name):
+    scene = SCENES[name]
+    write_job(scene, tmp_path, plain=True)
+    assert len(commands((tmp_path / "in.chain").read_text())) <= 25
+    given = Scene.from_file(tmp_path / "scene.toml")
+    assert (given.wall, given.scheme) == ("reflect", "verlet")
+    engine = collide(given)
+    # The same steps from the same table: what differs is the text of numbers, and the order in
+    # which a thousand kicks are added.
+    assert run_alone(tmp_path) == pytest.approx(engine.restitution, abs=1e-9)
+
+
+def test_another_step_from_the_command_line(tmp_path):
+    write_job(SCENES["harmonic"], tmp_path, plain=True)
+    exact = collide(SCENES["harmonic"].replace(engine="reference")).restitution
+    # First order, with a factor of either sign: at a hundredth of the step a hundredth is left of
+    # the most that it was.
+    coarse = max(abs(run_alone(tmp_path, "-var", "timestep", f"{h}") - exact) for h in (0.05, 0.06))
+    fine = abs(run_alone(tmp_path, "-var", "timestep", "0.0005") - exact)
+    assert fine < 0.1 * coarse
+
+
+def test_units_of_a_scene(tmp_path):
+    units = UnitSystem(style="metal", length=2.5, mass=40.0, stiffness=1.5)
+    write_job(SCENES["harmonic"], tmp_path / "units", plain=True, units=units)
+    write_job(SCENES["harmonic"], tmp_path / "plain", plain=True)
+    numbers = [run_alone(tmp_path / name) for name in ("units", "plain")]
+    # Roundings of other numbers, which nothing amplifies in a harmonic chain.
+    assert numbers[0] == pytest.approx(numbers[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_command_is_explained(name):
+    plain, explained = (
+        job_files(SCENES[name], plain=True, explain=explain)["in.chain"]
+        for explain in (False, True)
+    )
+    assert commands(explained) == commands(plain)
+    # Two pages of paper.
+    assert len(explained.splitlines()) <= 110
+
+
+@pytest.mark.parametrize(
+    ("fields", "wishes", "line"),
+    [
+        ({"tolerance": 1e-5}, {}, "tolerance is 1e-05; expected none, as it tells no error"),
+        ({"wall": "event", "timestep": 0.1}, {}, "wall is event; expected reflect"),
+        ({"scheme": "order8", "timestep": 0.1}, {}, "scheme is order8; expected verlet"),
+        ({"target_particles": 3}, {}, "meets a free target; expected a rigid wall"),
+        ({"contact": "power"}, {}, "meets a soft contact; expected a rigid wall"),
+        ({}, {"dump": True}, "and frames; expected either"),
+    ],
+)
+def test_what_a_plain_script_cannot_do_is_refused(fields, wishes, line):
+    with pytest.raises(InputError, match=line) as caught:
+        job_files(Scene(particles=5, **fields), plain=True, **wishes)
+    assert "\n" not in str(caught.value)
