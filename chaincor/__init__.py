@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from chaincor.analysis.job_folder import analyze_job as analyze_job
     from chaincor.analysis.job_folder import find_job as find_job
+    from chaincor.lammps_inputs.bonds.user_bond import UserBond as UserBond
     from chaincor.lammps_inputs.scene import Scene as Scene
     from chaincor.workflows.collision import collide as collide
     from chaincor.workflows.ensemble.collide_many import collide_many as collide_many
     from chaincor.workflows.ensemble.result import Ensemble as Ensemble
+    from chaincor.workflows.job import write_job as write_job
     from chaincor.workflows.job_analysis.analyze import analyze as analyze
     from chaincor.workflows.result import Collision as Collision
     from chaincor.workflows.store.export import to_pandas as to_pandas
@@ -31,6 +33,7 @@ _HOMES = {
     "Ensemble": "chaincor.workflows.ensemble.result",
     "Scene": "chaincor.lammps_inputs.scene",
     "Store": "chaincor.workflows.store.results_store",
+    "UserBond": "chaincor.lammps_inputs.bonds.user_bond",
     "analyze": "chaincor.workflows.job_analysis.analyze",
     "analyze_job": "chaincor.analysis.job_folder",
     "collide": "chaincor.workflows.collision",
@@ -41,6 +44,7 @@ _HOMES = {
     "to_pandas": "chaincor.workflows.store.export",
     "tradeoff_script": "chaincor.workflows.tradeoff.scripts.study",
     "validate": "chaincor.workflows.validation.comparison",
+    "write_job": "chaincor.workflows.job",
 }
 
 __all__ = [
@@ -48,6 +52,7 @@ __all__ = [
     "Ensemble",
     "Scene",
     "Store",
+    "UserBond",
     "analyze",
     "analyze_job",
     "collide",
@@ -58,6 +63,7 @@ __all__ = [
     "to_pandas",
     "tradeoff_script",
     "validate",
+    "write_job",
 ]
 
 

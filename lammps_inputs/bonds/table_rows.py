@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Fewer rows tell nothing of what lies between them.
-LEAST_ROWS = 8
+# A cubic needs so many.
+LEAST_ROWS = 4
+# Fewer rows do not tell whether a spline through half of them errs by its order, or anyhow.
+_FEW = 16
 # What leaving out rows shows counts at least this much: in theory it would be 1/16.
 _LEAST_SHARE = 1.0 / 8.0
 # Rows to either side over which what is left out is averaged.
@@ -64,7 +66,7 @@ class Rows:
             kept = rows % stride == (start + stride // 2) % stride
             kept[[0, -1]] = True
             asked = (rows % stride == start) & ~kept
-            if np.count_nonzero(kept) > 3:
+            if np.count_nonzero(kept) > 2:
                 spline = spline_through(self.strains[kept], self.forces[kept])
                 missed[asked] = np.abs(self.forces - spline(self.strains))[asked]
         return missed
@@ -79,7 +81,7 @@ class Rows:
         near, far = _beside(self.left_out(2)), _beside(self.left_out(4))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(far > 0.0, near / far, _LEAST_SHARE)
-        if len(self.strains) < 2 * LEAST_ROWS:
+        if len(self.strains) < _FEW:
             share = np.ones(len(near))
         return near, np.clip(2.0 * share, _LEAST_SHARE, 1.0)
 
@@ -143,7 +145,7 @@ class Rows:
     def refuse_outlier(self, path: str) -> None:
         """Refuse a table of which one row lies off all others."""
         count = len(self.strains)
-        if count < 2 * LEAST_ROWS:
+        if count < _FEW:
             return
         missed = self.left_out(2)
         # Rows two away are judged without this one: theirs is what a smooth function misses here.
