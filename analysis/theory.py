@@ -8,6 +8,7 @@ bond length and particle mass 1; energies of modes are given for impact speed v0
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -173,6 +174,34 @@ def harmonic_dissipation_law(particles: ArrayLike) -> NDArray[np.float64]:
         1 - eta.
     """
     return HARMONIC_DISSIPATION_COEFFICIENT * np.asarray(particles, dtype=float) ** (-2.0 / 3.0)
+
+
+def harmonic_dissipation_limit() -> float:
+    r"""
+    Return the limit of :math:`n^{2/3} (1 - \eta)` of harmonic chains, 0.56258.
+
+    The front that the wall sends out is, after a way of 2n, an integral of Airy's function of width
+    :math:`(n/4)^{1/3}`; the wall pushes until it has come back to one half, at
+    :math:`\int_{z_0}^\infty \mathrm{Ai} = 1/2`. The balance of impulse gives
+    :math:`4^{2/3} |\mathrm{Ai}'(z_0)|`. Derived in ``docs/explanation/slow_chains.md``; contacts
+    after that moment are neglected.
+
+    Returns
+    -------
+    float
+        The limit, to all digits of a double.
+
+    Examples
+    --------
+    >>> round(harmonic_dissipation_limit(), 5)
+    0.56258
+    """
+    import mpmath
+
+    def half(z: Any) -> Any:
+        return mpmath.mpf(1) / 3 - mpmath.quad(mpmath.airyai, [0, z]) - mpmath.mpf(1) / 2
+
+    return float(4 ** (2 / 3) * abs(mpmath.airyai(mpmath.findroot(half, -0.41), derivative=1)))
 
 
 def low_speed_dissipation_slope(alpha: float) -> float:

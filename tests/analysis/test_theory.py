@@ -3,7 +3,8 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.integrate import cumulative_trapezoid, quad, trapezoid
+from scipy.special import airy
 
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.theory import (
@@ -14,9 +15,12 @@ from chaincor.analysis.theory import (
     contact_mode_energies,
     hard_sphere_limit,
     harmonic_dissipation_law,
+    harmonic_dissipation_limit,
     low_speed_dissipation_slope,
 )
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
 
 
 def test_coefficient_of_the_law_is_its_integral():
@@ -82,3 +86,29 @@ def test_hard_spheres_by_sorting_velocities():
     limit = hard_sphere_limit(n)
     assert (contacts, exchanges) == (limit.contacts, limit.exchanges)
     assert limit.restitution == np.mean(velocities) ** 2 == 1.0
+
+
+def test_the_limit_of_harmonic_chains_is_that_of_an_airy_front():
+    limit = harmonic_dissipation_limit()
+    # By quadrature of what the wall pushes with, from its definition: 1 - 2 F to where it ends.
+    z = np.linspace(-3.0, 30.0, 330_001)
+    tail = 1.0 - cumulative_trapezoid(airy(z)[0], z, initial=0.0)
+    tail += (1.0 / 3.0) - np.interp(0.0, z, tail)
+    end = np.flatnonzero(tail >= 0.5)[-1]
+    width = (1.0 / 4.0) ** (1.0 / 3.0)
+    # Per particle and v0, n = 1 in the scaled way: 2 n - J = z0 s + 2 s int F.
+    missing = width * (z[end] + 2.0 * trapezoid(tail[end:], z[end:]))
+    # The trapezoidal rule with steps of 1e-4 errs by 1e-8, the root by half a step times nothing.
+    assert 2.0 * missing == pytest.approx(limit, abs=1e-6)
+    assert limit == pytest.approx(0.562584, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_long_harmonic_chains_lose_less_than_the_papers_limit_and_more_than_the_true_one():
+    factors = []
+    for n in (400, 1600):
+        lengths = [round(n * (1.0 + k / 100.0)) for k in range(-6, 7)]
+        scenes = [Scene(potential="harmonic", particles=m, engine="reference") for m in lengths]
+        losses = [1.0 - collide(scene).restitution for scene in scenes]
+        factors.append(np.mean(np.array(losses) * np.array(lengths) ** (2.0 / 3.0)))
+    assert 0.75 > factors[0] > factors[1] > harmonic_dissipation_limit()

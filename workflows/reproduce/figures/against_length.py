@@ -5,7 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREY, MARKERS, VERMILION, new_figure
-from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_law
+from chaincor.analysis.theory import (
+    HARMONIC_DISSIPATION_COEFFICIENT,
+    harmonic_dissipation_law,
+    harmonic_dissipation_limit,
+)
 from chaincor.workflows.pages.typesetting import format_fitted
 from chaincor.workflows.reproduce.figures.figure import Figure
 from chaincor.workflows.reproduce.figures.measured_points import draw_points
@@ -42,7 +46,9 @@ def harmonic_lengths(measured: Measurements, law: HarmonicLaw) -> Figure:
             f"{fit.last:.0f}: p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
             "see [the fits](#fits). Below, n^(2/3)(1 − η): its scatter is no noise (error bars are "
             "smaller than the dots), but comes from the last contacts, whose times change with n. "
-            "Its mean drifts towards 0.652, the limit of the paper's approximate formula."
+            f"Its mean falls with the length, towards {harmonic_dissipation_limit():.4f} (dotted), "
+            "the limit of a front that disperses as Airy's function; solid: 0.652, that of the "
+            "paper's approximate formula."
         ),
         table=table_of([point_record(point) for point in points]),
         draw=lambda: _draw_harmonic([p for p in points if p.particles >= 3], law),
@@ -87,6 +93,7 @@ def _draw_harmonic(points: list[Point], law: HarmonicLaw) -> "Canvas":
     ax.set_ylabel(r"dissipation $1-\eta$")
     ax.legend(loc="lower left")
     below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
+    below.axhline(harmonic_dissipation_limit(), color=BLACK, linestyle=":")
     flat = np.full_like(fitted, law.mean_prefactor.prefactor)
     below.plot(fitted, flat, color=VERMILION, linestyle="--", linewidth=1.0)
     below.set_xscale("log")

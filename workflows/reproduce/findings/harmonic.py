@@ -5,7 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from chaincor.analysis.contacts import contact_statistics
-from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, basile_dumont_energies
+from chaincor.analysis.theory import (
+    HARMONIC_DISSIPATION_COEFFICIENT,
+    basile_dumont_energies,
+    harmonic_dissipation_limit,
+)
 from chaincor.workflows.reproduce.findings.finding import Finding
 from chaincor.workflows.reproduce.findings.independence import independence_findings
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law
@@ -102,7 +106,9 @@ def harmonic_findings(measured: Measurements, law: HarmonicLaw) -> dict[str, Fin
             mean.prefactor,
             mean.prefactor_error,
             f"exponent fixed at −2/3, {mean.points} points, n = {mean.first:.0f} to "
-            f"{mean.last:.0f}; it drifts with the length, towards the paper's: "
+            f"{mean.last:.0f}; it falls with the length, towards "
+            f"{harmonic_dissipation_limit():.4f}, which a front that disperses as Airy's function "
+            "leaves in an infinite chain: "
             f"{describe_prefactors(law)}; single lengths from {min(scatter):.2f} to "
             f'{max(scatter):.2f}. Judged as words, because the paper says that the law "agrees '
             f'very well"; as digits it would be a correction of {100.0 * excess:+.1f} %, shrinking '
