@@ -1,0 +1,80 @@
+"""What the build backend puts into wheels, of a checkout with symbolic links and without."""
+
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from tests.programs import ROOT
+
+_PACKAGES = ("analysis", "lammps_inputs", "workflows")
+
+
+def build(checkout: Path, kind: str) -> subprocess.CompletedProcess[str]:
+    """Build a wheel or an editable one in ``checkout/dist``, as pip has it built."""
+    code = f"import hatchling.build as b; b.{kind}('dist')"
+    (checkout / "dist").mkdir(exist_ok=True)
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=checkout, capture_output=True, text=True, check=False
+    )
+
+
+def names_in_wheel(checkout: Path) -> set[str]:
+    """Return the top-level entries of the package in the one wheel that was built."""
+    (wheel,) = (checkout / "dist").glob("*.whl")
+    names = [name.split("/") for name in zipfile.ZipFile(wheel).namelist()]
+    return {parts[1] for parts in names if parts[0] == "chaincor"}
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """Return a checkout with one module in each folder, and all that the build names."""
+    for name in ("README.md", "LICENSE", "pyproject.toml", "hatch_build.py"):
+        shutil.copy(ROOT / name, tmp_path)
+    (tmp_path / "chaincor").mkdir()
+    (tmp_path / "chaincor" / "__init__.py").touch()
+    for name in _PACKAGES:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").touch()
+        (tmp_path / "chaincor" / name).symlink_to(f"../{name}")
+    for page in ("errors.md", "course/class.md", "images/schematic.svg"):
+        (tmp_path / "docs" / page).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "docs" / page).touch()
+    for folder in ("tutorials", "course/data"):
+        (tmp_path / "docs" / folder).mkdir(parents=True)
+    return tmp_path
+
+
+def without_links(checkout: Path) -> None:
+    """Replace each link by the file of one line that git, or a zip, has where there are none."""
+    for name in _PACKAGES:
+        (checkout / "chaincor" / name).unlink()
+        (checkout / "chaincor" / name).write_text(f"../{name}")
+
+
+def test_an_editable_install_copies_nothing(checkout):
+    # A copy in site-packages goes stale, and mypy and editors read it first.
+    done = build(checkout, "build_editable")
+    assert done.returncode == 0, done.stderr
+    assert names_in_wheel(checkout) == set()
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_wheel_holds_the_folders(checkout, links):
+    if not links:
+        without_links(checkout)
+    done = build(checkout, "build_wheel")
+    assert done.returncode == 0, done.stderr
+    assert names_in_wheel(checkout) == {"__init__.py", *_PACKAGES}
+
+
+def test_an_editable_install_without_links_says_in_one_line_what_to_do(checkout):
+    without_links(checkout)
+    done = build(checkout, "build_editable")
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert "chaincor/analysis is a file; expected a symbolic link" in line
+    assert "core.symlinks" in line
