@@ -34,7 +34,7 @@ def format_scene_data(scene: Scene, bond_types: int = 1, units: UnitSystem = CHA
         the contact outward, in a molecule of its own.
     """
     line = scene.line
-    if line is None:
+    if line.plain:
         state = initial_chain(scene.particles, scene.impact_velocity)
         return format_chain_data(*state, bond_types, units=units)
     masses = np.concatenate((line.chain_masses, line.target_masses))

@@ -22,9 +22,9 @@ def displacement(particles: int, alone: bool = True, length: float = 1.0) -> str
     return f"x-{unit}(id<={particles})*(id-1)+{unit}(id>{particles})*(id-{particles + 1})"
 
 
-def _doubled(line: Line | None, units: UnitSystem) -> str:
+def _doubled(line: Line, units: UnitSystem) -> str:
     """Return twice the reduced mass of the two that meet."""
-    if line is None:
+    if line.plain:
         return number(2.0 * units.mass)
     return f"2.0*{number(units.mass * line.contact_mass)}"
 
@@ -89,17 +89,17 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
         the bodies; what a contact does; and whether the velocity can be chosen.
     """
     line, n = scene.line, scene.particles
-    targets = 0 if line is None else line.targets
+    targets = line.targets
     place = n + 1 if targets else None
     gap, opening, bend = "x[1]", "vx[1]", "fx[1]"
-    if line is not None:
+    if not line.plain:
         bend = f"(fx[1]/{number(line.chain_masses[0])})"
-    if line is not None and place is not None:
+    if place is not None:
         gap, opening = f"(x[1]-x[{place}])", f"(vx[1]-vx[{place}])"
         bend = f"({bend}-fx[{place}]/{number(line.target_masses[0])})"
     if units != CHAIN_UNITS:
         bend = f"({number(units.force_to_acceleration / units.mass)}*{bend})"
-    soft = line is not None and line.soft
+    soft = line.soft
     if soft:
         gap, opening, bend = (f"(v_side*{formula})" for formula in (gap, opening, bend))
     chain = "chain" if targets else "all"
@@ -121,7 +121,7 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
         "approaches": False,
         "given_velocities": scene.comes_moving,
     }
-    if line is not None:
+    if not line.plain:
         positions, velocities = initial_state(line)
         apart = positions[0] > 0.0 or velocities[0] >= 0.0
         values |= {
@@ -129,7 +129,7 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
             "first_mass": number(units.mass * line.chain_masses[0]),
             "target_mass": number(units.mass * line.target_masses[0]) if targets else None,
         }
-    if line is not None and soft:
+    if soft:
         given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"
         values |= {
             "given": given,

@@ -51,6 +51,18 @@ class Line:
         """Whether the bodies overlap when they meet."""
         return self.contact_stiffness > 0.0
 
+    @cached_property
+    def cold(self) -> bool:
+        """Whether the chain comes from the contact on at one speed, with no strained bond."""
+        still = not np.any(self.strains) and not np.any(self.velocities[: self.first])
+        chain = self.velocities[self.first :]
+        return still and bool(np.all(chain == chain[0]))
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether this is a cold chain of unit masses before a hard, rigid wall."""
+        return self.rigid and not self.soft and self.cold and bool(np.all(self.chain_masses == 1.0))
+
     @property
     def smooth(self) -> bool:
         """Whether the contact has all derivatives while it lasts: hard, or of a whole power."""

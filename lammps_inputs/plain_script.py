@@ -23,7 +23,7 @@ def plain_scene(scene: Scene) -> Scene:
     Raises SceneError for what no such script can do.
     """
     line = scene.line
-    if line is not None and (line.soft or not line.rigid):
+    if line.soft or not line.rigid:
         raise SceneError(
             "a plain script is asked for, and the chain meets "
             + ("a soft contact" if line.soft else "a free target")

@@ -239,25 +239,25 @@ class Scene(BaseModel):
         return None if self.initial is None else read_initial_state(self.initial)
 
     @cached_property
-    def line(self) -> Line | None:
-        """Both bodies, where this is more than a cold chain of unit masses before a hard wall."""
+    def line(self) -> Line:
+        """Both bodies along x, and the state in which they come."""
         return line_of(self)
 
     @property
     def fast_stiffness(self) -> float:
         """U''(1) over the smallest mass: the square of the fastest bond's frequency."""
-        return self.bond.stiffness / (1.0 if self.line is None else self.line.lightest)
+        return self.bond.stiffness / self.line.lightest
 
     @property
     def slow_stiffness(self) -> float:
         """U''(1) over the mean mass of the slower body: sound crosses bonds at its root."""
-        return self.bond.stiffness / (1.0 if self.line is None else self.line.mean_mass)
+        return self.bond.stiffness / self.line.mean_mass
 
     @property
     def contact_duration(self) -> float:
         """For how long two particles that meet at the impact speed overlap, about; 0 if hard."""
         line = self.line
-        if line is None or not line.soft:
+        if not line.soft:
             return 0.0
         return 3.0 * line.overlap(self.impact_velocity) / self.impact_velocity
 

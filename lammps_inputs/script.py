@@ -168,7 +168,7 @@ def render_plain_template(
 ) -> str:
     """Render the plain script with these values and those that all scripts of a scene share."""
     shared = _setup_values(Numerics.from_scene(scene), table, ".") | _in_units(scene, units)
-    given = scene.line is not None and (scene.temperature is not None or scene.initial is not None)
+    given = scene.temperature is not None or scene.initial is not None
     values |= {"given_velocities": given}
     return str(_environment().get_template("plain.in.j2").render(shared | values))
 

@@ -92,7 +92,7 @@ BODY_FIELDS = tuple(f.name for f in fields(Bodies))
 def bodies_after(scene: "Scene", outcome: "Outcome") -> dict[str, Any]:
     """Return the fields of :class:`Bodies` that a collision has; none for a plain scene."""
     line = scene.line
-    if line is None:
+    if line.plain:
         return {}
     k = scene.bond.stiffness
     chain = energy_split(

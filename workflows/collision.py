@@ -197,7 +197,6 @@ def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Coll
         answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
         answer = with_rows(scene, answer, asked)
     if scene.temperature is not None:
-        assert scene.line is not None
         gap = float(scene.line.strains[scene.line.gap])
         drawn = {"draw": {"generator": GENERATOR, "gap": gap}}
         answer = replace(answer, details=answer.details | drawn)

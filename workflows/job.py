@@ -60,7 +60,7 @@ def job_files(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     scene = scene.replace(engine="lammps")
-    if units != CHAIN_UNITS and scene.line is not None and scene.line.soft:
+    if units != CHAIN_UNITS and scene.line.soft:
         raise SceneError(
             "units are given and the bodies are soft; expected hard ones: a force between bodies "
             "is scripted in the chain's own units, so leave [units] out"

@@ -59,7 +59,7 @@ def result_of(
     """
     outcome, bar, found = answer.outcome, answer.bar, answer.details
     if energies is None:
-        masses = None if scene.line is None else scene.line.chain_masses
+        masses = None if scene.line.plain else scene.line.chain_masses
         stiffness = scene.bond.stiffness
         energies = mode_energies(outcome.displacements, outcome.velocities, stiffness, masses)
     v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
@@ -101,7 +101,7 @@ def result_of(
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
         momentum_residual=(
             abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
-            if line is None
+            if line.plain
             else impulse_residual(line, outcome, v0)
         ),
         ending=outcome.ending.kind,
@@ -162,10 +162,10 @@ def _between_steps(
     if scene.span < 2:
         return 0.0
     if step is None:
-        if scene.line is not None or not scene.bond.is_harmonic:
+        if not scene.line.plain or not scene.bond.is_harmonic:
             return None
         step = modal.SAMPLE_INTERVAL
     with np.errstate(all="ignore"):
         forces = np.abs(scene.bond.force(np.linspace(*strains, 65)))
-    lightest = 1.0 if scene.line is None else scene.line.lightest
+    lightest = scene.line.lightest
     return float(0.5 * step**2 * np.nanmax(forces) / lightest)

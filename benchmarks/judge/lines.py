@@ -53,7 +53,6 @@ def bonds_of(scene: Scene) -> Bonds:
 def bodies_of(scene: Scene) -> Bodies:
     """Return the bodies of a scene, for the judge."""
     line = scene.line
-    assert line is not None
     return Bodies(
         line.masses,
         line.velocities,
@@ -87,7 +86,7 @@ def draw(seed: int, index: int, engine: str | None, folder: Path, kind: str = "l
             scene = draw_line_scene(random, folder, engine)
         except ChaincorError:
             continue
-        if scene.line is not None:
+        if not scene.line.plain:
             return scene
     raise AssertionError("no valid scene in 100")
 
@@ -104,7 +103,6 @@ def try_scene(
 def describe(scene: Scene) -> dict[str, Any]:
     """Return what a row says of its scene."""
     line = scene.line
-    assert line is not None
     free = line.masses[np.isfinite(line.masses)]
     return {
         "potential": scene.potential,

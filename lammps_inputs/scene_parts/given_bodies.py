@@ -81,10 +81,8 @@ def chain_masses(scene: "Scene") -> NDArray[np.float64]:
     return np.resize(np.array(scene.masses or (1.0,)), scene.particles)
 
 
-def line_of(scene: "Scene") -> Line | None:
-    """Return both bodies of a scene; None where the plain engines know all that it asks for."""
-    if not given_bodies(scene):
-        return None
+def line_of(scene: "Scene") -> Line:
+    """Return both bodies of a scene, and the state in which they come."""
     masses, target = chain_masses(scene), np.array([math.inf])
     if scene.target_particles is not None:
         target = np.resize(np.array(scene.target_masses or (1.0,)), scene.target_particles)[::-1]
@@ -104,9 +102,6 @@ def line_of(scene: "Scene") -> Line | None:
             target_strains = drawn.target_strains[0, ::-1]
             target_velocities = drawn.target_velocities[0, ::-1]
     soft = scene.contact == "power"
-    plain = scene.target_particles is None and not soft and state is None
-    if plain and scene.temperature is None and not np.any(strains) and np.all(masses == 1.0):
-        return None
     return Line(
         masses=np.concatenate((target, masses)),
         first=len(target),
@@ -136,7 +131,7 @@ def plain_bodies(scene: "Scene") -> dict[str, Any]:
 def body_fields(scene: "Scene") -> dict[str, Any]:
     """Return what a scene says of its bodies in one way of many to write it (JSON-ready)."""
     line = scene.line
-    if line is None:
+    if line.plain:
         return {}
     fields: dict[str, Any] = {"masses": _period(line.chain_masses)}
     if not line.rigid:

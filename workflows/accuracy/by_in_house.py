@@ -45,7 +45,7 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
         outcome = modal.run(scene)
         details = {"spread": spread_of(scene, outcome, outcome)}
         return answer(scene, outcome, modal_error(scene), details)
-    if scene.line is not None or sharpness(scene) <= SHARPEST_FIXED:
+    if not scene.line.plain or sharpness(scene) <= SHARPEST_FIXED:
         if is_smooth(scene):
             return meet_with_fixed_steps(scene, goal, noise, known)
         return _meet_irregularly(scene, goal, noise)

@@ -251,7 +251,7 @@ def choose_numerics(
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
     goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in schemes}
-    if scene.line is not None:
+    if not scene.line.plain:
         schemes = _cheapest_first(scene, goals, truth)
     for scheme in schemes:
         start = estimate_step(scene, scheme, goals[scheme], truth)
@@ -347,4 +347,4 @@ def serves_in_lammps(
         return True
     rounding = rounding_of_steps(scene, scheme, largest_step(scheme, scene.fast_stiffness))
     jitter = jitter_error("lammps", coarsening(scheme) * noise, scene)
-    return scene.line is None and max(rounding, jitter) <= _ROUNDING_SHARE * tolerance
+    return scene.line.plain and max(rounding, jitter) <= _ROUNDING_SHARE * tolerance

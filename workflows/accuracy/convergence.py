@@ -117,7 +117,7 @@ def modal_error(scene: Scene) -> float:
     Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
     some changes of all roundings change, with a reserve of three.
     """
-    return 0.0 if scene.line is None else 3.0 * line_jitter(scene, scene.line)
+    return 0.0 if scene.line.plain else 3.0 * line_jitter(scene, scene.line)
 
 
 def nudged_change(
@@ -131,7 +131,7 @@ def nudged_change(
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         change = 1.0 + ulps * sys.float_info.epsilon
-        if scene.line is None:
+        if scene.line.plain:
             nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
         else:  # given velocities are not changed: another step rounds everything as well
             nudged, near = scene, change * step

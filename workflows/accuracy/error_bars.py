@@ -74,7 +74,7 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
     line = scene.line
-    if line is None:
+    if line.plain:
         gained = outcome.ending.missed_momentum / scene.particles
         mean = abs(float(np.mean(outcome.velocities)))
     else:
@@ -90,7 +90,7 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
     roundings change, where they were measured.
     """
-    if scene.line is None and outcome.engine == "lammps":
+    if scene.line.plain and outcome.engine == "lammps":
         jitter *= coarsening(outcome.scheme)
     elif outcome.scheme in STEP_SCHEMES:
         jitter *= STEP_SCHEMES[outcome.scheme].amplification
@@ -112,7 +112,7 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
     where the numbers of contacts differ.
     """
     stiffness = scene.bond.stiffness
-    masses = None if scene.line is None else scene.line.chain_masses
+    masses = None if scene.line.plain else scene.line.chain_masses
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
         "contact_speeds": (first.contact_speeds, second.contact_speeds),
@@ -133,7 +133,7 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
 
 def with_floors(apart: dict[str, float], scene: Scene, floor: float) -> dict[str, float]:
     """Return differences of arrays with what both runs err by together, see :func:`spreads`."""
-    v0, masses = scene.impact_velocity, None if scene.line is None else scene.line.chain_masses
+    v0, masses = scene.impact_velocity, None if scene.line.plain else scene.line.chain_masses
     scales = {
         "contact_times": scene.span / scene.slow_stiffness**0.5,
         "contact_speeds": v0,

@@ -67,7 +67,7 @@ def expected_seconds(scene: Scene) -> float:
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
-    if scene.line is not None:
+    if not scene.line.plain:
         duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
         duration += scene.contact_duration
     if scene.explicit:
@@ -81,7 +81,7 @@ def expected_seconds(scene: Scene) -> float:
     if scene.engine == "reference":
         if modal:
             return _IN_HOUSE_SECONDS + modal
-        if sharp > SHARPEST_FIXED and scene.line is None:
+        if sharp > SHARPEST_FIXED and scene.line.plain:
             return _ADAPTIVE_PAIR * scene.particles**2 * math.log10(sharp)
         return _IN_HOUSE_SECONDS + _in_house_seconds(scene, duration, goal)
     if sharp > SHARPEST_LAMMPS:
@@ -152,7 +152,7 @@ def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
 
 def _in_house_work(scene: Scene) -> float:
     """Return how many times the work of a chain whose first step does a scene takes."""
-    if scene.line is None and scene.particles >= _HOT_PARTICLES:
+    if scene.line.plain and scene.particles >= _HOT_PARTICLES:
         low, high = (share * breaking_energy(scene.bond) for share in _HOT)
         if low < 0.5 * scene.impact_velocity**2 < high:
             return _HOT_WORK

@@ -20,7 +20,7 @@ _CONFIRMATIONS = 4
 def eta_of(scene: Scene, outcome: Outcome) -> float:
     """Return the restitution of an outcome: of relative translation, where the target is free."""
     line = scene.line
-    if line is None:
+    if line.plain:
         return float(restitution(outcome.velocities, scene.impact_velocity))
     return (relative_velocity(line, outcome) / scene.impact_velocity) ** 2
 

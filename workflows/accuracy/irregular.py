@@ -105,7 +105,7 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     kinked = meets_kinks(scene)
     if kinked:
         scheme = "verlet"
-    soft = scene.line is not None and not scene.line.smooth
+    soft = not scene.line.smooth
     share = _share(scheme, kinked or soft)
     reachable = max(goal - floor, floor, 1e-15)
     step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)

@@ -224,14 +224,14 @@ def _step_error(
     eta, share = eta_of(scene, fine), COARSER_SHARE[scheme]
     apart = max(abs(eta_of(scene, run) - eta) for run in proofs)
     regular = not _differ(fine, proofs)
-    if scene.particles <= LONGEST_TRUSTED and scene.line is None:
+    if scene.particles <= LONGEST_TRUSTED and scene.line.plain:
         return share * apart, regular
     error = apart * (share if regular else max(share, _GRAZING_SHARE))
-    if error > enough or (scene.line is None and not regular):
+    if error > enough or (scene.line.plain and not regular):
         return error, regular
     assert fine.timestep is not None
     near = run_in_house(scene, scheme, _NEAR * fine.timestep, fine)
-    if scene.line is not None and not _converge(fine, near, proofs[0]):
+    if not scene.line.plain and not _converge(fine, near, proofs[0]):
         return math.inf, False
     off = abs(eta_of(scene, near) - eta)
     return max(error, off), regular and off <= error

@@ -95,7 +95,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
             fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5
             if scene.dump is not None and scene.dump_frames != "contacts":
                 fly_on = max(fly_on, quiet_time(scene.span, scene.slow_stiffness))
-        flight = bonds_in_flight if scene.line is None else line_bonds_in_flight
+        flight = bonds_in_flight if scene.line.plain else line_bonds_in_flight
         low, high = flight(scene, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
     return Scouting(

@@ -50,7 +50,7 @@ def sharpness(scene: Scene) -> float:
 
     That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
-    if scene.line is not None:
+    if not scene.line.plain:
         return _sharpness_of_line(scene, scene.line)
     if scene.particles == 1:
         return 1.0
@@ -68,7 +68,7 @@ def foresee_sharpness(scenes: Iterable[Scene]) -> None:
     speeds: dict[Potential, set[float]] = {}
     for scene in scenes:
         named = isinstance(scene.potential, str)
-        if named and scene.engine == "reference" and scene.line is None and scene.particles > 1:
+        if named and scene.engine == "reference" and scene.line.plain and scene.particles > 1:
             speeds.setdefault(scene.bond, set()).add(scene.impact_velocity)
     for bond, asked in speeds.items():
         if new := [speed for speed in asked if (bond, speed) not in _sharpnesses]:
@@ -97,9 +97,7 @@ def _sharpness_of(bond: Potential, speeds: NDArray[np.float64]) -> list[float]:
 def contact_is_sharpest(scene: Scene) -> bool:
     """Return whether it is the contact of soft bodies that swings fastest, not a bond."""
     line = scene.line
-    return (
-        line is not None and line.soft and sharpness(scene) <= math.sqrt(_contact_rate(scene, line))
-    )
+    return line.soft and sharpness(scene) <= math.sqrt(_contact_rate(scene, line))
 
 
 def _contact_rate(scene: Scene, line: Line) -> float:
@@ -128,7 +126,7 @@ def _sharpness_of_line(scene: Scene, line: Line) -> float:
 
 def is_smooth(scene: Scene) -> bool:
     """Return whether schemes keep their order: neither bonds nor a soft contact have kinks."""
-    return scene.bond.smooth and (scene.line is None or scene.line.smooth)
+    return scene.bond.smooth and scene.line.smooth
 
 
 def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
@@ -139,7 +137,7 @@ def effective_order(scene: Scene, scheme: StepSchemeName) -> float:
     bodies touch and part; steps graded there make it small, but not of another order.
     """
     order, line = float(STEP_SCHEMES[scheme].order), scene.line
-    return order if line is None or line.smooth else min(order, line.contact_exponent + 1.0)
+    return order if line.smooth else min(order, line.contact_exponent + 1.0)
 
 
 def largest_step(scheme: StepSchemeName, stiffness: float) -> float:

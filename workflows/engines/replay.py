@@ -37,7 +37,7 @@ class Replay:
     def masses(self) -> NDArray[np.float64]:
         """Of all particles: the chain's, then those of a free target."""
         line = self.scene.line
-        if line is None:
+        if line.plain:
             return np.ones(self.scene.particles)
         return np.concatenate((line.chain_masses, line.target_masses))
 

@@ -52,7 +52,6 @@ class Group:
     def starts(self, chosen: slice) -> StartStates:
         """Return where some of them begin; what is drawn is the same as of each by itself."""
         scene, line = self.scene, self.scene.line
-        assert line is not None
         assert scene.temperature is not None
         seeds = [seed for seed in self.seeds[chosen] if seed is not None]
         drawn = draw(scene.bond, scene.temperature, line.chain_masses, np.zeros(0), seeds)

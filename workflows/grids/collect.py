@@ -142,7 +142,7 @@ def _collision(
         math.nan if took is None else float(np.dot([3600, 60, 1], list(map(int, took.groups()))))
     )
     ended = re.search(r"^ending = .*, end (\w+)$", log, re.MULTILINE)
-    mass = asked.particles if asked.line is None else float(np.sum(asked.line.chain_masses))
+    mass = float(np.sum(asked.line.chain_masses))
     residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
     nothing = np.empty(0)
     fields: dict[str, Any] = {

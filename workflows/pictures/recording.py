@@ -24,7 +24,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     """
     if modal.serves(scene):
         return modal.run(scene, interval)
-    if scene.line is not None:
+    if not scene.line.plain:
         step = guess_step(scene, _SCHEME, _ACCURACY)
         return stepping.run(scene, Numerics(scheme=_SCHEME, timestep=step), interval)
     return adaptive.run(scene, _ACCURACY, interval)
@@ -33,7 +33,7 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
 def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
     """Keep about 400 frames of a collision; the last ones show the chain flying off."""
     end = shown_until(scene, last_contact_time)
-    if scene.line is not None and scene.line.soft:
+    if scene.line.soft:
         end = max(end, record_motion(scene, end).duration)  # the bodies overlap for a while
     outcome = record_motion(scene, end / 400.0)
     frames = outcome.frames

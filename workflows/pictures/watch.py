@@ -53,7 +53,7 @@ def moments(scene: Scene, outcome: Outcome, columns: int) -> Iterator[Text]:
         moment = frames.times[k]
         contacts = int(np.searchsorted(outcome.contact_times, moment, side="right"))
         line = scene.line
-        mean = velocities.mean() if line is None else line.separation(_with_wall(line, velocities))
+        mean = velocities.mean() if line.plain else line.separation(_with_wall(line, velocities))
         translation = (mean / scene.impact_velocity) ** 2
         heading = (
             f"t = {moment:6.1f}   contacts {contacts:3d}   "

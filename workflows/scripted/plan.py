@@ -112,7 +112,7 @@ def _refuse_range(scene: Scene, table_range: tuple[float, float]) -> None:
 def _fastest_held(scene: Scene, table: BondTable) -> float | None:
     """Return the largest velocity whose guessed bonds a table holds; None if the scene's does."""
     line = scene.line
-    if line is not None and np.any(line.velocities[line.first :] != -scene.impact_velocity):
+    if np.any(line.velocities[line.first :] != -scene.impact_velocity):
         return None
     slow, fast = scene.impact_velocity, _MOST_FASTER * scene.impact_velocity
     for _ in range(_BISECTIONS):
@@ -177,7 +177,7 @@ def _bar(
     expected = error_near(scene, scheme, numerics.timestep, truth)
     if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
         expected, share = 0.0, max(share, 2.0)
-    if scene.line is not None:
+    if not scene.line.plain:
         noise *= STEP_SCHEMES[scheme].amplification
     return ScriptedBar(
         multiples=_MULTIPLES,

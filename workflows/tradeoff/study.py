@@ -104,7 +104,7 @@ def measure_tradeoff(
     minute or two. Raises RunError if the collision cannot be converged, or no setting ran at all,
     and InputError for masses, targets, soft contacts and states of one's own.
     """
-    if scene.line is not None:
+    if not scene.line.plain:
         raise InputError(
             "a study takes its truth and its oracles from a cold chain of unit masses before a "
             f"hard wall; expected none of {', '.join(given_bodies(scene))}: drop them, or compare "

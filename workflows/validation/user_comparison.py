@@ -66,7 +66,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
         distance = largest_difference(user.contact_speeds, judge.contact_speeds)
         comparisons.append(Comparison("contact_speeds", distance, None))
     if user.displacements is not None:
-        masses = None if scene.line is None else scene.line.chain_masses
+        masses = None if scene.line.plain else scene.line.chain_masses
         state = user.displacements, user.velocities
         energies = mode_energies(*state, scene.bond.stiffness, masses)
         distance = largest_difference(energies, judge.mode_energies)
@@ -76,7 +76,6 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
         distance = largest_difference(user.target_velocities, judge.target_velocities)
         comparisons.append(Comparison("target_velocities", distance, None))
     if user.target_displacements is not None:
-        assert scene.line is not None
         assert user.target_velocities is not None
         assert judge.target_mode_energies is not None
         state = user.target_displacements, user.target_velocities
@@ -89,7 +88,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
 def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
     """Return eta: of the relative translation, where the target is free."""
     line, v0 = scene.line, scene.impact_velocity
-    if line is None:
+    if line.plain:
         return float(restitution(user.velocities, v0))
     target = np.zeros(1) if user.target_velocities is None else user.target_velocities[::-1]
     return (line.separation(np.concatenate((target, user.velocities))) / v0) ** 2

@@ -72,9 +72,8 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     :class:`~chaincor.lammps_inputs.scene.Scene` and returns the final velocities (array of shape
     (n,)), or a mapping with the key ``velocities`` and, if it likes, ``displacements``,
     ``contact_times`` and ``contact_speeds``. Masses, a target, a soft contact and the state at the
-    start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`; None where the scene
-    has none of them); for a free target the mapping must have ``target_velocities``, too, and may
-    have ``target_displacements``.
+    start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`); for a free target
+    the mapping must have ``target_velocities``, too, and may have ``target_displacements``.
 
     A path that ends in .csv or .npz is read. The result is checked for shape and finiteness.
 

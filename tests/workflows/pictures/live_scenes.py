@@ -95,7 +95,6 @@ def page_scene(fields: dict[str, Any]) -> dict[str, Any]:
     if "temperature" not in fields:
         return fields
     scene = Scene(engine="reference", **fields)
-    assert scene.line is not None
     state = {
         "strains": scene.line.strains.tolist(),
         "velocities": scene.line.velocities.tolist(),

@@ -87,7 +87,6 @@ class ManyMeetings:
 
     def __init__(self, scene: Scene) -> None:
         line, asked = scene.line, scene.asked_tolerance
-        assert line is not None
         assert asked is not None
         self._scene, self._line = scene, line
         self._goal = decade_within(asked)
@@ -99,7 +98,7 @@ class ManyMeetings:
     def serve(scene: Scene) -> bool:
         """Return whether scenes of this kind are met here; others are met one by one."""
         line = scene.line
-        if scene.engine != "reference" or scene.explicit or line is None:
+        if scene.engine != "reference" or scene.explicit or line.plain:
             return False
         asked = scene.asked_tolerance
         assert asked is not None

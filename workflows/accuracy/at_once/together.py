@@ -68,7 +68,7 @@ def kind_of(scene: Scene) -> Kind | None:
     Served are cold chains of unit masses before a hard wall, by the in-house engine with fixed
     steps, to a tolerance that no rounding comes near.
     """
-    if scene.engine != "reference" or scene.explicit or scene.line is not None:
+    if scene.engine != "reference" or scene.explicit or not scene.line.plain:
         return None
     if not 2 <= scene.particles <= LONGEST_TOGETHER or scene.bond.force_kernel is None:
         return None

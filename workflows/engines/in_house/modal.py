@@ -56,7 +56,7 @@ def serves(scene: Scene) -> bool:
         Harmonic bonds and hard contacts; bodies of unequal masses no longer than `MOST_UNEQUAL`.
     """
     line = scene.line
-    if line is None or not scene.bond.is_harmonic:
+    if line.plain or not scene.bond.is_harmonic:
         return scene.bond.is_harmonic
     bodies = (line.chain_masses, line.target_masses)
     unequal = [len(masses) for masses in bodies if len(masses) > 1 and not are_equal(masses)]
@@ -89,7 +89,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
     if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects 'harmonic'")
-    if scene.line is not None:
+    if not scene.line.plain:
         if not serves(scene):
             raise SceneError(
                 "modal propagation expects hard contacts, and at most "

@@ -75,7 +75,7 @@ def run(
     TimestepError
         If the step is too large for the bonds it must resolve.
     """
-    if scene.line is not None:
+    if not scene.line.plain:
         return run_line(scene, numerics, frame_interval, known, follow)
     if scene.particles == 1:
         return run_single_particle(scene, numerics.scheme, numerics.timestep, frame_interval)

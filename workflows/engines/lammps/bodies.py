@@ -78,7 +78,6 @@ class LineBodies(Bodies):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        assert scene.line is not None
         self.line: Line = scene.line
         n, targets = scene.particles, self.line.targets
         self.rest = np.concatenate((self.rest, -np.arange(targets, dtype=float)))
@@ -132,7 +131,7 @@ class LineBodies(Bodies):
 
 def bodies_of(scene: Scene) -> Bodies:
     """Return what a collision knows of the bodies of a scene."""
-    return Bodies(scene) if scene.line is None else LineBodies(scene)
+    return Bodies(scene) if scene.line.plain else LineBodies(scene)
 
 
 def approach_time(scene: Scene) -> float:
@@ -141,7 +140,7 @@ def approach_time(scene: Scene) -> float:
 
     They meet before their centres of mass could, which come together with v0.
     """
-    if scene.line is None:
+    if scene.line.plain:
         return 0.0
     n, masses = scene.particles, scene.line.chain_masses
     positions, velocities = initial_state(scene.line)

@@ -65,7 +65,7 @@ class ChainCollision:
         self.shortest_seen, self.longest_seen = np.inf, -np.inf
         # At the start all are 1 long, but where a scene says; a single particle has none.
         self.start_shortest = self.start_longest = 1.0
-        if scene.line is not None and len(self.chain.lengths()):
+        if not scene.line.plain and len(self.chain.lengths()):
             self.start_shortest = float(self.chain.lengths().min())
             self.start_longest = float(self.chain.lengths().max())
         self.shortest, self.longest = self.start_shortest, self.start_longest
@@ -205,7 +205,7 @@ class ChainCollision:
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
-        if self.scene.line is None and not self.bodies.apart(self.chain.v):
+        if self.scene.line.plain and not self.bodies.apart(self.chain.v):
             if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience

@@ -237,10 +237,10 @@ def _run_in_folder(
 def guess_bond_range(scene: Scene) -> tuple[float, float]:
     """Guess the shortest and longest bond of a collision without running it."""
     bond, v0, line = scene.bond, scene.impact_velocity, scene.line
-    heaviest = 1.0 if line is None else max(1.0, float(np.max(line.chain_masses)))
+    heaviest = max(1.0, float(np.max(line.chain_masses)))
     shortest = compressed_strain(bond, _GUESS_ENERGY * heaviest * v0**2)
     longest = min(_GUESS_STRETCH * heaviest**0.5 * v0, 0.9 * bond.strain_max)
-    if line is not None:
+    if not line.plain:
         strains = np.delete(line.strains, line.gap)
         shortest = min(shortest, float(np.min(strains, initial=0.0)))
         longest = max(longest, float(np.max(strains, initial=0.0)))
@@ -257,7 +257,7 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
     energy = bodies_of(scene).energy_start()
-    lightest = 1.0 if scene.line is None else scene.line.lightest
+    lightest = scene.line.lightest
     # All energy in one bond, or in two particles that part for as long as may be.
     speed = 2.0 * (energy / lightest) ** 0.5
     longest = 1.0 + speed * longest_collision(scene.span, scene.slow_stiffness, np.inf)
@@ -315,7 +315,7 @@ def _collide(
         details = {} if certificate is None else {"table": certificate.to_dict()}
         bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
         blind = None
-        if scene.line is None and scene.particles > 1:
+        if scene.line.plain and scene.particles > 1:
             blind = BlindBound(scene.bond, bond_range)
         for timestep in timesteps:
             chain.restart(timestep)

@@ -75,7 +75,7 @@ class LammpsChain:
     ) -> None:
         line = scene.line
         self.particles = scene.particles
-        count = scene.particles + (0 if line is None else line.targets)
+        count = scene.particles + line.targets
         self._alone = count == scene.particles
         bond_types = 1 if table is None or table.far is None else 2
         (folder / DATA_FILE).write_text(format_scene_data(scene, bond_types))
@@ -105,7 +105,7 @@ class LammpsChain:
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
             self._guard = None
-            if line is None and numerics.scheme == "verlet":
+            if line.plain and numerics.scheme == "verlet":
                 self._guard = WallGuard(self, scene, numerics.wall == "reflect", self.timestep)
         except Exception:
             self.close()

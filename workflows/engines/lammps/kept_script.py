@@ -157,7 +157,7 @@ def _range_in_flight(
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or scene.span == 1:
         return low, high
-    flight = bonds_in_flight if scene.line is None else line_bonds_in_flight
+    flight = bonds_in_flight if scene.line.plain else line_bonds_in_flight
     shortest, longest = flight(scene, outcome, flown_on(scene))
     # Coarse steps, and steps of the script's own, may see other bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

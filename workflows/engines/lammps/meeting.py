@@ -187,7 +187,6 @@ class SoftBodies(BodiesMeeting):
 
     def __init__(self, chain: "LammpsChain", scene: Scene, order: int) -> None:
         line = scene.line
-        assert line is not None
         super().__init__(chain, line)
         self._graded = grading(scene, order)
         self._began = (0.0, 0.0, 0.0)
@@ -256,7 +255,7 @@ def grading(scene: Scene, order: int) -> tuple[float, float] | None:
     None where they are not: for hard bodies, and where the force is a polynomial.
     """
     line = scene.line
-    if line is None or not line.soft or line.contact_exponent.is_integer():
+    if not line.soft or line.contact_exponent.is_integer():
         return None
     return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (line.contact_exponent + 1.0))
 
@@ -272,6 +271,6 @@ def _time_to_zero(distance: float, rate: float, acceleration: float) -> float:
 
 def meeting_of(chain: "LammpsChain", scene: Scene, order: int) -> Meeting:
     """Return how the bodies of a scene meet, in steps of some order."""
-    if scene.line is None:
+    if scene.line.plain:
         return HardWall(chain)
     return SoftBodies(chain, scene, order) if scene.line.soft else HardBodies(chain, scene.line)

@@ -52,7 +52,6 @@ def follow_line(
         As the stepping engine.
     """
     line, bond = scene.line, scene.bond
-    assert line is not None
     sharper = max(float(bond.curvature(shortest - 1.0)) / bond.stiffness, 1.0)
     step = STEP / math.sqrt(sharper * scene.fast_stiffness)
     moving = LineInMotion.of(line, bond, "order8", step, strains, velocities)
@@ -90,7 +89,6 @@ def line_bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tup
         Shortest and longest bond.
     """
     line = scene.line
-    assert line is not None
     target = np.zeros(1), np.zeros(1)
     if line.targets:
         target = outcome.target_displacements[::-1], outcome.target_velocities[::-1]

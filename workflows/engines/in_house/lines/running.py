@@ -46,7 +46,6 @@ def run_line(
     Parameters and errors are those of :func:`chaincor.workflows.engines.in_house.stepping.run`.
     """
     line = scene.line
-    assert line is not None
     moving = LineInMotion.of(
         line, scene.bond, numerics.scheme, numerics.timestep, line.strains, line.velocities
     )
