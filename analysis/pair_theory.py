@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
@@ -155,21 +156,12 @@ def compressed_strain(bond: Potential, energy: float) -> float:
     InputError
         If the bond cannot hold the energy.
     """
-    from scipy.optimize import brentq
-
-    # Everything relative to the harmonic root, so that no digits are lost at the lowest speeds.
-    harmonic = -math.sqrt(2.0 * energy / bond.stiffness)
-    end = bond.strain_min / harmonic
-
-    def excess(z: float) -> float:
-        return float(bond.energy(np.array(z * harmonic))) / energy - 1.0
-
-    far = min(1.0, 0.5 * end)
-    for _ in range(100):
-        if excess(far) >= 0.0:
-            return float(brentq(excess, 0.0, far, xtol=1e-15, rtol=1e-14)) * harmonic
-        far = min(2.0 * far, 0.5 * (far + end))
-    raise InputError(
-        f"bond '{bond.name}' cannot store the energy {energy:g} by compression; expected a bond "
-        "that stiffens"
-    )
+    strain = -distance_at(bond, energy, -1.0, -bond.strain_min)
+    with np.errstate(all="ignore"):
+        # One rounding farther from rest the bond would hold more than the energy.
+        if not float(bond.energy(np.nextafter(strain, -math.inf))) > energy:
+            raise InputError(
+                f"bond '{bond.name}' cannot store the energy {energy:g} by compression; expected "
+                "a bond that stiffens"
+            )
+    return strain

@@ -7,15 +7,15 @@ from typing import Any, Self
 
 import numpy as np
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import ConfigDict, Field, ValidationError, model_validator
 
-from chaincor.lammps_inputs.bonds.named import named_bond
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys, named_bond
 from chaincor.lammps_inputs.errors import SceneError, mistakes_in
 from chaincor.lammps_inputs.initial_state import InitialState, read_initial_state
 from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.number_types import PositiveNumber
 from chaincor.lammps_inputs.scene_parts.field_types import (
-    AnyPotential,
     Compression,
     Contact,
     ContactExponent,
@@ -23,11 +23,8 @@ from chaincor.lammps_inputs.scene_parts.field_types import (
     FilePath,
     Frames,
     Masses,
-    Number,
     Parameters,
     ParticleCount,
-    PositiveNumber,
-    PowerOrder,
     Scheme,
     Seed,
     TableRows,
@@ -53,7 +50,7 @@ DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1
 
 
-class Scene(BaseModel):
+class Scene(BondKeys):
     """
     One collision of a chain with a wall.
 
@@ -71,21 +68,6 @@ class Scene(BaseModel):
         frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
     )
 
-    potential: AnyPotential = Field(
-        default="lj", description="bond potential; from Python also a Potential object"
-    )
-    toda_b: PositiveNumber | None = Field(
-        default=None, description="steepness b of the toda bond [default: 10]"
-    )
-    morse_a: PositiveNumber | None = Field(
-        default=None, description="inverse width a of the morse bond [default: 6]"
-    )
-    power_order: PowerOrder | None = Field(
-        default=None, description="order of the power bond's anharmonic term, 3 or more"
-    )
-    power_c: Number | None = Field(
-        default=None, description="its coefficient: positive for even order, negative for odd"
-    )
     bond_file: FilePath | None = Field(
         default=None, description="LAMMPS bond table of your own, for potential table"
     )
@@ -218,7 +200,8 @@ class Scene(BaseModel):
 
             assert self.energy is not None
             return formula_bond(self.energy, tuple((self.parameters or {}).items()))
-        return named_bond(self.potential, self.toda_b, self.morse_a, self.power_order, self.power_c)
+        given = {key: getattr(self, key) for key in NAMED_POTENTIALS[self.potential].keys}
+        return named_bond(self.potential, **{k: v for k, v in given.items() if v is not None})
 
     @property
     def impact_velocity(self) -> float:

@@ -95,7 +95,7 @@ FLOORS_WITHIN = {
         {"scene_parts"},
         {"line", "thermal_state"},
         {"bonds", "given_numbers", "initial_state", "own_templates", "units"},
-        {"errors", "explain", "small_file"},
+        {"errors", "explain", "number_types", "small_file"},
     ],
     "lammps_inputs/own_templates": [
         {"own_template"},
@@ -190,6 +190,7 @@ FLOORS_WITHIN = {
     "workflows/pictures": [
         {"watch"},
         {"live_page", "recording"},
+        {"bond_script"},
     ],
     "workflows/processes": [
         {"pool"},

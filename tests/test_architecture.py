@@ -66,13 +66,12 @@ FLOORS = {
         {"contact_search", "stages"},
     ],
     "lammps_inputs/bonds": [
-        {"named"},
         {"equilibrium", "formula", "potentials", "table_file"},
         {"formula_rest", "user_bond"},
         {"formula_code"},
         {"formula_text"},
-        {"force_kernels"},
         {"potential"},
+        {"energy_levels"},
         {"check", "clamped_spline", "exponential", "series", "table_checks", "table_rows"},
     ],
     "workflows/reproduce": [

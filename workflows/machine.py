@@ -7,9 +7,9 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import Any, get_args
+from typing import Any
 
-from chaincor.lammps_inputs.scene_parts.field_types import PotentialName
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.workflows.cli import COMMANDS
 from chaincor.workflows.engines.lammps.library import (
     find_lmp_command,
@@ -74,12 +74,10 @@ def warm_up() -> Iterator[tuple[str, float]]:
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
 
-    for name in get_args(PotentialName):
+    # Those of tables and formulas are compiled anew for each.
+    for name, kind in NAMED_POTENTIALS.items():
         fields: dict[str, Any] = {"potential": name, "particles": 5, "engine": "reference"}
-        if name in ("table", "formula"):
-            continue  # compiled anew for each
-        if name == "power":
-            fields |= {"power_order": 4, "power_c": 1.0}
+        fields |= kind(**kind.example).as_keys()
         started = time.perf_counter()
         # From here on a default takes other steps; both kinds are compiled.
         for tolerance in (1e-4, 1e-9):

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.peers.integrators import timed
-from chaincor.lammps_inputs.bonds.force_kernels import lj_force
 from chaincor.lammps_inputs.bonds.potential import NoParameters
+from chaincor.lammps_inputs.bonds.potentials import lj_force
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce
 from chaincor.workflows.engines.in_house.stages import looped_stages
 

@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.force_kernels import lj_force
-from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, lj_force
 from chaincor.lammps_inputs.scene import Scene
 
 

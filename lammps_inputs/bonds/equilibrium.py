@@ -19,6 +19,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 
@@ -288,8 +289,8 @@ def _ends(bond: Potential, temperature: float) -> tuple[float, float]:
             f"{depth / LEAST_DEPTH:.6g} at most ({LEAST_DEPTH:g} times less)"
         )
     level = _REACH * temperature
-    low = -_outward(bond, level, -1.0, -floor)
-    high = _outward(bond, min(level, bond.dissociation - temperature), 1.0, ceiling)
+    low = -distance_at(bond, level, -1.0, -floor)
+    high = distance_at(bond, min(level, bond.dissociation - temperature), 1.0, ceiling)
     if math.isinf(high) or math.isinf(low):
         raise SceneError(
             f"temperature is {temperature:g}: the energy of the {bond.name} bond grows too slowly "
@@ -305,23 +306,3 @@ def _energy_at(bond: Potential, strain: float) -> float:
     with np.errstate(all="ignore"):
         energy = float(bond.energy(strain))
     return energy if math.isfinite(energy) else math.inf
-
-
-def _outward(bond: Potential, level: float, side: float, end: float) -> float:
-    """Return how far from rest U first exceeds a level, or the end; inf where it never does."""
-    scale = math.sqrt(2.0 * level / bond.stiffness)
-    far = scale * np.geomspace(1e-3, 1e9, 4000)
-    far = np.append(far[far < end], end) if end < far[-1] else far
-    with np.errstate(all="ignore"):
-        above = ~(np.asarray(bond.energy(side * far), dtype=float) <= level)
-    if not np.any(above):
-        return end
-    first = int(np.argmax(above))
-    inner, outer = (float(far[first - 1]) if first else 0.0), float(far[first])
-    while True:
-        middle = 0.5 * (inner + outer)
-        if not inner < middle < outer:
-            return inner
-        with np.errstate(all="ignore"):
-            below = float(bond.energy(side * middle)) <= level
-        inner, outer = (middle, outer) if below else (inner, middle)

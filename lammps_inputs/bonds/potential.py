@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.lammps_inputs.bonds.check import find_kinks
+from chaincor.lammps_inputs.bonds.energy_levels import halved
 
 Array = NDArray[np.float64]
 
@@ -240,107 +241,6 @@ class Potential(ABC):
             if not math.isfinite(value):
                 return None
             if value >= 0.0:
-                return _sign_change(excess, near, far)
+                return halved(lambda strain: excess(strain) < 0.0, near, far)[1]
             near = far
         return None
-
-
-def _sign_change(function: Callable[[float], float], below: float, above: float) -> float:
-    """Return where a function is no longer negative, to the last bit, by halving."""
-    # SciPy's optimiser would find it in fewer steps, and takes longer to load than a run takes.
-    while True:
-        middle = 0.5 * (below + above)
-        if middle in (below, above):
-            return above
-        if function(middle) < 0.0:
-            below = middle
-        else:
-            above = middle
-
-
-def compressed_strain(bond: Potential, energy: float) -> float:
-    """
-    Return the compressed strain at which a bond holds an energy.
-
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    energy : float
-        U, positive.
-
-    Returns
-    -------
-    float
-        Strain below zero; short of -1, where particles would meet, if the bond cannot hold it.
-    """
-    return float(compressed_strains(bond, np.array([energy]))[0])
-
-
-def compressed_strains(bond: Potential, energies: Array) -> Array:
-    """Return the same for many energies, of the shape (energies,); each as by itself."""
-    floor = max(bond.strain_min, -1.0)
-    # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
-    low, high = np.full(len(energies), -700.0), np.zeros(len(energies))
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        strains = floor * -_expm1(middle)
-        with np.errstate(all="ignore"):
-            held = np.broadcast_to(bond.energy(strains), strains.shape)
-        beyond = (held > energies) | ~np.isfinite(held)
-        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
-    return floor * -_expm1(high)
-
-
-def _expm1(exponents: Array) -> Array:
-    # NumPy's own rounds otherwise than that of the system, by which numbers have been found so far.
-    return np.array([math.expm1(exponent) for exponent in exponents.tolist()])
-
-
-_GRID = 64
-
-
-def strain_range(bond: Potential, energy: float) -> tuple[float, float]:
-    """
-    Return the strains between which a bond must be if it holds no more than an energy.
-
-    Parameters
-    ----------
-    bond : Potential
-        The potential.
-    energy : float
-        U, positive.
-
-    Returns
-    -------
-    tuple of float
-        Shortest and longest, rounded outward by less than a thousandth; inf where the energy
-        suffices to break the bond.
-    """
-    scale = math.sqrt(2.0 * energy / bond.stiffness)
-    shortest = -_outermost(bond, energy, scale, -1.0)
-    if energy >= bond.dissociation:
-        return shortest, math.inf
-    return shortest, min(_outermost(bond, energy, scale, 1.0), bond.strain_max)
-
-
-def _outermost(bond: Potential, energy: float, scale: float, side: float) -> float:
-    """Return where U first exceeds an energy, going out from zero to one side."""
-    end = -bond.strain_min if side < 0.0 else bond.strain_max
-    inner, outer = 0.0, 1e-3 * scale
-    for _ in range(_GRID):
-        if outer >= end:
-            outer = end
-            break
-        with np.errstate(all="ignore"):
-            if not float(bond.energy(side * outer)) <= energy:
-                break
-        inner, outer = outer, 2.0 * outer
-    for _ in range(2):
-        strains = np.linspace(inner, outer, _GRID)
-        with np.errstate(all="ignore"):
-            above = ~(bond.energy(side * strains) <= energy)
-        above[-1] = True
-        first = int(np.argmax(above))
-        inner, outer = float(strains[max(first - 1, 0)]), float(strains[first])
-    return outer

@@ -1,44 +1,85 @@
-"""Bond potentials U(r) as functions of the strain s = r - 1: one class each, used by everything."""
+"""
+The bonds that have names: everything that is particular to one of them is said here.
+
+A bond is a class. Its formulas for U and U'' are methods, that of the force -dU/dr is a kernel: a
+plain function, which arrays and compiled loops share. They are written so that nothing cancels at
+small strains, in arithmetic and functions that ``workflows.pictures.bond_script``
+can print as JavaScript, too.
+`BondKeys` holds what scenes say of bonds; options, form and doctor are made from it and from the
+class attributes.
+
+A kernel uses only what a compiler for scalars also knows. What it calls it closes over, as compiled
+loops need it, and its qualified name tells its compiled loops from others.
+"""
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from chaincor.lammps_inputs.bonds.force_kernels import (
-    MorseParameters,
-    PowerParameters,
-    TodaParameters,
-    harmonic_force,
-    lj_force,
-    log_force,
-    log_force_of_log_length,
-    morse_force,
-    power_force,
-    toda_force,
-)
-from chaincor.lammps_inputs.bonds.potential import Array, LogLength, Potential
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one
+from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
-from chaincor.lammps_inputs.errors import PotentialError
+from chaincor.lammps_inputs.errors import PotentialError, meant
+from chaincor.lammps_inputs.number_types import IsCount, Number, PositiveNumber
 
 # Parameters whose squares and inverse squares floating point can hold.
 _SMALLEST, _LARGEST = 1e-100, 1e100
+Strain = TypeVar("Strain", float, Array)
+
+
+class NamedBond(Potential):
+    """
+    A bond with a name.
+
+    Attributes
+    ----------
+    title : str
+        What people call it.
+    keys : dict
+        Keys in scenes, and what its class calls these parameters; those without default must be
+        given.
+    example : dict
+        Parameters for a bond of this kind, by the names of its class, where it has no defaults.
+    constants : dict
+        Names that its kernel closes over, as formulas of the parameters.
+    """
+
+    smooth = True
+    title: ClassVar[str]
+    keys: ClassVar[dict[str, str]] = {}
+    example: ClassVar[dict[str, Any]] = {}
+    constants: ClassVar[dict[str, str]] = {}
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return the parameters by their keys in scenes."""
+        return {key: getattr(self, name) for key, name in self.keys.items()}
+
+    @classmethod
+    def needed_keys(cls) -> list[str]:
+        """Return the keys of parameters that have no default."""
+        return [key for key, name in cls.keys.items() if not hasattr(cls, name)]
+
+
+def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
+    """Return -s."""
+    return -strain
 
 
 @dataclass(frozen=True)
-class Harmonic(Potential):
+class Harmonic(NamedBond):
     """U = s^2/2."""
 
     name = "harmonic"
-    smooth = is_harmonic = True
+    title = "springs (harmonic)"
+    is_harmonic = True
+    anharmonic_order = None
     force_kernel = staticmethod(harmonic_force)
-
-    @property
-    def anharmonic_order(self) -> int | None:
-        """None: there is no anharmonic term."""
-        return None
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return s^2/2."""
@@ -56,15 +97,29 @@ class Harmonic(Potential):
         return None
 
 
+def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
+    """
+    Return (r^-13 - r^-7)/6 with the root at r = 1 divided out.
+
+    With w = 1/r, w - 1 = -s w exactly and w^6 - 1 = (w - 1)(1 + w)(1 + w^2 + w^4), so that
+    nothing cancels: the force is -s w^8 (1 + w)(1 + w^2 + w^4)/6.
+    """
+    w = 1.0 / (1.0 + strain)
+    w2 = w * w
+    w4 = w2 * w2
+    return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
+
+
 @dataclass(frozen=True)
-class LennardJones(Potential):
+class LennardJones(NamedBond):
     """U = (r^-6 - 1)^2/72, which is (r^-12 - 2 r^-6 + 1)/72."""
 
     name = "lj"
-    smooth = True
+    title = "Lennard-Jones"
     force_kernel = staticmethod(lj_force)
     strain_min = -1.0
     dissociation = 1.0 / 72.0
+    convex_strain = (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return expm1(-6 log1p(s))^2/72."""
@@ -79,29 +134,53 @@ class LennardJones(Potential):
         r = 1.0 + np.asarray(strain, dtype=float)
         return (13.0 * r**-14.0 - 7.0 * r**-8.0) / 6.0
 
-    @property
-    def convex_strain(self) -> float:
-        """The inflection at r^6 = 13/7."""
-        return (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
+
+class _Exponential(NamedBond):
+    """A bond of one inverse length, on which U depends as U(s; b) = U(b s; 1)/b^2."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a positive number, or whose square is none."""
+        ((key, given),) = self.as_keys().items()
+        if not _SMALLEST <= given <= _LARGEST:
+            usual = type(self)().as_keys()[key]
+            raise PotentialError(
+                f"{key} is {given!r}; expected a positive number from {_SMALLEST:g} to "
+                f"{_LARGEST:g}, such as {usual:g}"
+            )
+
+    def _find_compressed_strain(self) -> float | None:
+        (given,) = self.as_keys().values()
+        if given == 1.0:
+            return super()._find_compressed_strain()
+        root = type(self)(1.0)._find_compressed_strain()  # type: ignore[call-arg]
+        return None if root is None else root / given
+
+
+class TodaParameters(NamedTuple):
+    """Steepness b."""
+
+    b: float
+
+
+def _toda_kernel(expm1: Callable) -> Callable:
+    def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
+        """Return (exp(-b s) - 1)/b."""
+        return expm1(-parameters.b * strain) / parameters.b
+
+    toda_force.__qualname__ = "toda_force"
+    return toda_force
 
 
 @dataclass(frozen=True)
-class Toda(Potential):
+class Toda(_Exponential):
     """U = (exp(-b s) - 1 + b s)/b^2 with b > 0."""
 
     b: float = 10.0
 
     name = "toda"
-    smooth = True
-    force_kernel = staticmethod(toda_force)
-
-    def __post_init__(self) -> None:
-        """Refuse a b that is not a positive number, or whose square is none."""
-        if not _SMALLEST <= self.b <= _LARGEST:
-            raise PotentialError(
-                f"toda_b is {self.b!r}; expected a positive number from {_SMALLEST:g} to "
-                f"{_LARGEST:g}, such as 10"
-            )
+    title = "Toda"
+    keys: ClassVar = {"toda_b": "b"}
+    force_kernel = staticmethod(_toda_kernel(exp_less_one))
 
     @property
     def parameters(self) -> TodaParameters:
@@ -120,31 +199,33 @@ class Toda(Potential):
         """Return exp(-b s)."""
         return np.exp(-self.b * np.asarray(strain, dtype=float))
 
-    def _find_compressed_strain(self) -> float | None:
-        """Scale the root at b = 1: U(s; b) = U(b s; 1)/b^2."""
-        if self.b == 1.0:
-            return super()._find_compressed_strain()
-        root = Toda(1.0)._find_compressed_strain()
-        return None if root is None else root / self.b
+
+class MorseParameters(NamedTuple):
+    """Inverse width a."""
+
+    a: float
+
+
+def _morse_kernel(expm1: Callable) -> Callable:
+    def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
+        """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
+        e = expm1(np.minimum(-parameters.a * strain, 350.0))
+        return e * (1.0 + e) / parameters.a
+
+    morse_force.__qualname__ = "morse_force"
+    return morse_force
 
 
 @dataclass(frozen=True)
-class Morse(Potential):
+class Morse(_Exponential):
     """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
 
     a: float = 6.0
 
     name = "morse"
-    smooth = True
-    force_kernel = staticmethod(morse_force)
-
-    def __post_init__(self) -> None:
-        """Refuse an a that is not a positive number, or whose square is none."""
-        if not _SMALLEST <= self.a <= _LARGEST:
-            raise PotentialError(
-                f"morse_a is {self.a!r}; expected a positive number from {_SMALLEST:g} to "
-                f"{_LARGEST:g}, such as 6"
-            )
+    title = "Morse"
+    keys: ClassVar = {"morse_a": "a"}
+    force_kernel = staticmethod(_morse_kernel(exp_less_one))
 
     @property
     def parameters(self) -> MorseParameters:
@@ -174,20 +255,24 @@ class Morse(Potential):
         """The inflection, ln(2)/a."""
         return math.log(2.0) / self.a
 
-    def _find_compressed_strain(self) -> float | None:
-        """Scale the root at a = 1: U(s; a) = U(a s; 1)/a^2."""
-        if self.a == 1.0:
-            return super()._find_compressed_strain()
-        root = Morse(1.0)._find_compressed_strain()
-        return None if root is None else root / self.a
+
+def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
+    """Return 1/r - 1 = -s/(1 + s)."""
+    return -strain / (1.0 + strain)
+
+
+def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
+    """Return 1/r - 1 and 1/r at ln r, exact at any length: exp(-y) - 1 and exp(-y)."""
+    force = np.expm1(-log_length)
+    return force, 1.0 + force
 
 
 @dataclass(frozen=True)
-class Logarithmic(Potential):
+class Logarithmic(NamedBond):
     """U = s - ln(1 + s)."""
 
     name = "log"
-    smooth = True
+    title = "log"
     force_kernel = staticmethod(log_force)
     strain_min = -1.0
 
@@ -209,15 +294,50 @@ class Logarithmic(Potential):
         return (1.0 + np.asarray(strain, dtype=float)) ** -2.0
 
 
+class PowerParameters(NamedTuple):
+    """Coefficient c of the anharmonic term; its order is the kernel's own."""
+
+    c: float
+
+
+@cache
+def power_force(order: int) -> Callable:
+    """
+    Return the kernel -s - order c s^(order - 1) for one order.
+
+    To a compiler the order is then a constant, and the power a few multiplications.
+
+    Parameters
+    ----------
+    order : int
+        Order of the anharmonic term, 3 or more.
+
+    Returns
+    -------
+    callable
+        ``kernel(strain, parameters)``.
+    """
+    exponent = order - 2
+
+    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
+        return -strain * (1.0 + order * parameters.c * strain**exponent)
+
+    kernel.__qualname__ = f"power{order}_force"
+    return kernel
+
+
 @dataclass(frozen=True)
-class Power(Potential):
+class Power(NamedBond):
     """U = s^2/2 + c s^order; c > 0 for even order, c < 0 for odd order."""
 
     order: int
     c: float
 
     name = "power"
-    smooth = True
+    title = "power"
+    keys: ClassVar = {"power_order": "order", "power_c": "c"}
+    example: ClassVar = {"order": 4, "c": 1.0}
+    constants: ClassVar = {"exponent": "order - 2"}
 
     def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
@@ -279,6 +399,71 @@ class Power(Potential):
         return -((2.0 * abs(self.c)) ** (-1.0 / (self.order - 2)))
 
 
-NAMED_POTENTIALS: dict[str, type[Potential]] = {
-    cls.name: cls for cls in (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
-}
+_CLASSES: tuple[type[NamedBond], ...] = (Harmonic, LennardJones, Toda, Morse, Logarithmic, Power)
+NAMED_POTENTIALS: dict[str, type[NamedBond]] = {cls.name: cls for cls in _CLASSES}
+POTENTIAL_NAMES = (*NAMED_POTENTIALS, "table", "formula")
+# What only bonds of one name have.
+BOND_KEYS = {key: cls.name for cls in _CLASSES for key in cls.keys}
+WHOLE_KEYS = tuple(
+    key for cls in _CLASSES for key, name in cls.keys.items() if cls.__annotations__[name] is int
+)
+
+
+def is_harmonic(name: str) -> bool:
+    """Return whether bonds of a name are springs."""
+    return name in NAMED_POTENTIALS and NAMED_POTENTIALS[name].is_harmonic
+
+
+@cache
+def named_bond(name: str, **given: Any) -> NamedBond:
+    """Return a shared bond: finding v* takes longer than the rest of making a scene."""
+    cls = NAMED_POTENTIALS[name]
+    return cls(**{cls.keys[key]: value for key, value in given.items()})
+
+
+def _known(value: Any) -> Any:
+    if isinstance(value, str) and value.lower() in POTENTIAL_NAMES:
+        return value.lower()
+    if isinstance(value, Potential):
+        return value
+    near = meant(value, POTENTIAL_NAMES) if isinstance(value, str) else None
+    hint = "" if near is None else f"; did you mean {near!r}?"
+    raise ValueError(f"expected one of {', '.join(POTENTIAL_NAMES)}{hint}")
+
+
+class BondKeys(BaseModel):
+    """
+    What a scene says of its bonds by name.
+
+    Beside a number the form of the live page is told how to call it, what is usual, and between
+    which limits it lies there: numbers, or a function of the scene, in JavaScript.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    potential: Annotated[str | Potential, BeforeValidator(_known)] = Field(
+        default=LennardJones.name,
+        description="bond potential; from Python also a Potential object",
+    )
+    toda_b: PositiveNumber | None = Field(
+        default=None,
+        description="steepness b of the toda bond [default: 10]",
+        json_schema_extra={"form": ["Steepness b", 10, "[0.1, 100]"]},
+    )
+    morse_a: PositiveNumber | None = Field(
+        default=None,
+        description="inverse width a of the morse bond [default: 6]",
+        json_schema_extra={"form": ["Inverse width a", 6, "[0.1, 100]"]},
+    )
+    power_order: Annotated[int, Field(ge=3, le=99), IsCount] | None = Field(
+        default=None,
+        description="order of the power bond's anharmonic term, 3 or more",
+        json_schema_extra={"form": ["Order", 4, "[3, 20]"]},
+    )
+    power_c: Number | None = Field(
+        default=None,
+        description="its coefficient: positive for even order, negative for odd",
+        json_schema_extra={
+            "form": ["Coefficient c", 1, "scene.power_order % 2 ? [-1e3, -1e-3] : [1e-3, 1e3]"]
+        },
+    )

@@ -9,6 +9,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import NamedBond
 from chaincor.lammps_inputs.bonds.table_file import TableBond
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
 
@@ -37,12 +38,10 @@ def canonical_fields(scene: "Scene") -> dict[str, Any]:
     }
     if isinstance(scene.potential, Potential):
         fields["potential"] = f"object {scene.label} {_force_digest(scene.potential)}"
+    elif isinstance(scene.bond, NamedBond):
+        fields |= scene.bond.as_keys()
     fields.pop("speed", None)
     fields["velocity"] = scene.impact_velocity
-    if scene.potential == "toda":
-        (fields["toda_b"],) = scene.bond.parameters
-    if scene.potential == "morse":
-        (fields["morse_a"],) = scene.bond.parameters
     if scene.potential == "formula":
         assert isinstance(scene.bond, Formula)
         fields["energy"] = scene.bond.text

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
+from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 if TYPE_CHECKING:
@@ -16,15 +17,7 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
 
 # What only bonds of one potential have.
-BOND_KEYS = {
-    "toda_b": "toda",
-    "morse_a": "morse",
-    "power_order": "power",
-    "power_c": "power",
-    "bond_file": "table",
-    "energy": "formula",
-    "parameters": "formula",
-}
+OWNERS = BOND_KEYS | {"bond_file": "table", "energy": "formula", "parameters": "formula"}
 NUMERICS_KEYS = ("wall", "scheme", "timestep", "table", "table_points")
 # Relative to the fastest chain mode (omega = 2 sqrt(U''(1))) Verlet is unstable from omega dt = 2.
 VERLET_STABILITY_LIMIT = 2.0
@@ -122,11 +115,13 @@ def check_together(scene: "Scene") -> None:
 
 
 def _check_parameters(scene: "Scene") -> Iterator[str]:
-    for key, owner in BOND_KEYS.items():
+    for key, owner in OWNERS.items():
         if getattr(scene, key) is not None and scene.potential != owner:
             yield (f"{key} goes with potential '{owner}', not '{scene.label}'")
-    if scene.potential == "power" and (scene.power_order is None or scene.power_c is None):
-        yield ("potential 'power' needs power_order and power_c")
+    if isinstance(scene.potential, str) and scene.potential in NAMED_POTENTIALS:
+        needed = NAMED_POTENTIALS[scene.potential].needed_keys()
+        if any(getattr(scene, key) is None for key in needed):
+            yield (f"potential '{scene.potential}' needs {' and '.join(needed)}")
     if scene.potential == "table" and scene.bond_file is None:
         yield ("potential 'table' needs bond_file")
     if scene.potential == "formula" and scene.energy is None:

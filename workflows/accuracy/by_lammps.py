@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from chaincor.lammps_inputs.bonds.potential import compressed_strain
+from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import TableStyle

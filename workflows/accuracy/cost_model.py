@@ -59,7 +59,7 @@ class CostModel:
 
         LAMMPS flies little farther than to the last contact.
         """
-        harmonic = scene.label == "harmonic"
+        harmonic = scene.bond.is_harmonic
         per_bond = self.harmonic_bond if harmonic else getattr(self, f"{numerics.table}_bond")
         scheme = STEP_SCHEMES[numerics.scheme]
         # A free target has bonds of its own, and meets no more often than its shorter body allows.

@@ -7,11 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import (
-    Potential,
-    compressed_strain,
-    compressed_strains,
-)
+from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain, compressed_strains
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import DEFAULT_TIMESTEPS, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene

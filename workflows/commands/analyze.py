@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene_parts.field_types import POTENTIAL_NAMES
 from chaincor.workflows.commands.scene_options import NamedNumbers, WordChoice
 from chaincor.workflows.json_output import json_text
 

@@ -8,9 +8,10 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import meant, mistakes_in
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.rules import BOND_KEYS
+from chaincor.lammps_inputs.scene_parts.rules import OWNERS
 from chaincor.lammps_inputs.scene_parts.scene_file import read_scene_fields
 
 
@@ -98,8 +99,9 @@ def _option(name: str) -> Callable[[Callable], Callable]:
     dashed = name.replace("_", "-")
     if kind is bool:
         return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
-    if get_origin(kind) is Literal:
-        return click.option(f"--{dashed}", name, type=WordChoice(get_args(kind)), help=text)
+    choices = POTENTIAL_NAMES if name == "potential" else get_args(kind)
+    if name == "potential" or get_origin(kind) is Literal:
+        return click.option(f"--{dashed}", name, type=WordChoice(choices), help=text)
     types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),
@@ -181,7 +183,7 @@ def scene_from(
     if "speed" in given or "velocity" in given:
         fields = {k: v for k, v in fields.items() if k not in ("speed", "velocity")}
     if "potential" in given and given["potential"] != fields.get("potential"):
-        fields = {k: v for k, v in fields.items() if k not in BOND_KEYS}
+        fields = {k: v for k, v in fields.items() if k not in OWNERS}
     if scene_file is not None:
         with mistakes_in(scene_file):
             return Scene(**fields | given)

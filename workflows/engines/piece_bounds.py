@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import Potential, strain_range
+from chaincor.lammps_inputs.bonds.energy_levels import strain_range
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Energy of a broken bond that is taken as paid once an end particle is far out.
 PAID = 0.9

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.figures import style
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.pictures.bond_script import bonds_form, bonds_script
 from chaincor.workflows.versions import versions
 
 MOST_PARTICLES = 500
@@ -29,7 +31,7 @@ def kernel_source() -> str:
     fractions = STEP_SCHEMES["order8"].fractions
     weights = {"KICKS": fractions.kicks.tolist(), "DRIFTS": fractions.drifts.tolist()}
     constants = [f"const {name} = {json.dumps(values)};" for name, values in weights.items()]
-    return "\n".join(['"use strict";', *constants, *map(_part, _KERNEL)])
+    return "\n".join(['"use strict";', *constants, bonds_script(), *map(_part, _KERNEL)])
 
 
 def live_page(particles: int = 50) -> str:
@@ -62,6 +64,9 @@ def live_page(particles: int = 50) -> str:
         kernel=kernel_source(),
         page="\n".join(map(_part, _PAGE)),
         most_particles=MOST_PARTICLES,
+        bonds={name: cls.title for name, cls in NAMED_POTENTIALS.items()},
+        bond_numbers=bonds_form(),
+        first_bond=BondKeys.model_fields["potential"].default,
     )
 
 

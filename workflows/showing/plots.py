@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potentials import Harmonic
+from chaincor.lammps_inputs.bonds.potentials import is_harmonic
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.showing.described import Described
 
@@ -134,7 +134,7 @@ class Plots:
         energies, theory = result.mode_energies, None
         if result.fragments > 1:
             energies = kinetic_mode_energies(result.velocities, self._masses)
-        elif not self._special and result.potential == Harmonic.name:
+        elif not self._special and is_harmonic(result.potential):
             theory = self._theory()
         axes = self._axes(ax)
         plot_spectrum(energies, self._energy_before, theory=theory, ax=axes)

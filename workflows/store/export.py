@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.outputs import refuse_other_kinds
 from chaincor.workflows.store.query import query_rows
@@ -77,7 +78,7 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
 def _frame(store: Store) -> "pandas.DataFrame":
     pd = require_pandas()
     frame = pd.DataFrame.from_records(_rows(store), columns=list(PLAIN_COLUMNS))
-    names = ("contacts", "fragments", "power_order", "table_points", "target_particles")
+    names = ("contacts", "fragments", *WHOLE_KEYS, "table_points", "target_particles")
     whole = dict.fromkeys(names, "Int64")
     return frame.astype(whole | dict.fromkeys(FLAG_COLUMNS, "boolean"))
 

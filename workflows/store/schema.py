@@ -1,5 +1,7 @@
 """The tables of a results store, their version, and how an older store becomes a newer one."""
 
+from chaincor.lammps_inputs.scene_parts.rules import OWNERS
+
 # "CCOR": tells a results store from any other SQLite file.
 APPLICATION_ID = 0x43434F52
 
@@ -81,7 +83,7 @@ SCHEMA_VERSION = len(MIGRATIONS)
 
 SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
 # Of bonds that few scenes have: taken out of the scene's JSON.
-SCENE_KEYS = ("morse_a", "energy", "parameters")
+SCENE_KEYS = tuple(key for key in OWNERS if key not in (*SCENE_COLUMNS, "bond_file"))
 # What scenes say in words or lists, where there is no column whose type tells.
 WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
 # Fields of a result that have a column of their own; the others go to `details`.

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.scene_file import (
     MASSES_READ,
@@ -21,7 +22,7 @@ from chaincor.workflows.sweep.shared_fields import fields_set, refuse_shared_fie
 _KEYS = ("scene", "axes", "zip", "store", "arrays")
 _RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
 _SPACINGS = ("linear", "log")
-_WHOLE = ("particles", "target_particles", "power_order", "table_points")
+_WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
 _MOST_POINTS = 10_000_000
 
 

@@ -9,12 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from chaincor.lammps_inputs.bonds.force_kernels import (
-    PowerParameters,
-    TodaParameters,
-    power_force,
-    toda_force,
-)
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     Harmonic,
@@ -22,7 +16,10 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Logarithmic,
     Morse,
     Power,
+    PowerParameters,
     Toda,
+    TodaParameters,
+    power_force,
 )
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import PotentialError
@@ -127,11 +124,13 @@ def test_exponential_of_toda_to_two_epsilon():
     strains = np.concatenate((-sizes, sizes, [-709.0, 1e-12, -1e-12], np.linspace(-3, 3, 100_001)))
     exact = np.expm1(-strains.astype(np.longdouble))
     steep = TodaParameters(1.0)
-    error = np.abs(toda_force(strains, steep) - exact)
+    error = np.abs(Toda.force_kernel(strains, steep) - exact)
     assert np.all(error <= 2.0 * EPSILON * np.abs(exact))
-    assert np.array_equal(toda_force(np.array([50.0, 1e9, np.inf]), steep), [-1.0, -1.0, -1.0])
-    assert toda_force(-1e9, steep) > 1e307
-    assert np.isnan(toda_force(np.nan, steep))
+    assert np.array_equal(
+        Toda.force_kernel(np.array([50.0, 1e9, np.inf]), steep), [-1.0, -1.0, -1.0]
+    )
+    assert Toda.force_kernel(-1e9, steep) > 1e307
+    assert np.isnan(Toda.force_kernel(np.nan, steep))
 
 
 @pytest.mark.parametrize("order", [3, 4, 7, 12])

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, minimize
 
 from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
-from chaincor.lammps_inputs.bonds.potential import strain_range
+from chaincor.lammps_inputs.bonds.energy_levels import strain_range
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.piece_bounds import Lever, escape_risk, reach
 from chaincor.workflows.engines.pieces import count_fragments, find_pieces

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.potential import compressed_strain
+from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE

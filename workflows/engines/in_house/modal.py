@@ -88,7 +88,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
         If the chain still approaches the wall after the longest time that is followed.
     """
     if not scene.bond.is_harmonic:
-        raise SceneError(f"potential is '{scene.label}'; modal propagation expects 'harmonic'")
+        raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
     if not scene.line.plain:
         if not serves(scene):
             raise SceneError(

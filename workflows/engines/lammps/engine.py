@@ -11,7 +11,8 @@ import numpy as np
 
 from chaincor.analysis.atomic_write import folder_aside, written_aside
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate, tabulate_near_and_far
-from chaincor.lammps_inputs.bonds.potential import Potential, compressed_strain
+from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE

@@ -1,5 +1,5 @@
-// Bonds U(r) as functions of the strain s = r - 1, without cancellation at small strains; the same
-// formulas as in lammps_inputs/bonds. Units: bond length at rest, particle mass, U''(1) = 1.
+// What bonds U(r) are asked, as functions of the strain s = r - 1. `BONDS`, their formulas, are printed
+// from lammps_inputs/bonds/potentials.py. Units: bond length at rest, particle mass, U''(1) = 1.
 
 /** x - ln(1 + x) to full relative accuracy. */
 function xMinusLog1p(x) {
@@ -18,91 +18,24 @@ function expm1MinusX(x) {
   return 0.5 * x * x * (1 + sum);
 }
 
-/** x^k of a whole k, by multiplications. */
-function wholePower(x, k) {
-  let power = 1;
+const square = (x) => x * x;
+
+const one = () => 1;
+
+/** x^k: of a whole k by multiplications. */
+function power(x, k) {
+  if (!(Number.isInteger(k) && k >= 0)) return x ** k;
+  let product = 1;
   for (; k > 0; k >>= 1) {
-    if (k & 1) power *= x;
+    if (k & 1) product *= x;
     x *= x;
   }
-  return power;
+  return product;
 }
 
 // What a bond is unless it says otherwise: `floor` is the shortest strain, `depth` the energy that
 // breaks it, `convex` the strain up to which U is convex, `barrier` that beyond which it runs away.
-const PLAIN = { floor: -Infinity, depth: Infinity, convex: Infinity, barrier: Infinity, cubic: true };
-
-const BONDS = {
-  harmonic: () => ({
-    cubic: false,
-    linear: true,
-    energy: (s) => 0.5 * s * s,
-    curvature: () => 1,
-    forces(strain, force) {
-      for (let i = 0; i < strain.length; i++) force[i] = -strain[i];
-    },
-  }),
-
-  lj: () => ({
-    floor: -1,
-    depth: 1 / 72,
-    convex: (13 / 7) ** (1 / 6) - 1,
-    energy: (s) => Math.expm1(-6 * Math.log1p(s)) ** 2 / 72,
-    curvature: (s) => (13 * (1 + s) ** -14 - 7 * (1 + s) ** -8) / 6,
-    forces(strain, force) {
-      // (r^-13 - r^-7)/6 with the root at r = 1 divided out.
-      for (let i = 0; i < strain.length; i++) {
-        const s = strain[i], w = 1 / (1 + s), w2 = w * w, w4 = w2 * w2;
-        force[i] = s * (1 + w) * (1 + w2 * (1 + w2)) * (w4 * w4 * (-1 / 6));
-      }
-    },
-  }),
-
-  toda: ({ toda_b: b = 10 }) => ({
-    energy: (s) => expm1MinusX(-b * s) / (b * b),
-    curvature: (s) => Math.exp(-b * s),
-    forces(strain, force) {
-      for (let i = 0; i < strain.length; i++) force[i] = Math.expm1(-b * strain[i]) / b;
-    },
-  }),
-
-  morse: ({ morse_a: a = 6 }) => ({
-    depth: 0.5 / (a * a),
-    convex: Math.LN2 / a,
-    energy: (s) => Math.expm1(-a * s) ** 2 * (0.5 / (a * a)),
-    curvature: (s) => Math.exp(-a * s) * (2 * Math.exp(-a * s) - 1),
-    forces(strain, force) {
-      for (let i = 0; i < strain.length; i++) {
-        const e = Math.expm1(Math.min(-a * strain[i], 350));
-        force[i] = e * (1 + e) / a;
-      }
-    },
-  }),
-
-  log: () => ({
-    floor: -1,
-    energy: xMinusLog1p,
-    curvature: (s) => (1 + s) ** -2,
-    forces(strain, force) {
-      for (let i = 0; i < strain.length; i++) force[i] = -strain[i] / (1 + strain[i]);
-    },
-  }),
-
-  power: ({ power_order: order = 4, power_c: c = 1 }) => {
-    const even = order % 2 === 0;
-    return {
-      cubic: false,
-      convex: even ? Infinity : (-order * (order - 1) * c) ** (-1 / (order - 2)),
-      barrier: even ? Infinity : (-order * c) ** (-1 / (order - 2)),
-      energy: (s) => s * s * (0.5 + c * wholePower(s, order - 2)),
-      curvature: (s) => 1 + order * (order - 1) * c * wholePower(s, order - 2),
-      forces(strain, force) {
-        for (let i = 0; i < strain.length; i++)
-          force[i] = -strain[i] * (1 + order * c * wholePower(strain[i], order - 2));
-      },
-    };
-  },
-};
+const PLAIN = { floor: -Infinity, depth: Infinity, convex: Infinity, barrier: Infinity };
 
 /** The bond of a scene. */
 function bondOf(scene) {

@@ -12,6 +12,16 @@ function wear(theme) {
   curvePicture.draw();
 }
 
+/** Where only the other sign of a bond's number is allowed beside the numbers before it, take it. */
+function turnSigns() {
+  const scene = {};
+  for (const [key, between] of Object.entries(BOND_FORM[find("potential").value].limits)) {
+    const value = Number(find(key).value), [low, high] = between(scene);
+    if (!(value >= low && value <= high) && -value >= low && -value <= high) find(key).value = -value;
+    scene[key] = Number(find(key).value);
+  }
+}
+
 function wire() {
   for (const [slider, box] of [["speed-slider", "speed"], ["particles-slider", "particles"]]) {
     find(slider).addEventListener("input", () => {
@@ -22,15 +32,12 @@ function wire() {
   }
   find("potential").addEventListener("change", () => {
     // Springs count speeds in other units.
-    find("speed").value = find("potential").value === "harmonic" ? 0.1 : 0.4;
+    find("speed").value = BOND_FORM[find("potential").value].linear ? 0.1 : 0.4;
     change();
   });
-  find("power_order").addEventListener("change", () => {
-    const odd = Number(find("power_order").value) % 2, c = Math.abs(Number(find("power_c").value));
-    find("power_c").value = odd ? -c : c;
-  });
-  for (const id of ["toda_b", "morse_a", "power_order", "power_c", "masses", "target",
-                    "target_particles", "target_masses", "temperature", "seed"])
+  for (const key of BOND_NUMBERS) find(key).addEventListener("change", turnSigns);
+  for (const id of [...BOND_NUMBERS, "masses", "target", "target_particles", "target_masses",
+                    "temperature", "seed"])
     find(id).addEventListener("change", () => change());
   find("pattern").addEventListener("change", () => {
     find("masses").value = PRESETS[find("pattern").value](Number(find("particles").value));

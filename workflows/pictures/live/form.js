@@ -10,9 +10,9 @@ const PRESETS = {
   middle: (n) => Array.from({ length: n }, (_, i) => (i === n >> 1 ? 3 : 1)).join(","),
 };
 
-const PARAMETERS = { toda: ["toda_b"], morse: ["morse_a"], power: ["power_order", "power_c"] };
-const TEXTS = ["potential", "toda_b", "morse_a", "power_order", "power_c", "speed", "velocity",
-               "particles", "masses", "target_particles", "target_masses", "temperature", "seed"];
+const BOND_NUMBERS = Object.values(BOND_FORM).flatMap((form) => Object.keys(form.limits));
+const TEXTS = ["potential", ...BOND_NUMBERS, "speed", "velocity", "particles",
+               "masses", "target_particles", "target_masses", "temperature", "seed"];
 
 /** Positive numbers with commas between them. */
 function readMasses(text, what) {
@@ -34,16 +34,12 @@ function readNumber(id, low, high, { whole = false } = {}) {
 /** The scene that the form says; Refusal where it says none. */
 function readScene() {
   const scene = { potential: find("potential").value };
-  if (scene.potential === "toda") scene.toda_b = readNumber("toda_b", 0.1, 100);
-  if (scene.potential === "morse") scene.morse_a = readNumber("morse_a", 0.1, 100);
-  if (scene.potential === "power") {
-    scene.power_order = readNumber("power_order", 3, 20, { whole: true });
-    const even = scene.power_order % 2 === 0;
-    scene.power_c = readNumber("power_c", even ? 1e-3 : -1e3, even ? 1e3 : -1e-3);
-  }
+  const { linear, whole, limits } = BOND_FORM[scene.potential];
+  for (const [key, between] of Object.entries(limits))
+    scene[key] = readNumber(key, ...between(scene), { whole: whole.includes(key) });
   scene.particles = readNumber("particles", 1, SETTINGS.mostParticles, { whole: true });
   const speed = readNumber("speed", 1e-4, 10);
-  if (scene.potential === "harmonic") scene.velocity = speed;
+  if (linear) scene.velocity = speed;
   else scene.speed = speed;
   const masses = readMasses(find("masses").value, "Masses");
   if (masses.some((m) => m !== 1)) scene.masses = masses;
@@ -91,9 +87,8 @@ function commandOf(scene) {
 
 /** Show what belongs to the choices made. */
 function arrange() {
-  const bond = find("potential").value, linear = bond === "harmonic";
-  for (const [name, keys] of Object.entries(PARAMETERS))
-    for (const key of keys) find(key).parentElement.hidden = name !== bond;
+  const { linear, limits } = BOND_FORM[find("potential").value];
+  for (const key of BOND_NUMBERS) find(key).parentElement.hidden = !(key in limits);
   find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
   find("speed-hint").textContent = linear
     ? "0.0001 to 10; springs behave alike at every speed"

@@ -92,9 +92,9 @@ const curvePicture = new Picture("curve", {
     const etas = known.map((point) => point.restitution);
     const low = Math.min(0.6, ...etas.map((eta) => Math.floor(10 * eta) / 10));
     const high = Math.max(1, ...etas.map((eta) => Math.ceil(10 * eta) / 10));
-    const most = shown.harmonic ? 0.5 : 2;
+    const most = shown.linear ? 0.5 : 2;
     axes.span(0, most, Math.max(0, low), high + 0.02);
-    axes.axes(shown.harmonic ? "impact speed (\u221a(k/m) bond lengths)" : "impact speed / v*",
+    axes.axes(shown.linear ? "impact speed (\u221a(k/m) bond lengths)" : "impact speed / v*",
       "restitution \u03b7 (energy)");
     const points = known.slice().sort((a, b) => a.speed - b.speed);
     if (shown.flat && points.length)

@@ -88,8 +88,8 @@ function startCurve() {
   if (key === state.curveKey) return curvePicture.draw();
   state.curveKey = key;
   shown.curve = [];
-  shown.harmonic = others.potential === "harmonic";
-  shown.flat = shown.harmonic && !(others.temperature > 0);
+  shown.linear = BOND_FORM[others.potential].linear;
+  shown.flat = shown.linear && !(others.temperature > 0);
   curvePicture.forget();
   return start("curve", others);
 }

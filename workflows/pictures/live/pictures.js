@@ -1,7 +1,7 @@
 // The motion of one collision: world lines, and the chain itself.
 
 /** What the pictures show: the run and all that follows from it, the curve, the moment. */
-const shown = { run: null, curve: [], speed: null, harmonic: false };
+const shown = { run: null, curve: [], speed: null, linear: false };
 
 const TIME = "time since the first contact (\u221a(m/k))";
 
