@@ -17,8 +17,8 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.store.stored_collision import StoredCollision
-from chaincor.workflows.sweep.execution import run_scenes
+from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.store.row import Row
 
 # Ratios of two particles lie densely: their curve has corners. Its minimum is at 1.43447.
 _RATIOS = {2: 401, 10: 161, 50: 81}
@@ -85,7 +85,7 @@ def defect_points(common: dict[str, Any]) -> Iterator[Point]:
             yield Point("one_defect", f"mass {mass:.3g}", float(place), scene)
 
 
-def kinematic_bar(row: StoredCollision) -> tuple[float, float]:
+def kinematic_bar(row: Row) -> tuple[float, float]:
     """Return e = sqrt(eta) and how far it may be off: half of eta's bar over e, or its root."""
     eta, bar = row.restitution, row.restitution_error
     assert bar is not None
@@ -95,7 +95,7 @@ def kinematic_bar(row: StoredCollision) -> tuple[float, float]:
 
 def draw(
     points: list[Point],
-    rows: list[StoredCollision],
+    rows: list[Row],
     name: str,
     label: str,
     path: Path,
@@ -129,7 +129,7 @@ def draw(
     print(path)
 
 
-def write_table(points: list[Point], rows: list[StoredCollision], path: Path) -> None:
+def write_table(points: list[Point], rows: list[Row], path: Path) -> None:
     """Write every point with its bar."""
     with path.open("w", newline="", encoding="ascii") as file:
         writer = csv.writer(file)
@@ -164,7 +164,7 @@ def main() -> None:
     given = parser.parse_args()
     common = {"engine": given.engine, "tolerance": given.tolerance}
     points = [*diatomic_points(common), *rod_points(common), *defect_points(common)]
-    rows = run_scenes([point.scene for point in points], given.store, workers=given.workers)
+    rows = collide_into_store([point.scene for point in points], given.store, workers=given.workers)
     failed = [
         (p.scene, row.failure) for p, row in zip(points, rows, strict=True) if row.result is None
     ]

@@ -15,32 +15,30 @@ if TYPE_CHECKING:
     from chaincor.analysis.job_folder import find_job as find_job
     from chaincor.lammps_inputs.bonds.user_bond import UserBond as UserBond
     from chaincor.lammps_inputs.scene import Scene as Scene
+    from chaincor.workflows.campaign.collide_many import collide_many as collide_many
+    from chaincor.workflows.campaign.ensemble import Ensemble as Ensemble
+    from chaincor.workflows.campaign.sweep import sweep as sweep
     from chaincor.workflows.collision import collide as collide
-    from chaincor.workflows.ensemble.collide_many import collide_many as collide_many
-    from chaincor.workflows.ensemble.result import Ensemble as Ensemble
     from chaincor.workflows.job import write_job as write_job
     from chaincor.workflows.job_analysis.analyze import analyze as analyze
     from chaincor.workflows.result import Collision as Collision
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
-    from chaincor.workflows.sweep.execution import run_scenes as run_scenes
-    from chaincor.workflows.sweep.frame import sweep as sweep
     from chaincor.workflows.tradeoff.scripts.study import tradeoff_script as tradeoff_script
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
     "Collision": "chaincor.workflows.result",
-    "Ensemble": "chaincor.workflows.ensemble.result",
+    "Ensemble": "chaincor.workflows.campaign.ensemble",
     "Scene": "chaincor.lammps_inputs.scene",
     "Store": "chaincor.workflows.store.results_store",
     "UserBond": "chaincor.lammps_inputs.bonds.user_bond",
     "analyze": "chaincor.workflows.job_analysis.analyze",
     "analyze_job": "chaincor.analysis.job_folder",
     "collide": "chaincor.workflows.collision",
-    "collide_many": "chaincor.workflows.ensemble.collide_many",
+    "collide_many": "chaincor.workflows.campaign.collide_many",
     "find_job": "chaincor.analysis.job_folder",
-    "run_scenes": "chaincor.workflows.sweep.execution",
-    "sweep": "chaincor.workflows.sweep.frame",
+    "sweep": "chaincor.workflows.campaign.sweep",
     "to_pandas": "chaincor.workflows.store.export",
     "tradeoff_script": "chaincor.workflows.tradeoff.scripts.study",
     "validate": "chaincor.workflows.validation.comparison",
@@ -58,7 +56,6 @@ __all__ = [
     "collide",
     "collide_many",
     "find_job",
-    "run_scenes",
     "sweep",
     "to_pandas",
     "tradeoff_script",

@@ -122,6 +122,14 @@ FLOORS_WITHIN = {
     "workflows/accuracy/at_once": [
         {"many", "together"},
     ],
+    "workflows/campaign": [
+        {"ensemble_text", "sweep"},
+        {"sweep_file"},
+        {"collide_many"},
+        {"ensemble", "forecast", "into_store", "points", "warm"},
+        {"carry_out"},
+        {"cluster", "pool", "progress", "tasks"},
+    ],
     "workflows/commands": [
         {"analyze", "inputs", "run", "tradeoff", "validate"},
         {
@@ -162,10 +170,6 @@ FLOORS_WITHIN = {
         {"instance"},
         {"blind", "bodies", "crossing", "far_bonds", "guard", "library", "meeting", "whole_steps"},
     ],
-    "workflows/ensemble": [
-        {"collide_many", "description"},
-        {"groups", "result"},
-    ],
     "workflows/grids": [
         {"collect"},
         {"grid"},
@@ -191,10 +195,6 @@ FLOORS_WITHIN = {
         {"watch"},
         {"live_page", "recording"},
         {"bond_script"},
-    ],
-    "workflows/processes": [
-        {"pool"},
-        {"in_flight", "progress", "run_progress", "sending"},
     ],
     "workflows/reproduce/claims": [
         {"all_claims"},
@@ -232,18 +232,9 @@ FLOORS_WITHIN = {
         {"export"},
         {"merge", "query"},
         {"results_store"},
-        {"record"},
-        {"rows"},
-        {"stored_collision"},
-        {"attempt", "connection"},
-        {"kept"},
+        {"row"},
+        {"connection"},
         {"schema", "standing"},
-    ],
-    "workflows/sweep": [
-        {"frame"},
-        {"file"},
-        {"execution", "shared_fields"},
-        {"cluster", "cost", "points", "todo"},
     ],
     "workflows/tradeoff": [
         {"study_files"},

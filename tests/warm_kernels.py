@@ -16,8 +16,8 @@ from multiprocessing import get_context
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
-from chaincor.workflows.ensemble.collide_many import collide_many
 
 # From the one that takes longest.
 BONDS = (

@@ -1,40 +1,24 @@
-"""One collision from a scene to its result: the function that everything else calls."""
+"""The door: a scene to its result, or many of them, kept in a store or not."""
 
-import math
-import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import overload
 
-from chaincor.lammps_inputs.errors import ChaincorError
-from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.thermal_state import GENERATOR
-from chaincor.workflows.accuracy import meet
-from chaincor.workflows.accuracy.answer import Answer, spread_of
-from chaincor.workflows.accuracy.at_once.together import companies, meet_together
-from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
-from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
-from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.scouting import scout, scouting_details
+from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
-from chaincor.workflows.accuracy.table_rows import with_rows
-from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.lammps import engine as lammps
-from chaincor.workflows.engines.time_limit import limited_to
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
+from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.campaign.progress import progress_bar
+from chaincor.workflows.campaign.tasks import MOST_SECONDS as MOST_SECONDS
+from chaincor.workflows.campaign.tasks import Task, tasks_of
 from chaincor.workflows.given import scenes_given, workers_given
+from chaincor.workflows.one_collision import collide_one
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
-from chaincor.workflows.processes.in_flight import as_they_end
-from chaincor.workflows.processes.pool import ProcessPool
-from chaincor.workflows.processes.progress import progress_bar
 from chaincor.workflows.result import Collision
-from chaincor.workflows.result_of import result_of
-
-# A collision of a day is seldom meant.
-MOST_SECONDS = 86400.0
-# Seconds in which new processes are hardly up.
-_SOONER_HERE = 3.0
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
 
 
 @overload
@@ -59,14 +43,29 @@ def collide(
 ) -> list[Collision]: ...
 
 
+@overload
+def collide(
+    scene: Iterable[Scene],
+    tolerance: float | None = None,
+    *,
+    store: Store | Path | str,
+    arrays: bool = False,
+    most_seconds: float = MOST_SECONDS,
+    workers: int | None = None,
+    progress: bool = True,
+) -> list[Row]: ...
+
+
 def collide(
     scene: Scene | Iterable[Scene],
     tolerance: float | None = None,
     *,
+    store: Store | Path | str | None = None,
+    arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
     progress: bool = True,
-) -> Collision | list[Collision]:
+) -> Collision | list[Collision] | list[Row]:
     """
     Carry out one collision, or several.
 
@@ -77,11 +76,16 @@ def collide(
     Parameters
     ----------
     scene : Scene or iterable of Scene
-        What collides, with which engine. Scenes that take longer than a few seconds together are
-        shared out among processes: a script that asks for those needs the usual
-        ``if __name__ == "__main__":``.
+        What collides, with which engine. Scenes that take longer than a few seconds together, or
+        are kept in a store, are shared out among processes: a script that asks for those needs the
+        usual ``if __name__ == "__main__":``.
     tolerance : float, optional
         Absolute error asked of eta; overrides the scene's.
+    store : Store or path, optional
+        Of several scenes: where results are kept, as ``chaincor sweep`` does. Those that are there
+        are not computed again.
+    arrays : bool
+        Whether the store is to have contacts, mode energies and final states.
     most_seconds : float
         How long each may take: what is expected to take longer is not begun, and what does is
         answered with the error reached by then, or stopped where there is no number yet.
@@ -92,9 +96,10 @@ def collide(
 
     Returns
     -------
-    Collision or list of Collision
+    Collision, list of Collision or list of Row
         The result; of several scenes all, in their order. Where a tolerance could not be met,
-        `tolerance_met` is False and `reason` says why.
+        `tolerance_met` is False and `reason` says why. With a store its rows: there `result` is
+        None, and `failure` says why, where a collision has none.
 
     Raises
     ------
@@ -104,14 +109,20 @@ def collide(
     CostError
         If it is expected to take longer than `most_seconds`, and nothing was begun, or if it took
         longer and has no number yet.
+    StoreError, StoreWriteError
+        If the store cannot be used, or written any more; what is in it is safe.
     RunError
         If no number that can be trusted came out; each cause has a name. Of several scenes the
-        first one that fails stops all: `collide_many` and `run_scenes` go on.
+        first one that fails stops all, unless there is a store.
     """
     try:
-        if isinstance(scene, Scene):
-            return _collide(scene, tolerance, most_seconds)
-        return _collide_each(scenes_given(scene), tolerance, most_seconds, workers, progress)
+        if isinstance(scene, Scene) and store is None:
+            return collide_one(
+                scene if tolerance is None else scene.replace(tolerance=tolerance), most_seconds
+            )
+        return _collide_each(
+            scenes_given(scene), tolerance, store, arrays, most_seconds, workers, progress
+        )
     except KeyboardInterrupt as interrupt:
         # Where it happened to be says nothing, and a notebook takes seconds to show it.
         raise interrupt.with_traceback(None) from None
@@ -120,11 +131,17 @@ def collide(
 def _collide_each(
     scenes: list[Scene],
     tolerance: float | None,
+    store: Store | Path | str | None,
+    arrays: bool,
     most_seconds: float,
     workers: int | None,
     progress: bool,
-) -> list[Collision]:
+) -> list[Collision] | list[Row]:
     workers = min(workers_given(workers), len(scenes))
+    if arrays and store is None:
+        raise InputError(
+            "arrays are what a store keeps; expected a store: results have them anyway"
+        )
     if tolerance is not None:
         scenes = [scene.replace(tolerance=tolerance) for scene in scenes]
     refuse_shared_outputs(scenes)
@@ -132,120 +149,42 @@ def _collide_each(
     for scene in scenes:
         refuse_unusable_outputs(scene)
         refuse_endless(scene, most_seconds)
-    found: list[Collision | None] = [None] * len(scenes)
-    tasks = companies(scenes, 2 * workers)
-    costs = [0.0] * len(scenes)
-    for places in tasks:
-        expected = expected_of_task([scenes[place] for place in places])
-        for place, cost in zip(places, expected, strict=True):
-            costs[place] = cost
-    with progress_bar(progress, len(scenes), sum(costs)) as advance:
-
-        def keep(places: list[int], results: Iterable[Collision | None]) -> list[list[int]]:
-            """Take results over; return which collisions are left to be carried out alone."""
-            alone = []
-            for place, result in zip(places, results, strict=True):
-                found[place] = result
-                if result is None:
-                    alone.append([place])
-                else:
-                    advance(costs[place])
-            return alone
-
-        if workers < 2 or sum(costs) < _SOONER_HERE:
-            while tasks:
-                places = tasks.pop(0)
-                with _named(places, scenes):
-                    tasks = keep(places, _collide_task([scenes[k] for k in places])) + tasks
-        else:
-            with ProcessPool(workers) as pool:
-                while tasks:
-                    given = [[scenes[k] for k in places] for places in tasks]
-                    left = []
-                    for number, future in as_they_end(pool, _collide_task, given, 2 * workers):
-                        with _named(tasks[number], scenes):
-                            left += keep(tasks[number], future.result())
-                    tasks = left
-    return [result for result in found if result is not None]
+    if store is not None:
+        return collide_into_store(
+            scenes, store, workers=workers or None, arrays=arrays, progress=progress
+        )
+    tasks = tasks_of(scenes, TASKS_PER_WORKER * workers)
+    found = _InOrder(scenes)
+    seconds = sum(sum(task.costs) for task in tasks)
+    with (
+        progress_bar(progress, len(scenes), seconds) as advance,
+        workers_for(tasks, workers) as (executor, in_flight),
+    ):
+        carry_out(tasks, executor, found, in_flight=in_flight, advance=advance)
+    return [result for result in found.results if result is not None]
 
 
-def _collide_task(scenes: list[Scene]) -> Sequence[Collision | None]:
-    if len(scenes) == 1:
-        return [_collide(scenes[0], None, math.inf)]
-    return collide_together(scenes)
+class _InOrder:
+    """Puts results in the order of their scenes; the first failure is raised."""
 
+    def __init__(self, scenes: list[Scene]) -> None:
+        self._scenes, self._failed = scenes, False
+        self.results: list[Collision | None] = [None] * len(scenes)
 
-@contextmanager
-def _named(places: list[int], scenes: list[Scene]) -> Iterator[None]:
-    """Say of which scene an error is, and of a named one nothing else."""
-    try:
-        yield
-    except ChaincorError as error:
-        first = places[0]
-        error.__notes__ = [f"scene {first + 1} of {len(scenes)}: {scenes[first]!r}"]
-        raise error.with_traceback(None) from None
+    def is_wanted(self, task: Task) -> Sequence[bool]:
+        return [True] * len(task.places)
 
+    def take(self, done: Sequence[Done]) -> None:
+        for each in done:
+            if not isinstance(each.found, Exception):
+                self.results[each.place] = each.found
+            elif not self._failed:
+                self._failed = True
+                raise self._named(each)
 
-def _collide(scene: Scene, tolerance: float | None, most_seconds: float) -> Collision:
-    started = time.perf_counter()
-    if tolerance is not None:
-        scene = scene.replace(tolerance=tolerance)
-    refuse_unusable_outputs(scene)
-    refuse_endless(scene, most_seconds)
-    asked = scene.asked_tolerance
-    with limited_to(most_seconds):
-        answer = _run_as_given(scene) if asked is None else meet.meet(scene, asked)
-        answer = with_rows(scene, answer, asked)
-    if scene.temperature is not None:
-        gap = float(scene.line.strains[scene.line.gap])
-        drawn = {"draw": {"generator": GENERATOR, "gap": gap}}
-        answer = replace(answer, details=answer.details | drawn)
-    result = result_of(scene, answer, started)
-    if scene.arrays is not None:
-        result.save_arrays(scene.arrays)
-    return result
-
-
-def collide_together(scenes: Sequence[Scene]) -> list[Collision | None]:
-    """
-    Carry out collisions of one kind at once, see ``accuracy.at_once.together``.
-
-    Each result is what :func:`collide` gives, but for the seconds it took; None where it has to be
-    asked.
-    """
-    started = time.perf_counter()
-    answers = meet_together(scenes)
-    whole = time.perf_counter() - started
-    found: list[Collision | None] = []
-    for scene, answered in zip(scenes, answers, strict=True):
-        if answered is None:
-            found.append(None)
-            continue
-        answer, energies = answered
-        begun = time.perf_counter() - whole / len(scenes)
-        found.append(result_of(scene, answer, begun, energies))
-    return found
-
-
-def _run_as_given(scene: Scene) -> Answer:
-    numerics = Numerics.from_scene(scene)
-    scouted = scout(scene)
-    if scouted is not None:
-        numerics = replace(numerics, bond_range=scouted.table_range(scene))
-    timesteps = [numerics.timestep]
-    if scene.error:
-        timesteps += [share * numerics.timestep for share in PROOF_STEPS]
-    if scene.engine == "lammps":
-        outcome, *others = lammps.run_at_steps(scene, numerics, timesteps)
-    else:
-        outcome, *others = (stepping.run(scene, replace(numerics, timestep=h)) for h in timesteps)
-    found = scouting_details(scouted)
-    step = None
-    if others:
-        eta = eta_of(scene, outcome)
-        step = proof_error(numerics.wall, [eta_of(scene, run) - eta for run in others])
-        # Arrays err by as much more than they differ as eta does.
-        share = PROOF_SHARE[numerics.wall]
-        spreads = [spread_of(scene, outcome, run) for run in others]
-        found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
-    return Answer(outcome, error_bar(outcome, scene, step), details=found)
+    def _named(self, failed: Done) -> Exception:
+        """Say of which scene an error is, and of a named one nothing else."""
+        error: Exception = failed.found
+        number = failed.place + 1
+        error.__notes__ = [f"scene {number} of {len(self._scenes)}: {failed.scene!r}"]
+        return error.with_traceback(None) if isinstance(error, ChaincorError) else error

@@ -44,8 +44,8 @@ from benchmarks.extremes.cells import Cell, Found, all_cells
 from benchmarks.extremes.verdicts import SUREST_JUDGE, UnsureError, needs_judge, report, verdicts
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.errors import BarrierError, CrossingError, RunError, WorkerDiedError
-from chaincor.workflows.processes.pool import ProcessPool
 
 # Of processor time, for each answer and each judge, by the number of particles from which on.
 SECONDS = {1: 60.0, 1000: 300.0, 10_000: 1800.0}

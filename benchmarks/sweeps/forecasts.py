@@ -10,8 +10,8 @@ model is its own (`chaincor tradeoff --calibrate`).
 import time
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.forecast import Forecast
 from chaincor.workflows.collision import collide
-from chaincor.workflows.sweep.cost import sweep_cost
 
 _CHAINS = (("lj", 100, 0.1), ("toda", 100, 1.0), ("log", 50, 0.5), ("lj", 200, 0.5))
 
@@ -28,7 +28,7 @@ def main() -> None:
                 started = time.process_time()
                 collide(scene)
                 taken.append(time.process_time() - started)
-            ratio = sweep_cost([scene]).seconds / min(taken)
+            ratio = Forecast.of([scene]).seconds / min(taken)
             print(
                 f"{engine:10} {potential:9} {particles:4} {speed:6.1f} "
                 f"{min(taken):8.3f} {ratio:6.2f}"

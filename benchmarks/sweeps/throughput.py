@@ -34,10 +34,10 @@ _COMPARED = 200
 def measure(given: argparse.Namespace) -> None:
     """Carry out one sweep and print what it took; also run by an older checkout."""
     from chaincor import Scene
-    from chaincor.workflows.processes.pool import ProcessPool
+    from chaincor.workflows.campaign import tasks
+    from chaincor.workflows.campaign.into_store import IntoStore
+    from chaincor.workflows.campaign.pool import ProcessPool
     from chaincor.workflows.store.results_store import Store
-    from chaincor.workflows.sweep import execution
-    from chaincor.workflows.sweep.todo import plan_sweep
 
     low, high = np.log(given.speeds)
     speeds = np.exp(np.random.default_rng(1).uniform(low, high, given.count))
@@ -45,15 +45,14 @@ def measure(given: argparse.Namespace) -> None:
     scenes = [Scene(potential=given.potential[0], speed=s, **common) for s in speeds.tolist()]
     warm = [Scene(potential=given.potential[0], speed=0.1 + 1e-4 * k, **common) for k in range(64)]
     if given.measure == "alone":
-        each = mock.patch.object(execution, "companies", _each_alone)
+        each = mock.patch.object(tasks, "companies", _each_alone)
         each.start()
     workers = given.workers
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "a.sqlite") as store:
         with ProcessPool(workers) as pool:
-            execution.run_plan(plan_sweep(store, warm), store, pool, in_flight=2 * workers)
+            IntoStore(store, warm).run(pool, in_flight=2 * workers)
             cpu, started = _processor_seconds(), time.perf_counter()
-            plan = plan_sweep(store, scenes)
-            execution.run_plan(plan, store, pool, in_flight=2 * workers)
+            IntoStore(store, scenes).run(pool, in_flight=2 * workers)
             wall, cpu = time.perf_counter() - started, _processor_seconds() - cpu
         rows = [store.find(scene) for scene in scenes[:_COMPARED]]
     etas = [[row.restitution, row.restitution_error] for row in rows]

@@ -9,9 +9,9 @@ from benchmarks.warm.detailed_balance import measure
 from benchmarks.warm.gain import broken, measure_bounds, measure_gain
 from benchmarks.warm.throughput import compare
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign import warm as module
+from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.collision import collide
-from chaincor.workflows.ensemble import groups as module
-from chaincor.workflows.ensemble.collide_many import collide_many
 
 # Fixed seeds: of right programs one set in a thousand would be below this.
 LEAST_P = 1e-3

@@ -53,7 +53,7 @@ def test_the_search_puts_the_guide_before_internals():
         const full = Scorer.title + Scorer.objNameMatch + Scorer.objPrio[0] + Scorer.term;
         console.log(JSON.stringify([
           found("howto", Scorer.partialTerm),
-          found("reference/api/chaincor.workflows.sweep.frame", full),
+          found("reference/api/chaincor.workflows.campaign.sweep", full),
           found("reference/api/chaincor", Scorer.term),
           found("explanation/architecture", Scorer.title),
         ]))

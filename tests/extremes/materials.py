@@ -11,10 +11,12 @@ import numpy as np
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.tasks import collide_to_rows
+from chaincor.workflows.collision import collide
 from chaincor.workflows.job import write_job
 from chaincor.workflows.result import Collision
-from chaincor.workflows.store.attempt import carry_out
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
 
 SCENES = (
     'potential = "lj"\nparticles = 3\nspeed = 0.4\ntolerance = 1e-4\nengine = "reference"\n',
@@ -72,21 +74,22 @@ def materials() -> Materials:
     with TemporaryDirectory() as name:
         folder = Path(name)
         scene = Scene(particles=3, speed=0.4, scheme="order6", dump=folder / "d", dump_frames=5.0)
-        attempt = carry_out(scene)
-        assert attempt.collision is not None
+        result = collide(scene)
         job = folder / "job"
         write_job(Scene(particles=3, speed=0.4, table_points=101), job)
         (folder / "d").rename(job / "dump.lammpstrj")
         with Store(folder / "s.sqlite") as store:
-            failed = carry_out(Scene(potential="harmonic", particles=2, velocity=5.0))
-            store.record([attempt, failed], arrays=True)
+            crossing = Scene(potential="harmonic", particles=2, velocity=5.0)
+            (failed,) = collide_to_rows([crossing])
+            assert failed is not None
+            store.record([(scene, Row.of(result)), (crossing, failed)], arrays=True)
         table = tabulate(LennardJones(), (0.9, 1.1), "spline", 41)
         return Materials(
             job={path.name: path.read_bytes() for path in job.iterdir()},
             store=(folder / "s.sqlite").read_bytes(),
             table=table.to_text().encode(),
-            final_csv=_final_csv(attempt.collision),
-            final_npz=_final_npz(attempt.collision),
+            final_csv=_final_csv(result),
+            final_npz=_final_npz(result),
         )
 
 

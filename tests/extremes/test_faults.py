@@ -14,8 +14,9 @@ import pytest
 from benchmarks.sweeps.kills import read_rows
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import _TERMINATED
-from chaincor.workflows.store.attempt import carry_out
+from chaincor.workflows.collision import collide
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
 from tests.waiting import HANGS, wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -230,7 +231,8 @@ def test_a_lammps_library_that_does_not_load(tmp_path, good, error):
     assert good.read_text() == DUMP
     if error.startswith("OS"):
         with Store(tmp_path / "sweep.sqlite") as store:
-            store.record([carry_out(Scene(particles=3, speed=0.4, engine="reference"))])
+            scene = Scene(particles=3, speed=0.4, engine="reference")
+            store.record([(scene, Row.of(collide(scene)))])
         before = read_rows(tmp_path / "sweep.sqlite")
         status, out, lines = start_sweep(tmp_path, engine="lammps", points=3, path=path).end()
         assert (status, out, len(lines)) == (1, "", 1)

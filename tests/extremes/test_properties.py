@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bonds.potentials import Power
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.sweep_file import read_sweep
 from chaincor.workflows.collision import collide
-from chaincor.workflows.sweep.file import read_sweep
 
 ETA_TOLERANCE = 1e-7
 

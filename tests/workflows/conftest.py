@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.result import Collision, ErrorBar
-from chaincor.workflows.store.attempt import Attempt, Failure
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Failure, Row
 
 
 @pytest.fixture
@@ -32,16 +33,23 @@ def _template() -> Collision:
     return collide(Scene(potential="harmonic", particles=2, engine="reference"))
 
 
+class Attempt(NamedTuple):
+    """What a store is given."""
+
+    scene: Scene
+    row: Row
+
+
 @pytest.fixture(scope="session")
-def make_attempt(_template: Collision) -> Callable[..., Attempt]:
-    """Return a function that makes an attempt with a result, without computing it."""
+def make_collision(_template: Collision) -> Callable[..., Collision]:
+    """Return a function that makes a result without computing it."""
     from dataclasses import replace
 
-    def make(scene: Scene, restitution: float = 0.5, error: float | None = None) -> Attempt:
+    def make(scene: Scene, restitution: float = 0.5, error: float | None = None) -> Collision:
         tolerance = scene.asked_tolerance
         if error is None and tolerance is not None:
             error = 0.5 * tolerance
-        collision = replace(
+        return replace(
             _template,
             restitution=restitution,
             restitution_error=error,
@@ -55,9 +63,16 @@ def make_attempt(_template: Collision) -> Callable[..., Attempt]:
             scene_sha256=scene.sha256,
             contact_times=np.array([0.0, restitution]),
         )
-        return Attempt(scene, collision, None, "here")
 
     return make
+
+
+@pytest.fixture(scope="session")
+def make_attempt(make_collision: Callable[..., Collision]) -> Callable[..., Attempt]:
+    """Return a function that makes a scene and its row, without computing it."""
+    return lambda scene, *given, **also: Attempt(
+        scene, Row.of(make_collision(scene, *given, **also))
+    )
 
 
 @pytest.fixture
@@ -66,7 +81,7 @@ def make_failure() -> Callable[..., Attempt]:
     crossing = Failure("CrossingError", "particles would cross", stands=True)
 
     def make(scene: Scene, failure: Failure = crossing) -> Attempt:
-        return Attempt(scene, None, failure, "there")
+        return Attempt(scene, Row.of(failure))
 
     return make
 

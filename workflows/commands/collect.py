@@ -20,10 +20,11 @@ def collect(folder: str, output: str, as_json: bool) -> None:
     """
     from chaincor.workflows.grids.collect import collect_grid, count_states
     from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.store.row import Row
 
     jobs = collect_grid(Path(folder))
     with Store(output) as store:
-        store.record([job.attempt for job in jobs if job.attempt is not None])
+        store.record([(job.scene, Row.of(job.found)) for job in jobs if job.scene and job.found])
     counts = count_states(jobs)
     left = [job for job in jobs if job.state != "done"]
     if as_json:

@@ -60,8 +60,8 @@ def inputs(
     from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
     from chaincor.lammps_inputs.script import SCRIPT_FILE
     from chaincor.lammps_inputs.units.unit_system import UnitSystem
+    from chaincor.workflows.campaign.sweep_file import is_sweep
     from chaincor.workflows.job import job_files, write_job
-    from chaincor.workflows.sweep.file import is_sweep
 
     if dry_run == (output is not None):
         raise InputError("expected either -o DIR, the folder for the job, or --dry-run")
@@ -102,8 +102,8 @@ def _write_grid(
     wishes: dict[str, Any],
 ) -> None:
     from chaincor.lammps_inputs.small_file import read_small_file
+    from chaincor.workflows.campaign.sweep_file import read_sweep
     from chaincor.workflows.grids.grid import MANIFEST, write_grid
-    from chaincor.workflows.sweep.file import read_sweep
 
     try:
         lines = "" if site is None else read_small_file(Path(site))

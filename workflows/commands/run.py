@@ -78,9 +78,9 @@ def run(
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
     """
     from chaincor.workflows.accuracy.expected_cost import expected_seconds
+    from chaincor.workflows.campaign.progress import show_elapsed
     from chaincor.workflows.collision import MOST_SECONDS, collide
     from chaincor.workflows.outputs import refuse_other_kinds
-    from chaincor.workflows.processes.run_progress import show_elapsed
 
     if animate is not None and not animate.endswith((".gif", ".mp4")):
         raise click.UsageError(f"--animate is '{animate}'; expected a name in .gif or .mp4")
@@ -135,8 +135,8 @@ def _run_samples(
     as_json: bool,
 ) -> None:
     """Run many collisions of a warm scene and print what they say together."""
-    from chaincor.workflows.ensemble.collide_many import collide_many
-    from chaincor.workflows.ensemble.description import DEFAULT_PRECISION, describe_ensemble
+    from chaincor.workflows.campaign.collide_many import collide_many
+    from chaincor.workflows.campaign.ensemble_text import DEFAULT_PRECISION, describe_ensemble
 
     result = collide_many(scene, samples, workers=workers, progress=True, most_seconds=most_seconds)
     wanted = DEFAULT_PRECISION if precision is None else precision

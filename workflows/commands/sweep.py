@@ -1,9 +1,9 @@
 """``chaincor sweep``: many collisions into a store."""
 
 import contextlib
-import dataclasses
 from collections.abc import Iterator
 from concurrent.futures import Executor
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,10 +14,9 @@ from chaincor.workflows.given import workers_given
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
-    from chaincor.workflows.sweep.cost import SweepCost
-    from chaincor.workflows.sweep.execution import SweepSummary
-    from chaincor.workflows.sweep.file import Sweep
-    from chaincor.workflows.sweep.todo import SweepPlan
+    from chaincor.workflows.campaign.forecast import Forecast
+    from chaincor.workflows.campaign.into_store import IntoStore, Tally
+    from chaincor.workflows.campaign.sweep_file import Sweep
 
 _MOST_POINTS_SHOWN = 30
 
@@ -89,12 +88,11 @@ def sweep(
     potential = ["lj", "toda"]
     speed = { from = 0.1, to = 1.0, points = 10 }
     """  # noqa: D301
+    from chaincor.workflows.campaign import points
+    from chaincor.workflows.campaign import sweep_file as files
+    from chaincor.workflows.campaign.forecast import Forecast
+    from chaincor.workflows.campaign.into_store import IntoStore
     from chaincor.workflows.store.results_store import Store
-    from chaincor.workflows.sweep import file as files
-    from chaincor.workflows.sweep import points
-    from chaincor.workflows.sweep.cost import sweep_cost
-    from chaincor.workflows.sweep.execution import run_plan
-    from chaincor.workflows.sweep.todo import plan_sweep
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers is for this machine; a cluster has workers of its own")
@@ -107,9 +105,8 @@ def sweep(
     cores = workers_given(workers)
     if dry_run:
         with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
-            plan = None if store is None else plan_sweep(store, scenes, **wishes)
-        todo = scenes if plan is None else plan.todo
-        cost = sweep_cost(todo, arrays=arrays)
+            todo = scenes if store is None else IntoStore(store, scenes, **wishes).todo
+        cost = Forecast.of(todo, arrays=arrays)
         click.echo(_forecast(asked, scenes, path, cost, cores, as_json))
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         left_out = [name for name, value in unused.items() if value is not None]
@@ -121,49 +118,30 @@ def sweep(
             )
         return
     with Store(path) as store:
-        plan = plan_sweep(store, scenes, **wishes)
+        into = IntoStore(store, scenes, **wishes)
         if keep_jobs is not None:
-            jobless = sum(scene.engine != "lammps" for scene in plan.todo)
-            if jobless:
-                click.echo(
-                    f"chaincor: note: {jobless} of {len(plan.todo)} collisions are run in-house, "
-                    "without a LAMMPS job that --keep-jobs could keep",
-                    err=True,
-                )
-            plan = _keeping_jobs(plan, keep_jobs)
-        summary = None
-        if plan.todo:
+            _keep_jobs(into, keep_jobs)
+        if into.todo:
             with (
                 _interruptible(path),
-                _executor(scheduler, min(cores, len(plan.todo))) as (
-                    executor,
-                    in_flight,
-                ),
+                _executor(scheduler, min(cores, len(into.todo))) as (executor, in_flight),
             ):
-                summary = run_plan(
-                    plan,
-                    store,
-                    executor,
-                    in_flight=in_flight,
-                    arrays=arrays,
-                    progress=not as_json,
-                    replace=recompute,
-                )
-    click.echo(_report(plan, summary, path, as_json))
-    if plan.known_failures or (summary is not None and summary.failed):
+                into.run(executor, in_flight=in_flight, progress=not as_json)
+    click.echo(_report(into.tally, bool(into.todo), path, as_json))
+    if into.tally.known_failures or into.tally.failed:
         ctx.exit(1)
 
 
 @contextlib.contextmanager
 def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
     if scheduler is not None:
-        from chaincor.workflows.sweep.cluster import DaskCluster
+        from chaincor.workflows.campaign.cluster import DaskCluster
 
         with DaskCluster(scheduler) as cluster:
             yield cluster, cluster.in_flight
         return
-    from chaincor.workflows.processes.pool import ProcessPool
-    from chaincor.workflows.sweep.execution import TASKS_PER_WORKER
+    from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER
+    from chaincor.workflows.campaign.pool import ProcessPool
 
     with ProcessPool(workers) as pool:
         yield pool, TASKS_PER_WORKER * workers
@@ -181,28 +159,34 @@ def _interruptible(path: Path) -> Iterator[None]:
         raise
 
 
-def _keeping_jobs(plan: "SweepPlan", folder: Path) -> "SweepPlan":
+def _keep_jobs(into: "IntoStore", folder: Path) -> None:
     """Give each job its folder; InputError now, not a failure of each, where one cannot be."""
     from chaincor.workflows.outputs import refuse_unusable_outputs
 
-    jobs = tuple(
+    jobless = sum(scene.engine != "lammps" for scene in into.todo)
+    if jobless:
+        click.echo(
+            f"chaincor: note: {jobless} of {len(into.todo)} collisions are run in-house, "
+            "without a LAMMPS job that --keep-jobs could keep",
+            err=True,
+        )
+    into.todo = [
         scene.replace(save=folder / scene.sha256[:16]) if scene.engine == "lammps" else scene
-        for scene in plan.todo
-    )
-    for scene in jobs:
+        for scene in into.todo
+    ]
+    for scene in into.todo:
         refuse_unusable_outputs(scene)
-    return dataclasses.replace(plan, todo=jobs)
 
 
 def _forecast(
-    asked: "Sweep", scenes: Any, path: Path, cost: "SweepCost", workers: int, as_json: bool
+    asked: "Sweep", scenes: Any, path: Path, cost: "Forecast", workers: int, as_json: bool
 ) -> str:
     points = [
         scene.model_dump(mode="json", include=scene.model_fields_set, exclude_none=True)
         for scene in scenes
     ]
     if as_json:
-        forecast = dataclasses.asdict(cost) | {
+        forecast = asdict(cost) | {
             "workers": workers,
             "wall_seconds": cost.wall_seconds(workers),
         }
@@ -227,30 +211,30 @@ def _forecast(
     )
 
 
-def _report(plan: "SweepPlan", summary: "SweepSummary | None", path: Path, as_json: bool) -> str:
+def _report(tally: "Tally", computed: bool, path: Path, as_json: bool) -> str:
     if as_json:
-        counts = {"found": plan.found, "known_failures": plan.known_failures, "computed": 0}
-        counts["failed"] = 0
-        return json_text(
-            {"store": str(path)} | (counts if summary is None else dataclasses.asdict(summary))
-        )
-    if summary is None:
-        text = f"nothing to compute: {plan.found} results are in {path}"
+        counts = asdict(tally)
+        if not computed:
+            told = ("found", "known_failures", "computed", "failed")
+            counts = {name: counts[name] for name in told}
+        return json_text({"store": str(path)} | counts)
+    if not computed:
+        text = f"nothing to compute: {tally.found} results are in {path}"
     else:
         text = (
-            f"{summary.computed} computed and {summary.found} found, in {path}; "
-            f"{format_duration(summary.seconds)}"
+            f"{tally.computed} computed and {tally.found} found, in {path}; "
+            f"{format_duration(tally.seconds)}"
         )
-        if summary.inexact:
-            text += f"\n{summary.inexact} do not meet their tolerance (reason in the store)"
-        if summary.failed:
-            text += (
-                f"\n{summary.failed} failed; why: chaincor show {path} --where 'failure!=' "
-                "--columns potential,particles,velocity,failure_message"
-            )
-    if plan.known_failures:
+    if tally.inexact:
+        text += f"\n{tally.inexact} do not meet their tolerance (reason in the store)"
+    if tally.failed:
         text += (
-            f"\n{plan.known_failures} failed before, would fail again, and were not tried "
+            f"\n{tally.failed} failed; why: chaincor show {path} --where 'failure!=' "
+            "--columns potential,particles,velocity,failure_message"
+        )
+    if tally.known_failures:
+        text += (
+            f"\n{tally.known_failures} failed before, would fail again, and were not tried "
             "(--retry-failed tries them)"
         )
     return text

@@ -16,7 +16,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
 from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
-from chaincor.workflows.store.attempt import Attempt, Failure, host_name
+from chaincor.workflows.store.row import Failure
 from chaincor.workflows.versions import versions
 
 _NAMES = (
@@ -40,14 +40,17 @@ class CollectedJob:
         ``missing``, it never began; ``refused``, no job could be written.
     words : str
         What there is to say, in one line.
-    attempt : Attempt or None
-        For a store; None where nothing was tried.
+    scene : Scene or None
+        What was asked for; None where nothing was tried.
+    found : Collision or Failure or None
+        What came of it.
     """
 
     folder: str
     state: str
     words: str
-    attempt: Attempt | None
+    scene: Scene | None = None
+    found: Collision | Failure | None = None
 
 
 def collect_grid(folder: Path) -> list[CollectedJob]:
@@ -77,30 +80,30 @@ def count_states(jobs: list[CollectedJob]) -> dict[str, int]:
 
 def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> CollectedJob:
     if refusal:
-        return CollectedJob(name, "refused", refusal, None)
+        return CollectedJob(name, "refused", refusal)
     folder = grid / name
     try:
         asked = Scene.from_file(folder / ASKED)
         as_run = Scene.from_file(folder / "scene.toml")
     except ChaincorError as error:
-        return CollectedJob(name, "missing", " ".join(str(error).split()), None)
+        return CollectedJob(name, "missing", " ".join(str(error).split()))
     log = _text(folder / "log.lammps")
     everything = "\n".join([log, _text(folder / "log.motion"), _text(folder / "screen.txt")])
     if not everything.strip():
-        return CollectedJob(name, "missing", "it has no log: submit it", None)
+        return CollectedJob(name, "missing", "it has no log: submit it")
     said = stopped_with(everything)
     found = printed_numbers(log, _NAMES)
     if {"restitution", "restitution_error"} <= set(found) and said is None:
         if (words := _missing(found)) is not None:
-            return CollectedJob(name, "unfinished", words, None)
+            return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
         known = known | ({} if made is None else {"lammps": made[1]})
         result = _collision(asked, as_run, found, log, known)
-        return CollectedJob(name, "done", "", Attempt(asked, result, None, host_name()))
+        return CollectedJob(name, "done", "", asked, result)
     if said is not None:
         failure = Failure("JobError", said, stands=False)
-        return CollectedJob(name, "failed", said, Attempt(asked, None, failure, host_name()))
-    return CollectedJob(name, "unfinished", "it was stopped: submit it again", None)
+        return CollectedJob(name, "failed", said, asked, failure)
+    return CollectedJob(name, "unfinished", "it was stopped: submit it again")
 
 
 def _missing(found: dict[str, float]) -> str | None:

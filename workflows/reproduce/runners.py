@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.reproduce.measurements import Answer, Runner
-from chaincor.workflows.sweep.execution import run_scenes
 
 
 def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
     """Return a runner that keeps every result, so that nothing finished is computed twice."""
 
     def run(scenes: Sequence[Scene]) -> list[Answer]:
-        rows = run_scenes(scenes, path, workers=workers, arrays=True, progress=progress)
+        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
         return [
             Answer(
                 row.result,

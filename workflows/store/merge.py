@@ -8,8 +8,7 @@ from urllib.parse import quote
 
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.connection import named_errors, transaction
-from chaincor.workflows.store.record import update_row
-from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.results_store import Store, update_row
 from chaincor.workflows.store.standing import Standing, standing_columns
 
 

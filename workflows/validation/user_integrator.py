@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.pool import sent
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.processes.sending import sent
 
 # Seconds that a user's function may take where nothing else is said.
 USER_TIMEOUT = 600.0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.sweep_file import read_sweep
 from chaincor.workflows.cli import main
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.sweep.file import read_sweep
 
 HEAD = 'store = "s.sqlite"\n[scene]\nparticles = 4\nengine = "reference"\ntolerance = 1e-6\n'
 

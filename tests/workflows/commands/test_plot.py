@@ -6,8 +6,8 @@ import pytest
 from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
-from chaincor.workflows.store.attempt import Attempt
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
 
 SPEEDS = (0.02, 0.05, 0.1)
 
@@ -21,7 +21,7 @@ def collisions():
         for n in (2, 3, 5)
         for v in SPEEDS
     ]
-    return [Attempt(scene, collide(scene), None, "here") for scene in scenes]
+    return [(scene, Row.of(collide(scene))) for scene in scenes]
 
 
 @pytest.fixture
@@ -60,12 +60,11 @@ def test_without_by_there_is_a_curve_for_each_combination_of_what_varies(plot, c
     assert set(curves) == {
         f"potential = {p}, particles = {n}" for p in ("lj", "toda") for n in (2, 3, 5)
     }
-    for attempt in collisions:
-        scene = attempt.scene
+    for scene, row in collisions:
         x, y = curves[f"potential = {scene.potential}, particles = {scene.particles}"]
         assert tuple(x) == SPEEDS
         # Every point is a collision's own number, not a mean.
-        assert y[x.index(scene.velocity)] == attempt.collision.restitution
+        assert y[x.index(scene.velocity)] == row.restitution
 
 
 def test_a_by_that_leaves_something_to_vary_is_refused_by_name(plot):
@@ -93,11 +92,10 @@ def test_over_a_result_points_are_followed_by_impact_speed(plot, collisions):
     assert status == 0
     assert set(curves) == {"particles = 2", "particles = 3", "particles = 5"}
     for n in (2, 3, 5):
-        own = [a.collision for a in collisions if a.scene.particles == n]
-        own = [c for c in own if c.potential == "lj"]
+        own = [row for s, row in collisions if (s.particles, s.potential) == (n, "lj")]
         assert curves[f"particles = {n}"] == (
-            [c.contacts for c in own],
-            [c.restitution for c in own],
+            [row.columns["contacts"] for row in own],
+            [row.restitution for row in own],
         )
 
 
@@ -147,7 +145,7 @@ def warm_collisions():
         for v in (0.05, 0.1)
         for seed in range(1, 6)
     ]
-    return [Attempt(scene, collide(scene), None, "here") for scene in scenes]
+    return [(scene, Row.of(collide(scene))) for scene in scenes]
 
 
 def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, monkeypatch):
@@ -169,7 +167,7 @@ def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, 
     assert leave.value.code == 0
     places, found = drawn[""]
     assert places == [0.05, 0.1]
-    etas = [attempt.collision.restitution for attempt in warm_collisions]
+    etas = [row.restitution for _, row in warm_collisions]
     for distribution, group in zip(found, (etas[:5], etas[5:]), strict=True):
         assert distribution.mean == pytest.approx(np.mean(group), rel=1e-12)
         assert distribution.standard_error == pytest.approx(np.std(group, ddof=1) / 5**0.5)

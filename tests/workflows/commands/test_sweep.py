@@ -5,9 +5,9 @@ import json
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.sweep_file import read_sweep
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.sweep.file import read_sweep
 
 SWEEP = """
 store = "out.sqlite"

@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
+from chaincor.workflows.campaign.tasks import collide_scenes
 from chaincor.workflows.reproduce.judging import judge_all
 from chaincor.workflows.reproduce.measurements import Answer, measure
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.rules import Verdict
 from chaincor.workflows.reproduce.trust import examine_points
-from chaincor.workflows.store.attempt import carry_out
 
 SMALL = replace(
     QUICK,
@@ -46,11 +46,12 @@ SOUND = {"independence of v0", "contact time", "alpha", "power r = 4", "power r 
 def run_here(scenes):
     """Carry scenes out one by one: bonds may be Python objects, which a store cannot keep."""
     answers = []
-    for attempt in map(carry_out, scenes):
-        if attempt.collision is not None:
-            answers.append(Answer(attempt.collision.to_dict(), attempt.collision.arrays()))
+    for scene in scenes:
+        (found,) = collide_scenes([scene])
+        if isinstance(found, Exception):
+            answers.append(Answer(None, {}, f"{type(found).__name__}: {found}"))
         else:
-            answers.append(Answer(None, {}, f"{attempt.failure.name}: {attempt.failure.message}"))
+            answers.append(Answer(found.to_dict(), found.arrays()))
     return answers
 
 

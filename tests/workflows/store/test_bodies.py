@@ -14,21 +14,22 @@ from chaincor.workflows.store.export import export_store, to_pandas
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
 
 CHAIN = {"potential": "harmonic", "velocity": 0.1, "particles": 4}
 TARGET = Scene(**CHAIN, masses=[1, 2], target_particles=3, target_masses=[5, 1], contact="power")
 
 
 @pytest.fixture
-def attempt(make_attempt):
-    """Return a function that makes an attempt with what a free target adds to a result."""
+def collision(make_collision):
+    """Return a function that makes a result with what a free target adds to it."""
 
     def make(scene, restitution=0.5):
-        made = make_attempt(scene, restitution)
+        made = make_collision(scene, restitution)
         if scene.target_particles is None:
             return made
-        collision = dataclasses.replace(
-            made.collision,
+        return dataclasses.replace(
+            made,
             masses=scene.masses,
             target_particles=scene.target_particles,
             target_masses=scene.target_masses,
@@ -42,18 +43,23 @@ def attempt(make_attempt):
             target_displacements=np.zeros(scene.target_particles),
             target_mode_energies=np.arange(float(scene.target_particles)),
         )
-        return dataclasses.replace(made, collision=collision)
 
     return make
 
 
-def test_a_result_comes_back_as_it_was(store, attempt):
-    made = attempt(TARGET)
-    store.record([made], arrays=True)
+@pytest.fixture
+def attempt(collision):
+    """Return a function that makes a scene and its row."""
+    return lambda scene, *given: (scene, Row.of(collision(scene, *given)))
+
+
+def test_a_result_comes_back_as_it_was(store, collision):
+    made = collision(TARGET)
+    store.record([(TARGET, Row.of(made))], arrays=True)
     row = store.get(TARGET, arrays=True)
-    assert row.result == json.loads(json.dumps(made.collision.to_dict()))
+    assert row.result == json.loads(json.dumps(made.to_dict()))
     assert row.result["target_velocity_after"] == -0.03
-    for name, array in made.collision.arrays().items():
+    for name, array in made.arrays().items():
         assert np.array_equal(row.arrays[name], array)
     assert "target_mode_energies" in row.arrays
 

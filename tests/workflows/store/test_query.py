@@ -6,7 +6,6 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.attempt import Attempt
 from chaincor.workflows.store.export import export_store, to_pandas
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.query import count_rows, query_rows
@@ -133,7 +132,7 @@ def test_many_rows_are_asked_in_a_moment(store, make_attempt):
     counts = []
     for part in (scenes[:400], scenes[400:]):
         # The same result under every key: only the numbers of rows matter here.
-        store.record([Attempt(scene, one.collision, None, "here") for scene in part])
+        store.record([(scene, one.row) for scene in part])
         with _instructions(store) as alone:
             assert store.standing(scenes[0]).answers(scenes[0])
         with _instructions(store) as whole:

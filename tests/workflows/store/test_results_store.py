@@ -7,8 +7,8 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.store.attempt import Attempt, Failure
 from chaincor.workflows.store.query import query_rows
+from chaincor.workflows.store.row import Failure, Row, host_name
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
 
@@ -19,13 +19,13 @@ SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
 def test_a_result_comes_back_as_it_was(store):
     scene = Scene(potential="harmonic", particles=5, engine="reference")
     collision = collide(scene)
-    store.record([Attempt(scene, collision, None, "here")], arrays=True)
+    store.record([(scene, Row.of(collision))], arrays=True)
     found = store.get(scene, arrays=True)
     assert found.result == collision.to_dict()
     assert found.restitution == collision.restitution
     for name, array in collision.arrays().items():
         np.testing.assert_array_equal(found.arrays[name], array)
-    assert (found.host, found.tries, found.failure) == ("here", 1, None)
+    assert (found.host, found.tries, found.failure) == (host_name(), 1, None)
 
 
 def test_arrays_are_kept_only_on_request(store, make_attempt):
@@ -50,7 +50,7 @@ def test_a_potential_without_a_name_of_its_own_is_refused(store):
 
 def test_a_failed_transaction_writes_no_row_of_its_batch(store, make_attempt):
     good = make_attempt(SCENE)
-    bad = Attempt(Scene(potential=LennardJones()), good.collision, None, "here")
+    bad = (Scene(potential=LennardJones()), good.row)
     with pytest.raises(SceneError):
         store.record([good, bad])
     assert len(store) == 0
@@ -110,12 +110,12 @@ def test_a_failure_is_recorded_but_never_replaces_a_result(store, make_attempt, 
     tight = SCENE.replace(tolerance=1e-8)
     store.record([make_failure(SCENE)])
     assert store.get(SCENE) is None
-    assert store.find(SCENE).failure == make_failure(SCENE).failure
+    assert store.find(SCENE).failure == make_failure(SCENE).row.failure
     store.record([make_attempt(SCENE, 0.51)])
     assert store.find(SCENE).failure is None
     store.record([make_failure(tight)])
     assert store.get(SCENE).restitution == 0.51
-    assert store.find(tight).failure == make_failure(tight).failure
+    assert store.find(tight).failure == make_failure(tight).row.failure
     assert store.find(SCENE).tries == 3
 
 

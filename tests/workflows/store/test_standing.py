@@ -8,11 +8,11 @@ import math
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.store.attempt import Failure
+from chaincor.workflows.campaign.into_store import IntoStore
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Failure, Row
 from chaincor.workflows.store.standing import Standing
-from chaincor.workflows.sweep.todo import plan_sweep
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
 FAILED = Standing(None, None, 1e-6, 1e-6, True, 1, "2026-01-01T00:00:00.000+00:00", False)
@@ -124,18 +124,21 @@ def pairs(make_attempt):
     return made
 
 
+def reached(row):
+    return math.inf if row.restitution_error is None else row.restitution_error
+
+
 def check_rows(store, pairs):
     for pair in pairs:
-        first, second = (attempt.collision for attempt in pair)
-        other_is_better = second.restitution_error < first.restitution_error
-        kept = second if other_is_better else first
-        tightest = min(first.tolerance, second.tolerance)
+        first, second = (attempt.row for attempt in pair)
+        kept = second if reached(second) < reached(first) else first
+        tightest = min(attempt.scene.tolerance for attempt in pair)
         result = store.find(pair[0].scene).result
         assert result["restitution"] == kept.restitution
         assert result["tolerance"] == tightest
-        assert result["tolerance_met"] == (kept.restitution_error <= tightest)
+        assert result["tolerance_met"] == (reached(kept) <= tightest)
         for attempt in pair:
-            assert not plan_sweep(store, [attempt.scene]).todo, "it would run for ever"
+            assert not IntoStore(store, [attempt.scene]).todo, "it would run for ever"
 
 
 def test_a_record_keeps_the_smaller_error_and_is_not_run_again(store, pairs):
@@ -158,16 +161,16 @@ def test_a_merge_keeps_the_smaller_error_and_is_not_run_again(tmp_path, pairs):
 
 def test_arrays_are_computed_once_whatever_the_second_run_reaches(store, pairs):
     # A run without an error bar replaces none that has one.
-    pairs = [pair for pair in pairs if math.isfinite(pair[1].collision.restitution_error)]
+    pairs = [pair for pair in pairs if pair[1].row.restitution_error is not None]
     store.record([first for first, _ in pairs])
     again = []
     for first, second in pairs:
-        (planned,) = plan_sweep(store, [second.scene], arrays=True).todo
+        (planned,) = IntoStore(store, [second.scene], arrays=True).todo
         assert planned.tolerance == min(first.scene.tolerance, second.scene.tolerance)
-        collision = dataclasses.replace(second.collision, tolerance=planned.tolerance)
-        again.append(dataclasses.replace(second, scene=planned, collision=collision))
+        row = Row(second.row.columns | {"tolerance": planned.tolerance}, second.row.arrays)
+        again.append((planned, row))
     store.record(again, arrays=True)
-    assert not plan_sweep(store, [second.scene for _, second in pairs], arrays=True).todo
+    assert not IntoStore(store, [second.scene for _, second in pairs], arrays=True).todo
     for _, second in pairs:
         kept = store.find(second.scene, arrays=True)
         assert kept.arrays["contact_times"][1] == kept.restitution == 0.52
@@ -176,7 +179,7 @@ def test_arrays_are_computed_once_whatever_the_second_run_reaches(store, pairs):
 def test_recomputing_asks_for_no_less_than_before(store, make_attempt):
     tight, loose = SCENE.replace(tolerance=1e-8), SCENE.replace(tolerance=1e-4)
     store.record([make_attempt(tight, 0.51)])
-    (planned,) = plan_sweep(store, [loose], recompute=True).todo
+    (planned,) = IntoStore(store, [loose], recompute=True).todo
     assert planned.tolerance == 1e-8
     store.record([make_attempt(planned, 0.52, 7e-9)], replace=True)
     assert store.get(tight).restitution == 0.52
@@ -213,4 +216,4 @@ def test_explicit_numerics_without_a_bar_are_not_run_again(store, make_attempt):
     explicit = Scene(potential="lj", particles=10, speed=0.4, scheme="verlet")
     store.record([make_attempt(explicit, error=math.inf)])
     assert store.find(explicit).restitution_error is None
-    assert not plan_sweep(store, [explicit]).todo
+    assert not IntoStore(store, [explicit]).todo

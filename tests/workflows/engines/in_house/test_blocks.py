@@ -8,12 +8,12 @@ import pytest
 from chaincor import collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.engines import interrupts
 from chaincor.workflows.engines.in_house import chain, motion, stepping
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.errors import TimestepError
-from chaincor.workflows.processes.pool import ProcessPool
 from tests.interrupting import interrupted
 
 LJ = Scene(potential="lj", particles=260, speed=0.4)

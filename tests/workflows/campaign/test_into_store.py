@@ -1,0 +1,320 @@
+"""Sweeps: only what is missing, whatever dies on the way."""
+
+import itertools
+import os
+import signal
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+
+import pytest
+
+from benchmarks.sweeps import kills
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.campaign import carry_out, into_store
+from chaincor.workflows.campaign.forecast import Forecast
+from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
+from chaincor.workflows.campaign.tasks import collide_scenes, collide_to_rows, tasks_of
+from chaincor.workflows.collision import collide
+from chaincor.workflows.errors import (
+    MissingLibraryError,
+    SchedulerError,
+    StoreError,
+    WorkerDiedError,
+)
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Failure, Row
+from tests.waiting import HANGS
+
+SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
+BROKEN = Scene(potential="lj", particles=7, speed=0.4)
+
+
+@pytest.fixture
+def counted(monkeypatch, make_attempt):
+    """Put something instant in place of a collision, and list what is asked of it."""
+    asked = []
+
+    def instant(scenes):
+        if len(scenes) > 1:
+            return [None] * len(scenes)
+        asked.extend(scenes)
+        if scenes == [BROKEN]:
+            return [Row.of(Failure("CrossingError", "crossed", stands=True))]
+        return [make_attempt(scenes[0]).row]
+
+    monkeypatch.setattr(into_store, "collide_to_rows", instant)
+    return asked
+
+
+def run_in_threads(store, scenes, **wishes):
+    with ThreadPoolExecutor(2) as threads:
+        return IntoStore(store, scenes, **wishes).run(threads, in_flight=4)
+
+
+# ---- only what is missing -----------------------------------------------------------------------
+
+
+def test_nothing_is_computed_twice(store, counted):
+    first = run_in_threads(store, SCENES + SCENES)
+    again = run_in_threads(store, SCENES)
+    assert (first.computed, again.computed, again.found) == (6, 0, 6)
+    assert len(counted) == len(store) == 6
+
+
+def test_unless_it_is_asked_for(store, counted):
+    run_in_threads(store, SCENES)
+    run_in_threads(store, SCENES, recompute=True)
+    assert len(counted) == 12
+    assert {store.get(scene).tries for scene in SCENES} == {2}
+
+
+def test_of_several_tolerances_the_tightest_is_computed(store, counted):
+    run_in_threads(store, [BROKEN.replace(particles=5, tolerance=t) for t in (1e-4, 1e-8, 1e-6)])
+    assert [scene.tolerance for scene in counted] == [1e-8]
+
+
+def test_missing_arrays_are_computed_for_the_result_that_is_there(store, counted):
+    tight = SCENES[0].replace(tolerance=1e-9)
+    run_in_threads(store, [tight])
+    run_in_threads(store, [SCENES[0]], arrays=True)
+    assert [scene.tolerance for scene in counted] == [1e-9, 1e-9]
+    assert store.get(tight, arrays=True) is not None
+
+
+def test_a_failure_that_stands_is_tried_again_only_on_request(store, counted):
+    first = run_in_threads(store, [BROKEN, SCENES[0]])
+    assert (first.computed, first.failed) == (1, 1)
+    again = IntoStore(store, [BROKEN, SCENES[0]])
+    assert (again.todo, again.tally.found, again.tally.known_failures) == ([], 1, 1)
+    assert IntoStore(store, [BROKEN], retry_failed=True).todo == [BROKEN]
+
+
+def test_what_another_sweep_has_done_meanwhile_is_left_out(store, counted, make_attempt):
+    into = IntoStore(store, SCENES)
+    with Store(store.path) as other:
+        other.record([make_attempt(scene) for scene in SCENES[:5]])
+    with ThreadPoolExecutor(1) as threads:
+        summary = into.run(threads, in_flight=2)
+    assert (summary.computed, summary.found) == (1, 5)
+    assert counted == [SCENES[5]]
+
+
+def test_two_sweeps_at_once_share_the_work(tmp_path, counted):
+    scenes = [Scene(particles=10, speed=0.01 * k) for k in range(1, 81)]
+    summaries = []
+
+    def one():
+        with Store(tmp_path / "shared.sqlite") as store:
+            summaries.append(run_in_threads(store, scenes))
+
+    both = [threading.Thread(target=one) for _ in range(2)]
+    for thread in both:
+        thread.start()
+    for thread in both:
+        thread.join()
+    with Store(tmp_path / "shared.sqlite") as store:
+        assert len(store) == 80
+    assert all(s.computed + s.found == 80 for s in summaries)
+
+
+# ---- what goes wrong ----------------------------------------------------------------------------
+
+
+class Doomed(ThreadPoolExecutor):
+    """An executor that fails over one scene in its own way, at once."""
+
+    def __init__(self, scene, error):
+        super().__init__(1)
+        self.scene, self.error = scene, error
+
+    def submit(self, function, /, *args, **kwargs):
+        if args == ([self.scene],):
+            future = Future()
+            future.set_exception(self.error)
+            return future
+        return super().submit(function, *args, **kwargs)
+
+
+@pytest.mark.parametrize("error", [WorkerDiedError("killed by SIGKILL"), OSError("no space")])
+def test_a_death_is_recorded_and_the_sweep_goes_on(store, counted, error):
+    summary = IntoStore(store, SCENES).run(Doomed(SCENES[2], error), in_flight=2)
+    assert (summary.computed, summary.failed) == (5, 1)
+    assert store.find(SCENES[2]).failure.message == str(error)
+    assert IntoStore(store, SCENES).todo == [SCENES[2]], "it is tried when the sweep is resumed"
+
+
+@pytest.mark.parametrize("error", [MissingLibraryError("no LAMMPS"), SchedulerError("lost")])
+def test_what_concerns_every_collision_ends_the_sweep(store, counted, error):
+    with pytest.raises(type(error)):
+        IntoStore(store, SCENES).run(Doomed(SCENES[2], error), in_flight=1)
+    assert store.find(SCENES[2]) is None
+
+
+@pytest.mark.parametrize("error", [KeyError("speed"), TypeError("cannot pickle"), ValueError("?")])
+def test_an_error_of_the_program_ends_the_sweep_and_keeps_what_is_done(store, counted, error):
+    with pytest.raises(type(error)):
+        IntoStore(store, SCENES).run(Doomed(SCENES[2], error), in_flight=1)
+    assert store.find(SCENES[2]) is None
+    assert all(store.get(scene) is not None for scene in counted)
+
+
+@pytest.mark.parametrize("error", [KeyError("speed"), ZeroDivisionError("0"), ValueError("?")])
+def test_only_named_failures_are_failures_of_a_collision(monkeypatch, error):
+    def wrong(*_):
+        raise error
+
+    monkeypatch.setattr("chaincor.workflows.campaign.tasks.collide_one", wrong)
+    with pytest.raises(type(error)):
+        collide_scenes([SCENES[0]])
+
+
+@pytest.fixture
+def interruptible():
+    """Heed SIGINT, which a shell's background jobs ignore."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
+    finished, heard = [], threading.Event()
+
+    def hear(*_):
+        heard.set()
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGINT, hear)
+
+    def interrupting(scenes):
+        if len(finished) == 3:
+            signal.raise_signal(signal.SIGINT)
+            # A collision that is going on when the main thread hears of it.
+            assert heard.wait(HANGS)
+            raise AssertionError("never seen: the sweep is over")
+        finished.extend(scenes)
+        return [make_attempt(scenes[0]).row]
+
+    monkeypatch.setattr(into_store, "collide_to_rows", interrupting)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(KeyboardInterrupt):
+        IntoStore(store, SCENES).run(threads, in_flight=2)
+    assert all(store.get(scene) is not None for scene in finished)
+    assert len(store) == len(finished) == 3
+
+
+def test_a_read_only_store_is_refused_before_anything_is_computed(store, counted):
+    with Store(store.path, read_only=True) as closed, pytest.raises(StoreError):
+        run_in_threads(closed, SCENES)
+    assert counted == []
+
+
+def failure_of(scene):
+    (row,) = collide_to_rows([scene])
+    return row.failure
+
+
+def test_errors_of_the_collision_stand_and_those_of_the_machine_do_not(monkeypatch):
+    harmonic = Scene(potential="harmonic", velocity=0.9, particles=5)
+    crossing = failure_of(harmonic)
+    assert (crossing.name, crossing.stands) == ("CrossingError", True)
+
+    def no_space(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("chaincor.workflows.campaign.tasks.collide_one", no_space)
+    assert failure_of(harmonic).stands is False
+
+
+# ---- cost ---------------------------------------------------------------------------------------
+
+
+def test_longer_faster_and_tighter_cost_more(monkeypatch):
+    base = Scene(particles=50, speed=0.4)
+    seconds = expected_seconds(base)
+    for changes in ({"particles": 100}, {"speed": 2.0}):
+        assert expected_seconds(base.replace(**changes)) > seconds
+    # Within a scheme: where another takes over, a tighter tolerance may cost less.
+    for loose, tight in ((1e-5, 1e-6), (1e-7, 1e-10)):
+        wider, closer = (base.replace(tolerance=each) for each in (loose, tight))
+        assert expected_seconds(closer) > expected_seconds(wider)
+    cost, single = Forecast.of([base] * 10), Forecast.of([base])
+    assert cost.seconds == pytest.approx(10 * seconds)
+    start = single.wall_seconds(1) - seconds
+    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 100)
+    assert cost.wall_seconds(2) == pytest.approx(start + 5 * seconds)
+    assert cost.wall_seconds(100) == pytest.approx(start + seconds), "one is not divided"
+    assert Forecast.of([]).wall_seconds(2) == 0.0
+    monkeypatch.setattr("chaincor.workflows.campaign.forecast.cores_allowed", lambda: 2)
+    assert cost.wall_seconds(100) == pytest.approx(start + 5 * seconds), "workers share the cores"
+    assert Forecast.of([base], arrays=True).disk_bytes > Forecast.of([base]).disk_bytes
+
+
+def test_many_of_a_kind_cost_less_than_as_many_alone():
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+    assert Forecast.of(alike).seconds < 0.5 * sum(expected_seconds(scene) for scene in alike)
+    broken = [scene.replace(speed=5.0 + scene.speed) for scene in alike]
+    assert Forecast.of(broken).seconds == pytest.approx(sum(map(expected_seconds, broken)))
+
+
+def test_a_death_over_several_is_looked_into_one_by_one(store, counted, monkeypatch):
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+    tasks, alone = [], into_store.collide_to_rows
+
+    def dying(scenes):
+        if len(scenes) == 1:
+            return alone(scenes)
+        tasks.append(scenes)
+        raise WorkerDiedError("killed by SIGKILL")
+
+    monkeypatch.setattr(into_store, "collide_to_rows", dying)
+    summary = run_in_threads(store, alike)
+    assert sum(len(task) for task in tasks) == len(counted) == summary.computed == 40
+
+
+def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch, make_attempt):
+    alike = [Scene(particles=20, speed=0.01 * k, engine="reference") for k in range(1, 41)]
+
+    alone = into_store.collide_to_rows
+
+    def half(scenes):
+        if len(scenes) == 1:
+            return alone(scenes)
+        made = [make_attempt(scene, 0.75).row for scene in scenes]
+        return [row if k % 2 else None for k, row in enumerate(made)]
+
+    monkeypatch.setattr(into_store, "collide_to_rows", half)
+    summary = run_in_threads(store, alike)
+    assert (summary.computed, len(store)) == (40, 40)
+    assert len(counted) == 20
+    assert sum(store.find(scene).restitution == 0.75 for scene in alike) == 20
+    assert run_in_threads(store, alike).found == 40
+
+
+def test_the_longest_come_first_give_or_take_a_factor_of_two():
+    scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
+    tasks = sorted(tasks_of(scenes, 1), key=carry_out._turn)
+    seconds = [expected_seconds(*task.scenes) for task in tasks]
+    assert all(later < 2.0 * earlier for earlier, later in itertools.pairwise(seconds))
+
+
+# ---- real collisions in real processes ----------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_results_do_not_depend_on_the_worker(tmp_path):
+    scenes = [Scene(particles=n, speed=s) for n in (5, 10) for s in (0.1, 0.4)]
+    rows = collide_into_store(scenes, tmp_path / "a.sqlite", workers=2, arrays=True)
+    for scene, row in zip(scenes, rows, strict=True):
+        alone = collide(scene)
+        assert row.restitution == alone.restitution
+        assert row.arrays["contact_times"].tolist() == alone.contact_times.tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="finds its victims in /proc")  # noqa: PTH112
+def test_kills_lose_nothing(tmp_path):
+    # A hundred of them: python -m benchmarks.sweeps.kills 100
+    pytest.importorskip("distributed")
+    study = kills.study_kills(4, tmp_path, points=5)
+    assert set(study.kills) == set(kills.KINDS)

@@ -1,0 +1,176 @@
+"""Many collisions and their distribution: warm chains of many seeds, or any list of scenes."""
+
+import math
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.accuracy.at_once.many import ManyMeetings
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
+from chaincor.workflows.campaign.ensemble import Ensemble, Sample
+from chaincor.workflows.campaign.progress import Advance, progress_bar
+from chaincor.workflows.campaign.tasks import MOST_SECONDS, Task, tasks_of
+from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
+from chaincor.workflows.durations import format_duration
+from chaincor.workflows.errors import CostError
+from chaincor.workflows.given import workers_given
+from chaincor.workflows.versions import versions
+
+
+def collide_many(
+    scenes: Scene | Sequence[Scene],
+    samples: int | None = None,
+    *,
+    velocities: ArrayLike | None = None,
+    workers: int | None = None,
+    progress: bool = False,
+    most_seconds: float = MOST_SECONDS,
+) -> Ensemble:
+    """
+    Carry out many collisions.
+
+    Parameters
+    ----------
+    scenes : Scene or sequence of Scene
+        A warm scene, of which so many seeds are drawn as there are `samples`: its own and those
+        that follow it. Or the scenes themselves, which may differ in anything. With the in-house
+        engine a tolerance down to 1e-8 and a hard, rigid wall, warm chains that differ in seed and
+        speed alone are carried out together, in compiled loops; all others as
+        :func:`~chaincor.workflows.collision.collide` does, in worker processes where they take
+        longer than a few seconds: a script that asks for those needs the usual
+        ``if __name__ == "__main__":``.
+    samples : int, optional
+        Only with one scene.
+    velocities : array_like of shape (samples,), optional
+        Impact velocity of each sample in place of the scene's; only with one scene.
+    workers : int, optional
+        Threads, or processes; as many as there are cores by default.
+    progress : bool
+        Whether to show a progress bar, where there is a terminal.
+    most_seconds : float
+        How long all may be expected to take.
+
+    Returns
+    -------
+    Ensemble
+        The numbers, which do not depend on `workers`. Collisions without one are samples that say
+        why.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to draw, or each sample would write to the same file.
+    CostError
+        If it is expected to take longer than `most_seconds`; nothing was begun.
+    MissingLibraryError, WorkerStartError
+        If no collision at all can be run.
+    """
+    try:
+        return _collide_many(scenes, samples, velocities, workers, progress, most_seconds)
+    except KeyboardInterrupt as interrupt:
+        raise interrupt.with_traceback(None) from None
+
+
+def _collide_many(
+    scenes: Scene | Sequence[Scene],
+    samples: int | None,
+    velocities: ArrayLike | None,
+    workers: int | None,
+    progress: bool,
+    most_seconds: float,
+) -> Ensemble:
+    started = time.perf_counter()
+    workers = workers_given(workers)
+    groups = group_scenes(scenes, samples, velocities)
+    count, seconds = sum(map(len, groups)), sum(len(each) * each.expected for each in groups)
+    shared = shared_fields(groups)
+    if seconds / workers > most_seconds:
+        raise CostError(
+            f"{count} collisions would take about {format_duration(seconds / workers)} with "
+            f"{workers} workers; expected at most {format_duration(most_seconds)}: take fewer "
+            "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
+        )
+    found = _Samples(count)
+    with progress_bar(progress, count, seconds) as advance:
+        left: list[Task] = []
+        for group in groups:
+            if group.together:
+                left += _meet_together(group, found, workers, advance)
+            else:
+                left += [group.task(k, k + 1) for k in range(len(group))]
+        places = [task.places[0] for task in left]
+        alone = [scene for task in left for scene in task.scenes]
+        tasks = tasks_of(alone, TASKS_PER_WORKER * workers, places=places)
+        with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
+            carry_out(tasks, executor, found, in_flight=in_flight, advance=advance)
+    return Ensemble(
+        samples=tuple(sample for sample in found.samples if sample is not None),
+        scene=shared,
+        tolerance=groups[0].scene.asked_tolerance,
+        workers=workers,
+        seconds_total=time.perf_counter() - started,
+        versions=versions(),
+    )
+
+
+def _meet_together(group: Group, found: "_Samples", workers: int, advance: Advance) -> list[Task]:
+    """Carry out a group in compiled loops; return what must be collided by itself."""
+    meetings = ManyMeetings(group.scene)
+    # Compiling, and what is worked out once, is not for threads at once.
+    meetings.meet(group.part(0, 1).starts(), group.velocities[:1])
+    share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
+    work = partial(_samples, meetings)
+    tasks = [group.task(k, min(k + share, len(group)), work) for k in range(0, len(group), share)]
+    left: list[Task] = []
+    with ThreadPoolExecutor(workers) as threads:
+        try:
+            in_flight = TASKS_PER_WORKER * workers
+            carry_out(tasks, threads, found, in_flight=in_flight, advance=advance, left=left)
+        except BaseException:
+            meetings.stop()
+            raise
+    return sorted(left, key=lambda task: task.places[0])
+
+
+def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
+    met = meetings.meet(group.starts(), group.velocities)
+    bars = met.step_error + met.rounding
+    samples: list[Sample | None] = [None] * len(group)
+    for k in np.flatnonzero(met.met).tolist():
+        eta = float(met.restitution[k])
+        samples[k] = Sample(
+            seed=group.seeds[k],
+            velocity=float(group.velocities[k]),
+            restitution=eta,
+            restitution_error=float(bars[k]),
+            kinematic_restitution=math.sqrt(eta),
+            contacts=int(met.contacts[k]),
+            last_contact_time=float(met.last_contact_times[k]),
+            ending="proved" if met.proved[k] else "argued",
+            scheme=meetings.scheme,
+            timestep=float(met.timesteps[k]),
+            tolerance_met=True,
+        )
+    return samples
+
+
+class _Samples:
+    """Puts samples in the order of the scenes; a failure is a sample that says why."""
+
+    def __init__(self, count: int) -> None:
+        self.samples: list[Sample | None] = [None] * count
+
+    def is_wanted(self, task: Task) -> Sequence[bool]:
+        return [True] * len(task.places)
+
+    def take(self, done: Sequence[Done]) -> None:
+        for each in done:
+            found = each.found
+            if not isinstance(found, Sample):
+                found = Sample.of(each.scene, found)
+            self.samples[each.place] = found

@@ -1,0 +1,96 @@
+"""An ensemble for people: numbers with both their errors, and a histogram in characters."""
+
+import math
+
+import numpy as np
+
+from chaincor.analysis.distribution import Distribution, Quantile
+from chaincor.analysis.figures.terminal import draw_histogram
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses
+from chaincor.workflows.campaign.ensemble import Ensemble
+
+DEFAULT_PRECISION = 0.01
+
+
+def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
+    """Describe the samples of a warm scene; `precision` is wanted of the mean of eta."""
+    eta, e, above = result.eta, result.e, result.above_one
+    seeds = [sample.seed for sample in result.samples]
+    assert scene.temperature is not None
+    thermal = math.sqrt(scene.temperature / float(np.mean(chain_masses(scene))))
+    speed = f"v0 = {scene.impact_velocity:.6g}"
+    if scene.bond.natural_speed is not None:
+        speed += f" = {scene.impact_velocity / scene.bond.natural_speed:.6g} v*"
+    contacts = result.contacts
+    lines = [
+        f"{len(seeds)} collisions: {scene.particles} particles, {scene.label} bonds, {speed}",
+        f"warm at first: T = {scene.temperature:.6g}, seeds {seeds[0]} to {seeds[-1]}; v0 is "
+        f"{scene.impact_velocity / thermal:.4g} times the thermal speed of a particle",
+        "",
+        f"{'':22} {'eta = K_r/K_i':<32}e = sqrt(eta)",
+        f"{'mean':22} {_mean(eta):<32}{_mean(e)}",
+        f"{'numerical error':22} {_bar(eta):<32}{_bar(e)}",
+        f"{'standard deviation':22} {_number(eta.deviation):<32}{_number(e.deviation)}",
+    ]
+    for one, other in zip(eta.quantiles, e.quantiles, strict=True):
+        name = f"quantile {100.0 * one.probability:g} %"
+        lines.append(f"{name:22} {_interval(one):<32}{_interval(other)}")
+    share = f"{above.value:.4g}, {above.low:.4g} to {above.high:.4g} with 95 % confidence"
+    if above.doubtful:
+        share += f"; error bars leave {above.doubtful} open"
+    endings = [sample.ending for sample in result.samples]
+    ends = ", ".join(
+        f"{endings.count(kind)} {kind}" for kind in ("proved", "argued", "open") if kind in endings
+    )
+    lines += [
+        f"{'P(e > 1)':22} {share}",
+        f"{'contacts':22} {np.mean(contacts):.4g} on average, {contacts.min()} to {contacts.max()}",
+        f"{'ends':22} {ends}",
+        f"{'precision':22} {_precision(eta, precision)}",
+        "",
+        draw_histogram(result.kinematic_restitution, label="e", mark=1.0),
+        "",
+        f"run by {scene.engine}: {_schemes(result)}",
+        f"time {result.seconds_total:.3g} s, "
+        f"{len(seeds) / result.seconds_total:.3g} collisions a second",
+    ]
+    return "\n".join(lines)
+
+
+def _mean(found: Distribution) -> str:
+    if math.isnan(found.standard_error):
+        return f"{found.mean:.6g}"
+    return f"{found.mean:.{_digits(found.standard_error)}f} +- {found.standard_error:.1e}"
+
+
+def _digits(error: float) -> int:
+    return min(max(1, 2 - math.floor(math.log10(error))), 15) if error > 0.0 else 15
+
+
+def _bar(found: Distribution) -> str:
+    return "none asked for" if math.isnan(found.numerical_error) else f"{found.numerical_error:.1e}"
+
+
+def _number(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.4g}"
+
+
+def _interval(found: Quantile) -> str:
+    value, low, high = found.value, found.low, found.high
+    between = f"{low:.4g} to {high:.4g}" if math.isfinite(low + high) else "too few samples"
+    return f"{value:.4g} ({between})"
+
+
+def _precision(eta: Distribution, precision: float) -> str:
+    needed = eta.samples_needed(precision)
+    if needed is None:
+        return "one sample does not tell how many are needed"
+    if needed <= eta.count:
+        return f"mean of eta to {precision:g}: reached with {needed} of these samples"
+    return f"mean of eta to {precision:g} needs about {needed - eta.count} more samples"
+
+
+def _schemes(result: Ensemble) -> str:
+    schemes = [sample.scheme for sample in result.samples if sample.scheme is not None]
+    return ", ".join(f"{schemes.count(name)} {name}" for name in sorted(set(schemes)))

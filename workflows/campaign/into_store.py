@@ -1,0 +1,189 @@
+"""Many collisions into a store: only what is missing, whole rows only."""
+
+import random
+import time
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
+from chaincor.workflows.campaign.pool import ProcessPool
+from chaincor.workflows.campaign.progress import progress_bar
+from chaincor.workflows.campaign.tasks import Task, collide_to_rows, tasks_of
+from chaincor.workflows.given import workers_given
+from chaincor.workflows.store.results_store import Store
+from chaincor.workflows.store.row import Row
+from chaincor.workflows.store.standing import Standing
+
+
+@dataclass
+class Tally:
+    """
+    What came of a sweep so far.
+
+    Attributes
+    ----------
+    computed, failed : int
+        Collisions carried out now, with a result and without one.
+    inexact : int
+        Of those computed now: how many do not meet their tolerance.
+    found : int
+        Answered by the store as it was, or by another sweep meanwhile.
+    known_failures : int
+        Not tried again: they failed by themselves before and would fail again.
+    seconds : float
+        Wall-clock time.
+    integration_seconds, busy_seconds : float
+        Over the collisions computed now: time of the integrations that gave the numbers, and of
+        everything else they needed.
+    """
+
+    computed: int = 0
+    failed: int = 0
+    inexact: int = 0
+    found: int = 0
+    known_failures: int = 0
+    seconds: float = 0.0
+    integration_seconds: float = 0.0
+    busy_seconds: float = 0.0
+
+
+class IntoStore:
+    """
+    What a store leaves to be done of many collisions, and the sink that writes it there.
+
+    Parameters
+    ----------
+    store : Store
+        Where results are kept.
+    scenes : iterable of Scene
+        The collisions. Of those that differ only in their tolerance, the tightest counts.
+    arrays : bool
+        Whether contacts, mode energies and final states are wanted. What is there without them,
+        or is to be recomputed, is asked for as exactly as before, or more.
+    recompute, retry_failed : bool
+        Whether to do also what is there, and what would fail again.
+
+    Attributes
+    ----------
+    todo : list of Scene
+        Collisions to compute, each once.
+    tally : Tally
+        What came of them so far.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        scenes: Iterable[Scene],
+        *,
+        arrays: bool = False,
+        recompute: bool = False,
+        retry_failed: bool = False,
+    ) -> None:
+        self._store, self._arrays, self._recompute = store, arrays, recompute
+        self.todo: list[Scene] = []
+        self.tally = Tally()
+        wanted = _tightest(scenes)
+        for scene, standing in zip(wanted, store.standings(wanted), strict=True):
+            if standing is not None and not recompute:
+                if standing.answers(scene, arrays=arrays):
+                    self.tally.found += 1
+                    continue
+                if standing.would_fail(scene) and not retry_failed:
+                    self.tally.known_failures += 1
+                    continue
+            self.todo.append(scene if standing is None else _as_exactly(scene, standing))
+
+    def run(self, executor: Executor, *, in_flight: int, progress: bool = False) -> Tally:
+        """
+        Compute what is to be done, and write each result as soon as it is there.
+
+        Raises what :func:`~chaincor.workflows.campaign.carry_out.carry_out` does, and
+        StoreWriteError. What is finished is in the store.
+        """
+        started = time.perf_counter()
+        self._store.check_writable()
+        tasks = tasks_of(self.todo, in_flight, collide_to_rows)
+        # Two sweeps that share a store come to different ones first.
+        random.shuffle(tasks)
+        seconds = sum(sum(task.costs) for task in tasks)
+        with progress_bar(progress, len(self.todo), seconds) as advance:
+            carry_out(tasks, executor, self, in_flight=in_flight, advance=advance)
+        self.tally.seconds = time.perf_counter() - started
+        return self.tally
+
+    def is_wanted(self, task: Task) -> Sequence[bool]:
+        """Leave out what another sweep has computed meanwhile."""
+        if self._recompute:
+            return [True] * len(task.scenes)
+        standings = self._store.standings(task.scenes)
+        wanted = [
+            standing is None or not standing.answers(scene, arrays=self._arrays)
+            for scene, standing in zip(task.scenes, standings, strict=True)
+        ]
+        self.tally.found += wanted.count(False)
+        return wanted
+
+    def take(self, done: Sequence[Done]) -> None:
+        """Write what has come, and count it."""
+        rows = [each.found if isinstance(each.found, Row) else Row.of(each.found) for each in done]
+        pairs = [(each.scene, row) for each, row in zip(done, rows, strict=True)]
+        self._store.record(pairs, arrays=self._arrays, replace=self._recompute)
+        for row in rows:
+            if row.columns.get("restitution") is None:
+                self.tally.failed += 1
+                continue
+            self.tally.computed += 1
+            self.tally.inexact += row.columns["tolerance_met"] is False
+            self.tally.integration_seconds += row.columns["seconds"]
+            self.tally.busy_seconds += row.columns["seconds_total"]
+
+
+def collide_into_store(
+    scenes: Sequence[Scene],
+    store: Store | Path | str,
+    *,
+    workers: int | None = None,
+    arrays: bool = False,
+    progress: bool = True,
+) -> list[Row]:
+    """
+    Return the rows of many collisions in their order, computing those that a store does not have.
+
+    See :func:`chaincor.workflows.collision.collide`.
+    """
+    with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
+        into = IntoStore(opened, scenes, arrays=arrays)
+        if into.todo:
+            workers = min(workers_given(workers), len(into.todo))
+            with ProcessPool(workers) as pool:
+                into.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
+        rows = [opened.find(scene, arrays=arrays) for scene in scenes]
+    assert all(row is not None for row in rows)
+    return [row for row in rows if row is not None]
+
+
+def _as_exactly(scene: Scene, standing: Standing) -> Scene:
+    """
+    Return a scene, asked for at least as exactly as the result that is there.
+
+    A looser run could not take its place, neither for missing arrays nor to recompute it.
+    """
+    asked = scene.asked_tolerance
+    if asked is None or standing.restitution is None or standing.tolerance is None:
+        return scene
+    return scene if asked <= standing.tolerance else scene.replace(tolerance=standing.tolerance)
+
+
+def _tightest(scenes: Iterable[Scene]) -> list[Scene]:
+    """Return each collision once, as exactly as it is asked for anywhere."""
+    chosen: dict[str, Scene] = {}
+    for scene in scenes:
+        other = chosen.get(scene.collision_sha256)
+        if other is None or (scene.asked_tolerance or 0.0) < (other.asked_tolerance or 0.0):
+            chosen[scene.collision_sha256] = scene
+    return list(chosen.values())

@@ -1,0 +1,206 @@
+"""The points of a sweep: numbered, made one by one when they are asked for, and dealt out."""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.errors import PotentialError, SceneError
+from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
+from chaincor.lammps_inputs.scene_parts.scene_file import from_folder
+from chaincor.workflows.errors import SweepError
+
+# An axis over the key drops these from the base scene, which they would contradict.
+_RIVALS = {
+    "speed": ("velocity",),
+    "velocity": ("speed",),
+    "tolerance": NUMERICS_KEYS,
+    **dict.fromkeys(NUMERICS_KEYS, ("tolerance",)),
+}
+# Begins the name of an axis over one parameter of a formula.
+PARAMETER_AXIS = "parameters."
+
+Axis = Sequence[Mapping[str, Any]]
+
+
+class SweepPoints(Sequence[Scene]):
+    """
+    The crossed axes of a sweep, as scenes that are made when they are asked for.
+
+    Parameters
+    ----------
+    base : dict
+        Fields of the base scene.
+    groups : sequence of list of dict
+        What each value of each axis sets; axes that move together are one, and no two set one
+        field. The last varies fastest.
+    folder : pathlib.Path
+        That of the sweep file, where relative paths start.
+    """
+
+    def __init__(
+        self, base: dict[str, Any], groups: Sequence[list[dict[str, Any]]], folder: Path
+    ) -> None:
+        self.base, self.groups, self._folder = base, tuple(groups), folder
+
+    def __len__(self) -> int:
+        return math.prod(len(group) for group in self.groups)
+
+    @overload
+    def __getitem__(self, index: int) -> Scene: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Scene, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Scene | tuple[Scene, ...]:
+        numbers = range(len(self))[index]
+        if isinstance(numbers, range):
+            return tuple(self._scene(number) for number in numbers)
+        return self._scene(numbers)
+
+    def _scene(self, number: int) -> Scene:
+        parts, rest = [], number
+        for group in reversed(self.groups):
+            rest, place = divmod(rest, len(group))
+            parts.append(group[place])
+        point = merged(*reversed(parts))
+        dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
+        fields = {key: value for key, value in self.base.items() if key not in dropped} | point
+        _fold_parameters(fields)
+        try:
+            return Scene(**from_folder(fields, self._folder))
+        except (PotentialError, SceneError) as error:
+            shown = ", ".join(f"{key} = {value!r}" for key, value in point.items())
+            raise SceneError(f"point {number + 1} ({shown or 'the base scene'}): {error}") from None
+
+
+def _fold_parameters(fields: dict[str, Any]) -> None:
+    """Put ``parameters.a`` into ``parameters``; what is no table there the scene refuses."""
+    single = {key: fields.pop(key) for key in list(fields) if str(key).startswith(PARAMETER_AXIS)}
+    base = fields.get("parameters", {})
+    if single and isinstance(base, dict):
+        own = {key.removeprefix(PARAMETER_AXIS): value for key, value in single.items()}
+        fields["parameters"] = base | own
+
+
+def merged(*parts: dict[str, Any]) -> dict[str, Any]:
+    """Join the fields that several axes set."""
+    return {key: value for part in parts for key, value in part.items()}
+
+
+def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
+    """
+    Return part `number`, from 1, of `count` disjoint ones of a sweep, for the tasks of a job array.
+
+    Only the points of this part are made. It is the same on every machine; parts have equally many
+    points of every chain length, scattered over the other axes, so that they take about equally
+    long. Raises SweepError if there is no such part.
+    """
+    if not 1 <= number <= count:
+        raise SweepError(
+            f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
+        )
+    # Points that differ only in their tolerance share a row, and so must share a part: they make
+    # one cell. Cells are numbered like points, the last axis fastest.
+    alike = [_alike(group) for group in points.groups]
+    shape = tuple(len(places) for places in alike) or (1,)
+    order = np.lexsort((_scattered(math.prod(shape)), _lengths(points, alike, shape)))
+    chosen = []
+    for cell in order[number - 1 :: count]:
+        digits = np.unravel_index(cell, shape)
+        for place in itertools.product(*(a[d] for a, d in zip(alike, digits, strict=False))):
+            chosen.append(_number(points, place))
+    return tuple(points[index] for index in sorted(chosen))
+
+
+def _alike(group: list[dict[str, Any]]) -> list[list[int]]:
+    """Return the places of an axis, those together whose values differ only in the tolerance."""
+    if not any("tolerance" in entry for entry in group):
+        return [[place] for place in range(len(group))]
+    places: dict[str, list[int]] = {}
+    for place, entry in enumerate(group):
+        rest = sorted((key, value) for key, value in entry.items() if key != "tolerance")
+        places.setdefault(repr(rest), []).append(place)
+    return list(places.values())
+
+
+def _number(points: SweepPoints, place: Sequence[int]) -> int:
+    number = 0
+    for group, digit in zip(points.groups, place, strict=True):
+        number = number * len(group) + digit
+    return number
+
+
+def _lengths(
+    points: SweepPoints, alike: Sequence[list[list[int]]], shape: tuple[int, ...]
+) -> NDArray[np.float64]:
+    """Return the chain length of each cell, as far as it is a number: others are no scenes."""
+    lengths = np.full(shape, _as_number(points.base.get("particles", 0)))
+    for axis, (group, places) in enumerate(zip(points.groups, alike, strict=True)):
+        own = np.array([_as_number(group[p[0]].get("particles", np.nan)) for p in places])
+        own = own.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+        lengths = np.where(np.isnan(own), lengths, own)
+    return lengths.ravel()
+
+
+def _as_number(value: Any) -> float:
+    try:
+        return float(value) if isinstance(value, int | float) else 0.0
+    except OverflowError:
+        return 0.0
+
+
+def _scattered(count: int) -> NDArray[np.uint64]:
+    """Return a random-looking key for each of 0 ... count - 1, the same everywhere (splitmix64)."""
+    keys = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        keys = (keys ^ (keys >> np.uint64(shift))) * np.uint64(factor)
+    return keys ^ (keys >> np.uint64(31))
+
+
+def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:
+    """
+    Refuse axes of which two set one field at one point.
+
+    Parameters
+    ----------
+    axes : dict
+        Names of the axes and what each of their values sets.
+    together : sequence of sequence of str
+        Axes that move together: equally long, and of their values only those at one place meet.
+
+    Raises
+    ------
+    SweepError
+        With the names of the two axes and of the field.
+    """
+    fields = {name: _fields(axis) for name, axis in axes.items()}
+    for one, other in itertools.combinations(axes, 2):
+        shared = fields[one] & fields[other]
+        if shared and any({one, other} <= {*names} for names in together):
+            pairs = zip(axes[one], axes[other], strict=True)
+            shared = {field for a, b in pairs for field in _fields([a]) & _fields([b])}
+        if shared:
+            raise SweepError(
+                f"axes '{one}' and '{other}' both set {' and '.join(sorted(shared))}; expected one "
+                "axis for each field: leave it out of one of them"
+            )
+
+
+def fields_set(axes: Mapping[str, Axis]) -> list[str]:
+    """Return every key that a value of an axis sets, each once, in their order."""
+    return list(dict.fromkeys(key for axis in axes.values() for entry in axis for key in entry))
+
+
+def _fields(axis: Axis) -> set[str]:
+    """Return what an axis sets, the parameters of a formula one by one as well."""
+    found: set[str] = set()
+    for entry in axis:
+        found |= entry.keys()
+        if isinstance(inner := entry.get("parameters"), Mapping):
+            found |= {f"{PARAMETER_AXIS}{name}" for name in inner}
+    return found

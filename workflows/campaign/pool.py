@@ -1,0 +1,210 @@
+"""A pool of processes in which the death of a worker costs one task, not the pool."""
+
+import contextlib
+import multiprocessing
+import os
+import pickle
+import shutil
+import signal
+import tempfile
+import threading
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from multiprocessing.connection import Connection, wait
+from typing import Any
+
+from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.workflows.errors import SweepError, WorkerDiedError, WorkerStartError
+
+_spawn = multiprocessing.get_context("spawn")
+
+
+class ProcessPool(Executor):
+    """
+    An executor whose every worker is a process of its own, spawned afresh.
+
+    The executors of the standard library give up altogether when one process dies. Here each
+    process belongs to a thread that talks to it alone: a death is the failure of the one task it
+    had, with the signal or exit status as the reason, and a new process takes its place.
+
+    Parameters
+    ----------
+    workers : int
+        Number of processes.
+    """
+
+    def __init__(self, workers: int) -> None:
+        self._threads = ThreadPoolExecutor(workers, thread_name_prefix="chaincor-worker")
+        self._own = threading.local()
+        self._lock = threading.Lock()
+        self._workers: set[_Worker] = set()
+        self._closed = False
+        # What killed workers leave behind is swept up with this folder.
+        self._folder = tempfile.mkdtemp(prefix="chaincor-sweep-")
+
+    def submit(self, function: Callable, /, *args: Any, **kwargs: Any) -> Future:
+        """
+        Run a function that is importable by name in a worker.
+
+        The future raises WorkerDiedError if the worker died over it.
+        """
+        return self._threads.submit(self._call, function, args, kwargs)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers: `wait` lets running tasks finish, otherwise they are killed."""
+        if not wait:
+            with self._lock:
+                self._closed = True
+                for worker in self._workers:
+                    worker.kill()
+        self._threads.shutdown(wait=True, cancel_futures=cancel_futures or not wait)
+        with self._lock:
+            self._closed = True
+            for worker in self._workers:
+                worker.close()
+            self._workers.clear()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """End the workers; where an error or an interrupt leaves the block, at once."""
+        self.shutdown(wait=kind is None)
+
+    def _call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        worker = getattr(self._own, "worker", None)
+        if worker is None or not worker.alive:
+            self._own.worker = None
+            worker = self._own.worker = self._replace(worker)
+        return worker.call(function, args, kwargs)
+
+    def _replace(self, dead: "_Worker | None") -> "_Worker":
+        with self._lock:
+            if dead is not None:
+                self._workers.discard(dead)
+                dead.close()
+            if self._closed:
+                raise WorkerDiedError("the pool is closed")
+            worker = _Worker(self._folder)
+            self._workers.add(worker)
+        worker.wait_until_up()
+        return worker
+
+
+class _Worker:
+    """One process and the pipe to it."""
+
+    def __init__(self, folder: str) -> None:
+        self._pipe, theirs = _spawn.Pipe()
+        self._process = _spawn.Process(target=_serve, args=(theirs, folder), daemon=True)
+        self._process.start()
+        theirs.close()
+
+    def wait_until_up(self) -> None:
+        try:
+            self._receive()
+        except WorkerDiedError:
+            if self._process.exitcode is not None and self._process.exitcode < 0:
+                raise
+            raise WorkerStartError(
+                f"worker processes do not start (exit status {self._process.exitcode}); expected "
+                "an importable main module: in a script, put the call under "
+                'if __name__ == "__main__":'
+            ) from None
+
+    @property
+    def alive(self) -> bool:
+        return self._process.is_alive()
+
+    def call(self, function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Any:
+        with sent("a task", "a worker process", SweepError):
+            task = pickle.dumps((function, args, kwargs))
+        try:
+            self._pipe.send_bytes(task)
+        except ConnectionError:
+            raise WorkerDiedError(self._obituary()) from None
+        value, error = self._receive()
+        if error is not None:
+            raise error
+        return value
+
+    def _receive(self) -> tuple[Any, BaseException | None]:
+        try:
+            # Whoever inherited the other end could keep it open after the worker's death.
+            if self._pipe in wait([self._pipe, self._process.sentinel]):
+                return self._pipe.recv()
+        except (EOFError, OSError):  # an answer that breaks off is an OSError
+            pass
+        raise WorkerDiedError(self._obituary())
+
+    def _obituary(self) -> str:
+        self._process.join()
+        status = self._process.exitcode or 0
+        if status >= 0:
+            return f"the worker process ended with exit status {status}: a library aborted it"
+        name = signal.Signals(-status).name
+        hint = ", as a system does that runs out of memory" if name == "SIGKILL" else ""
+        return f"the worker process was killed by {name}{hint}"
+
+    def kill(self) -> None:
+        self._process.kill()
+
+    def close(self) -> None:
+        self._pipe.close()  # an idle worker leaves at the end of its input
+        self._process.join()
+        self._process.close()
+
+
+def _serve(pipe: Connection, folder: str) -> None:
+    """Run what comes through the pipe until it is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the main process's to handle
+    threading.Thread(target=_leave_with_parent, args=(folder,), daemon=True).start()
+    tempfile.tempdir = folder
+    pipe.send((None, None))  # up
+    while True:
+        try:
+            function, args, kwargs = pipe.recv()
+        except EOFError:
+            # The main process closed the pipe, or was killed just now.
+            _leave_with_parent(folder, patience=0.1)
+            return
+        with contextlib.suppress(BrokenPipeError):
+            pipe.send_bytes(_answer(function, args, kwargs))
+
+
+def _answer(function: Callable, args: tuple[Any, ...], kwargs: dict[str, Any]) -> bytes:
+    """Return the pickled pair of value and error, of which one is None."""
+    try:
+        # Pickled here, so that a value that cannot be is an error like others.
+        return pickle.dumps((function(*args, **kwargs), None))
+    except Exception as error:
+        # A traceback is not pickled; a note is, and is printed below it.
+        story = "".join(traceback.format_exception(error))
+        error.add_note(f"In the worker process:\n{story}")
+        try:
+            answer = pickle.dumps((None, error))
+            pickle.loads(answer)  # some errors can be sent and not received
+        except Exception:
+            answer = pickle.dumps((None, RuntimeError(f"in the worker process:\n{story}")))
+        return answer
+
+
+def _leave_with_parent(folder: str, patience: float | None = None) -> None:
+    """End this process at once when the main process is gone, even in the middle of a task."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    if not wait([parent.sentinel], timeout=patience):
+        return
+    shutil.rmtree(folder, ignore_errors=True)  # a killed main process could not
+    os._exit(1)
+
+
+@contextlib.contextmanager
+def sent(what: str, to: str, error: type[ChaincorError]) -> Iterator[None]:
+    """Raise `error`, which says what cannot be sent to whom, where pickling fails inside."""
+    try:
+        yield
+    except (pickle.PicklingError, AttributeError, TypeError) as reason:
+        raise error(
+            f"{what} cannot be sent to {to} ({' '.join(str(reason).split())}); expected bonds "
+            "whose functions are defined at the top level of a module"
+        ) from None

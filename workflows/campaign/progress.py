@@ -1,0 +1,154 @@
+"""How far work is: a bar on a terminal and in a notebook, a line a minute elsewhere."""
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from chaincor.analysis.showing.notebook import in_notebook
+from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
+
+# Called after every collision with what it was expected to cost.
+Advance = Callable[[float], None]
+# A notebook keeps every message that it is sent.
+_NOTEBOOK_SECONDS = 0.3
+# What is over sooner needs no word.
+_QUIET_SECONDS = 2.0
+_REFRESH_SECONDS = 0.25
+
+
+@contextlib.contextmanager
+def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]:
+    """
+    Show how far many collisions are; yields what to tell the expected cost of each collision done.
+
+    The bar measures expected seconds: the longest come first, and a bar of counts would promise too
+    late an end.
+    """
+    if not wanted or points == 0:
+        yield lambda _cost: None
+        return
+    done, spent = 0, 0.0
+
+    def counted(show: Callable[[int, float], None]) -> Advance:
+        def advance(cost: float) -> None:
+            nonlocal done, spent
+            done, spent = done + 1, spent + cost
+            show(done, min(spent / seconds, 1.0) if seconds > 0.0 else done / points)
+
+        return advance
+
+    if in_notebook():
+        yield counted(_notebook_bar(points))
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import TimeRemainingColumn as TimeLeft
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        line = LineAMinute()
+        yield counted(
+            lambda number, share: line.tell(
+                f"{number} of {points} collisions, {100.0 * share:.0f} % of the work, done"
+            )
+        )
+        return
+    columns = (
+        TextColumn("{task.fields[done]}/{task.fields[points]}"),
+        BarColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeLeft(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=1.0, done=0, points=points, rate="")
+
+        def show(number: int, share: float) -> None:
+            elapsed = bar.tasks[0].elapsed or 0.0
+            rate = f"{number / elapsed:.2g}/s" if elapsed > 0.0 else ""
+            bar.update(task, completed=share, done=number, rate=rate)
+
+        yield counted(show)
+
+
+def _notebook_bar(points: int) -> Callable[[int, float], None]:
+    """Show a bar that needs no widgets; it stays, with the time taken, when all is done."""
+    from IPython.display import HTML, display
+
+    started, shown = time.monotonic(), 0.0
+    handle = display(HTML(f"{points} collisions"), display_id=True)
+
+    def show(done: int, share: float) -> None:
+        nonlocal shown
+        now = time.monotonic()
+        if done < points and now < shown + _NOTEBOOK_SECONDS:
+            return
+        shown, elapsed = now, now - started
+        value, left = f"{points * share:.4g}", ""
+        if done == points:
+            value = str(points)
+        elif share > 0.0:
+            left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
+        handle.update(
+            HTML(
+                f'<progress value="{value}" max="{points}"></progress> {done} of {points} '
+                f"collisions in {format_duration(elapsed)}{left}"
+            )
+        )
+
+    return show
+
+
+@contextlib.contextmanager
+def show_elapsed(expected: float) -> Iterator[None]:
+    """
+    Show the time that has passed, and the time expected, while something runs.
+
+    Nothing is shown for the first two seconds, and where standard error is no terminal a line a
+    minute.
+    """
+    done = threading.Event()
+    thread = threading.Thread(target=_show_elapsed, args=(expected, done), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _show_elapsed(expected: float, done: threading.Event) -> None:
+    started, line = time.monotonic(), LineAMinute()
+    if done.wait(_QUIET_SECONDS):
+        return
+    # Most runs are over before these would have been imported.
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        while not done.wait(LINE_SECONDS):
+            late = time.monotonic() - started > expected
+            known = "longer than" if late else "about"
+            line.tell(f"running, {known} the {format_duration(expected)} that were expected,")
+        return
+    columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
+        task = bar.add_task("", total=expected)
+        while True:
+            elapsed = time.monotonic() - started
+            bar.update(task, completed=min(elapsed, expected), description=_told(elapsed, expected))
+            bar.refresh()
+            if done.wait(_REFRESH_SECONDS):
+                return
+
+
+def _told(elapsed: float, expected: float) -> str:
+    if elapsed <= expected:
+        return f"{format_duration(elapsed)} of about {format_duration(expected)}; Ctrl-C stops it"
+    return (
+        f"{format_duration(elapsed)}, longer than the {format_duration(expected)} expected: steps "
+        "are being refined, and how much longer that takes is not known; Ctrl-C stops it"
+    )

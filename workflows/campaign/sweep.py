@@ -1,0 +1,114 @@
+"""A sweep from Python: axes over fields of a scene, results as a data frame."""
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.campaign.points import (
+    PARAMETER_AXIS,
+    SweepPoints,
+    fields_set,
+    refuse_shared_fields,
+)
+from chaincor.workflows.campaign.sweep_file import axis_values, refuse_outputs
+from chaincor.workflows.errors import SweepError
+from chaincor.workflows.given import scene_given, workers_given
+from chaincor.workflows.store.export import require_pandas, to_pandas
+from chaincor.workflows.store.results_store import Store
+
+if TYPE_CHECKING:
+    import pandas
+
+
+def sweep(
+    scene: Scene,
+    *,
+    store: Store | Path | str | None = None,
+    workers: int | None = None,
+    progress: bool = True,
+    **axes: Iterable[Any],
+) -> "pandas.DataFrame":
+    """
+    Carry out the collisions of crossed axes: ``sweep(Scene(), speed=[0.1, 0.2], particles=[10])``.
+
+    Parameters
+    ----------
+    scene : Scene
+        What all have in common.
+    store : Store or path, optional
+        Where results are kept and found again, as ``chaincor sweep`` does; by default nowhere.
+    workers : int, optional
+        Processes; as many as there are cores by default. A script that calls this needs the usual
+        ``if __name__ == "__main__":``, because each worker is a fresh process.
+    progress : bool
+        Whether to show a progress bar, on a terminal or in a notebook.
+    **axes
+        Fields of a scene, and the values of each; the last varies fastest.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each point, in their order: what the axes set, then the columns of a store. Where
+        a collision has no result, ``failure`` says why.
+
+    Raises
+    ------
+    SweepError
+        If an axis is no field of a scene, or has no values.
+    SceneError
+        If a point is no scene; nothing was begun.
+    StoreError
+        If pandas is missing (``pip install chaincor[export]``), or the store cannot be used.
+    """
+    try:
+        return _sweep(scene_given(scene), store, workers, progress, axes)
+    except KeyboardInterrupt as interrupt:
+        raise interrupt.with_traceback(None) from None
+
+
+def _sweep(
+    scene: Scene,
+    store: Store | Path | str | None,
+    workers: int | None,
+    progress: bool,
+    axes: dict[str, Iterable[Any]],
+) -> "pandas.DataFrame":
+    require_pandas()
+    workers = workers_given(workers)
+    base = {key: getattr(scene, key) for key in scene.model_fields_set}
+    instead = "give a store, which keeps all results"
+    refuse_outputs({**base, **axes}, instead)
+    values = {name: axis_values(name, _listed(name, axis)) for name, axis in axes.items()}
+    fields = fields_set(values)
+    refuse_outputs(dict.fromkeys(fields, True), instead)
+    refuse_shared_fields(values)
+    points = list(SweepPoints(base, list(values.values()), Path()))
+    with tempfile.TemporaryDirectory(prefix="chaincor-") as folder:
+        kept = Path(folder) / "sweep.sqlite" if store is None else store
+        collide_into_store(points, kept, workers=workers, progress=progress)
+        rows = to_pandas(kept).set_index("collision_sha256", drop=False)
+    frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
+    for place, name in enumerate(fields):
+        column = [_value(point, name) for point in points]
+        if name in frame.columns:
+            frame = frame.drop(columns=name)
+        frame.insert(place, name, column)
+    return frame
+
+
+def _value(scene: Scene, name: str) -> Any:
+    if name.startswith(PARAMETER_AXIS):
+        return (scene.parameters or {}).get(name.removeprefix(PARAMETER_AXIS))
+    return getattr(scene, name)
+
+
+def _listed(name: str, axis: Any) -> list[Any]:
+    """Return the values of an axis: of a list, an array, a range."""
+    if hasattr(axis, "tolist"):
+        axis = axis.tolist()
+    if isinstance(axis, str | bytes | dict) or not isinstance(axis, Iterable):
+        raise SweepError(f"axis '{name}' is {axis!r}; expected its values: {name}=[{axis!r}]")
+    return list(axis)

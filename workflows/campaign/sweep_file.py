@@ -1,0 +1,249 @@
+"""A sweep file: a base scene, axes over any of its fields, crossed or moving together."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene_parts.scene_file import (
+    MASSES_READ,
+    from_folder,
+    read_scene_fields,
+)
+from chaincor.workflows.campaign.points import (
+    PARAMETER_AXIS,
+    SweepPoints,
+    fields_set,
+    merged,
+    refuse_shared_fields,
+)
+from chaincor.workflows.errors import SweepError
+
+_KEYS = ("scene", "axes", "zip", "store", "arrays")
+_RANGE_KEYS = {"from", "to", "points", "step", "spacing"}
+_SPACINGS = ("linear", "log")
+_WHOLE = ("particles", "target_particles", *WHOLE_KEYS, "table_points")
+_MOST_POINTS = 10_000_000
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """
+    A sweep, read and checked.
+
+    Attributes
+    ----------
+    scenes : SweepPoints
+        The points.
+    axes : dict
+        Names of the axes and how many values each has.
+    store : pathlib.Path
+        Where results go.
+    arrays : bool
+        Whether to keep contacts, mode energies and final states.
+    """
+
+    scenes: SweepPoints
+    axes: dict[str, int]
+    store: Path
+    arrays: bool
+
+
+def is_sweep(path: Path) -> bool:
+    """Return whether a file that holds a scene or a sweep holds a sweep."""
+    return not {"scene", "axes"}.isdisjoint(read_scene_fields(path))
+
+
+def read_sweep(path: Path | str) -> Sweep:
+    """
+    Read a sweep file.
+
+    Parameters
+    ----------
+    path : pathlib.Path or str
+        A TOML file: ``[scene]`` is the base; every key of ``[axes]`` is an axis, a list or a range
+        ``{from, to, points | step, spacing = "linear" | "log"}`` of a scene's field (of ``masses``:
+        a list of lists; of ``seed``: ``{from, to}``), or a list of tables that set several fields
+        at once; an axis ``parameters.a`` is one parameter of a formula. ``zip = [["particles",
+        "speed"]]`` makes axes move together; ``store`` and ``arrays`` say what is kept and where.
+        Relative paths are taken from the file's folder.
+
+    Returns
+    -------
+    Sweep
+        With one scene a point, made when it is asked for; a point that is no scene raises
+        SceneError then.
+
+    Raises
+    ------
+    SweepError
+        If an axis makes no sense.
+    SceneError
+        If the file cannot be read.
+    """
+    path = Path(path)
+    fields = read_scene_fields(path)
+    unknown = [key for key in fields if key not in _KEYS]
+    if unknown:
+        raise SweepError(
+            f"unknown key '{unknown[0]}' in {path}; expected {', '.join(_KEYS)}: fields of the "
+            "scene go under [scene] or [axes]"
+        )
+    base, axes = _table(fields, "scene"), _table(fields, "axes")
+    instead = "use arrays = true beside [scene], or --keep-jobs DIR"
+    refuse_outputs({**base, **axes}, instead)
+    base = from_folder(base, path.parent)
+    inner = axes.pop("parameters", {}) if isinstance(axes.get("parameters"), dict) else {}
+    for name, axis in inner.items():
+        if (whole := f"{PARAMETER_AXIS}{name}") in axes:
+            raise SweepError(
+                f"axis '{whole}' is given twice, with quotes and without; expected it once: "
+                "leave one out"
+            )
+        axes[whole] = axis
+    values = {name: axis_values(name, axis) for name, axis in axes.items()}
+    refuse_outputs(dict.fromkeys(fields_set(values), True), instead)
+    arrays = fields.get("arrays", False)
+    if not isinstance(arrays, bool):
+        raise SweepError(f"arrays is {arrays!r}; expected true or false")
+    store = fields.get("store", f"{path.stem}.sqlite")
+    if not isinstance(store, str):
+        raise SweepError(f"store is {store!r}; expected the name of a file")
+    return Sweep(
+        scenes=SweepPoints(base, _groups(values, fields.get("zip", [])), path.parent),
+        axes={name: len(axis) for name, axis in values.items()},
+        store=path.parent / store,
+        arrays=arrays,
+    )
+
+
+def _table(fields: dict[str, Any], key: str) -> dict[str, Any]:
+    table = fields.get(key, {})
+    if not isinstance(table, dict):
+        raise SweepError(f"{key} is {table!r}; expected a table [{key}]")
+    return dict(table)
+
+
+def refuse_outputs(given: Mapping[str, Any], instead: str) -> None:
+    """Refuse keys that name files: all points would write them; SweepError says what to do."""
+    for key in FILE_KEYS:
+        if given.get(key) is not None:
+            raise SweepError(
+                f"'{key}' in a sweep would write every point to one place; expected none: {instead}"
+            )
+
+
+def axis_values(name: str, axis: Any) -> list[dict[str, Any]]:
+    """Return what each value of an axis sets; SweepError if it is no axis."""
+    if isinstance(axis, list) and axis and all(isinstance(value, dict) for value in axis):
+        # Of this field alone a value is a table itself.
+        return [{name: value} for value in axis] if name == "parameters" else axis
+    if name not in Scene.model_fields and not name.startswith(PARAMETER_AXIS):
+        raise SweepError(
+            f"axis '{name}' is not a field of a scene; expected one of "
+            f"{', '.join(Scene.model_fields)}, or a list of tables that set several"
+        )
+    if isinstance(axis, dict):
+        return [{name: value} for value in _range_values(name, axis)]
+    if not isinstance(axis, list) or not axis:
+        raise SweepError(
+            f"axis '{name}' is {axis!r}; expected a list, or {{from, to, points}}, or "
+            "{from, to, step}"
+        )
+    if name in MASSES_READ and any(isinstance(value, int | float) for value in axis):
+        # One value of such a key is a list itself: was one chain meant, or one mass a chain?
+        raise SweepError(
+            f"axis '{name}' is {axis!r}; expected a list of lists, as [[1, 2], [1, 3]]: one value "
+            "for all points goes under [scene]"
+        )
+    return [{name: value} for value in axis]
+
+
+def _range_values(name: str, axis: dict[str, Any]) -> list[float] | list[int]:
+    if name == "seed":
+        return _seeds(axis)
+    wrong = sorted(set(axis) - _RANGE_KEYS)
+    if wrong or not {"from", "to"} <= set(axis) or ("points" in axis) == ("step" in axis):
+        raise SweepError(
+            f"the range of axis '{name}' is {axis!r}; expected from, to, and either points or "
+            "step; with points also spacing"
+        )
+    spacing = axis.get("spacing", "linear")
+    numbers = [axis[key] for key in ("from", "to", "points", "step") if key in axis]
+    if not all(_is_finite(number) for number in numbers):
+        raise SweepError(f"the range of axis '{name}' is {axis!r}; expected finite numbers")
+    first, last = float(axis["from"]), float(axis["to"])
+    if spacing not in _SPACINGS or (spacing == "log" and "step" in axis):
+        raise SweepError(
+            f"spacing of axis '{name}' is {spacing!r}; expected linear, or log with points"
+        )
+    if "step" in axis:
+        step = float(axis["step"])
+        count = (last - first) / step * (1.0 + 1e-12) + 1.0 if step else 0.0
+        if not 1.0 <= count <= _MOST_POINTS:
+            raise SweepError(f"the range of axis '{name}' is {axis!r}; expected a step towards to")
+        values = first + step * np.arange(math.floor(count))
+    else:
+        points = axis["points"]
+        if not isinstance(points, int) or not 1 <= points <= _MOST_POINTS:
+            raise SweepError(f"points of axis '{name}' is {points!r}; expected a whole number")
+        if spacing == "log" and not (first > 0 and last > 0):
+            raise SweepError(f"the log range of axis '{name}' is {axis!r}; expected it above zero")
+        space = np.geomspace if spacing == "log" else np.linspace
+        values = space(first, last, points)
+    if name in _WHOLE:
+        return [int(value) for value in np.unique(np.rint(values))]
+    return [float(value) for value in values]
+
+
+def _seeds(axis: dict[str, Any]) -> list[int]:
+    """Return every seed from the first to the last: whole numbers, which may be no floats."""
+    ends = [axis[key] for key in ("from", "to") if key in axis]
+    whole = all(isinstance(end, int) and not isinstance(end, bool) for end in ends)
+    if len(ends) < 2 or len(axis) > 2 or not whole or not 0 <= ends[1] - ends[0] < _MOST_POINTS:
+        raise SweepError(
+            f"the range of axis 'seed' is {axis!r}; expected two whole numbers, as "
+            "{ from = 1, to = 200 }, of which each is taken"
+        )
+    return list(range(ends[0], ends[1] + 1))
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
+
+
+def _groups(values: dict[str, list[dict[str, Any]]], together: Any) -> list[list[dict[str, Any]]]:
+    """Join the axes that move together; the others stay alone."""
+    if not isinstance(together, list) or not all(
+        isinstance(group, list) and all(isinstance(name, str) for name in group)
+        for group in together
+    ):
+        raise SweepError(f"zip is {together!r}; expected lists of axes: [['particles', 'speed']]")
+    left, groups = dict(values), []
+    for names in together:
+        missing = [name for name in names if name not in left]
+        if missing or not names:
+            raise SweepError(
+                f"zip names {', '.join(map(repr, missing)) or 'nothing'}; expected axes, each once"
+            )
+        axes = [left.pop(name) for name in names]
+        if len({len(axis) for axis in axes}) > 1:
+            sizes = ", ".join(f"{n}: {len(a)}" for n, a in zip(names, axes, strict=True))
+            raise SweepError(f"axes that move together have different lengths ({sizes})")
+        groups.append([merged(*parts) for parts in zip(*axes, strict=True)])
+    refuse_shared_fields(values, together)
+    groups += left.values()
+    count = math.prod(len(group) for group in groups)
+    if count > _MOST_POINTS:
+        raise SweepError(f"the axes make {count} points; expected at most {_MOST_POINTS}")
+    return groups

@@ -1,0 +1,193 @@
+"""Warm scenes that can be carried out side by side: they differ in seed and speed alone."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
+from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
+from chaincor.lammps_inputs.scene_parts.identity import plain_fields
+from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
+from chaincor.workflows.accuracy.at_once.many import ManyMeetings
+from chaincor.workflows.accuracy.expected_cost import expected_seconds
+from chaincor.workflows.campaign.tasks import Task, Work, collide_scenes
+from chaincor.workflows.engines.in_house.lines.many_states import StartStates
+from chaincor.workflows.given import scenes_given
+
+MOST_SAMPLES = 10_000_000
+# Keys by which the samples of one ensemble may differ.
+_VARYING = ("seed", "velocity", "speed")
+
+
+@dataclass(frozen=True)
+class Group(Sequence[Scene]):
+    """
+    Scenes that differ in seed and impact velocity alone, each made when it is asked for.
+
+    Attributes
+    ----------
+    scene : Scene
+        The first.
+    seeds : sequence of int or None
+        Of each.
+    velocities : ndarray of shape (scenes,)
+        Impact velocity of each.
+    places : sequence of int
+        Where they stand among all that are asked for.
+    expected : float
+        Seconds that one takes, about.
+    given : sequence of Scene or None
+        The scenes, where they need not be made.
+    """
+
+    scene: Scene
+    seeds: Sequence[int | None]
+    velocities: NDArray[np.float64]
+    places: Sequence[int]
+    expected: float
+    given: Sequence[Scene] | None
+
+    def __len__(self) -> int:
+        return len(self.seeds)
+
+    @property
+    def together(self) -> bool:
+        """Whether all are carried out in compiled loops."""
+        return self.scene.temperature is not None and ManyMeetings.serve(self.scene)
+
+    def __getitem__(self, k: Any) -> Any:
+        """Return one scene."""
+        if self.given is not None:
+            return self.given[k]
+        velocity = float(self.velocities[k])
+        if velocity == self.scene.impact_velocity:
+            return self.scene.replace(seed=self.seeds[k])
+        return self.scene.without("speed").replace(seed=self.seeds[k], velocity=velocity)
+
+    def part(self, begin: int, end: int) -> "Group":
+        """Return those from `begin` up to `end`, counted from 0."""
+        chosen = slice(begin, end)
+        return replace(
+            self,
+            seeds=self.seeds[chosen],
+            velocities=self.velocities[chosen],
+            places=self.places[chosen],
+            given=None if self.given is None else self.given[chosen],
+        )
+
+    def task(self, begin: int, end: int, work: Work = collide_scenes) -> Task:
+        """Return a part as a task."""
+        part = self.part(begin, end)
+        return Task(part.places, part, [self.expected] * len(part), work)
+
+    def starts(self) -> StartStates:
+        """Return where they begin; what is drawn is the same as of each by itself."""
+        scene, line = self.scene, self.scene.line
+        assert scene.temperature is not None
+        seeds = [seed for seed in self.seeds if seed is not None]
+        drawn = draw(scene.bond, scene.temperature, line.chain_masses, np.zeros(0), seeds)
+        return StartStates(
+            np.concatenate((drawn.gaps[:, None], drawn.strains), axis=1),
+            drawn.velocities - self.velocities[:, None],
+        )
+
+
+def group_scenes(
+    scenes: Scene | Sequence[Scene], samples: int | None, velocities: ArrayLike | None
+) -> list[Group]:
+    """
+    Return what is asked for in groups whose samples can go side by side.
+
+    Raises InputError for scenes that cannot, or if nothing is asked for.
+    """
+    if isinstance(scenes, Scene):
+        return [_drawn_group(scenes, samples, velocities)]
+    for name, value in (("samples", samples), ("velocities", velocities)):
+        if value is not None:
+            raise InputError(
+                f"{name} goes with one scene, of which seeds are drawn; expected a scene, or a "
+                f"list of scenes without {name}"
+            )
+    chosen = scenes_given(scenes)
+    if not chosen:
+        raise InputError("no scenes were given; expected one at least")
+    found: dict[Any, list[int]] = {}
+    for place, scene in enumerate(chosen):
+        _refuse_outputs(scene)
+        found.setdefault(_key(scene), []).append(place)
+    groups = []
+    for places in found.values():
+        given = tuple(chosen[place] for place in places)
+        seeds = [None if scene.temperature is None else seed_of(scene) for scene in given]
+        velocities = np.array([scene.impact_velocity for scene in given])
+        groups.append(Group(given[0], seeds, velocities, places, expected_seconds(given[0]), given))
+    return groups
+
+
+def _drawn_group(scene: Scene, samples: int | None, velocities: ArrayLike | None) -> Group:
+    if isinstance(samples, bool) or not isinstance(samples, int):
+        raise InputError(f"samples is {samples!r}; expected how many collisions to carry out")
+    if not 1 <= samples <= MOST_SAMPLES:
+        raise InputError(f"samples is {samples}; expected 1 to {MOST_SAMPLES}")
+    if scene.temperature is None:
+        raise InputError(
+            "samples needs a temperature: a cold chain collides in one way; give temperature, such "
+            "as 1e-3, or leave samples out"
+        )
+    _refuse_outputs(scene)
+    first = seed_of(scene)
+    if first + samples - 1 > LARGEST_SEED:
+        raise InputError(
+            f"seed is {first} and samples {samples}; expected seeds up to {LARGEST_SEED}"
+        )
+    seeds = range(first, first + samples)
+    each = np.full(samples, scene.impact_velocity)
+    if velocities is not None:
+        each = np.array(velocities, dtype=float)
+        if each.shape != (samples,) or not np.all(np.isfinite(each) & (each > 0.0)):
+            raise InputError(
+                f"velocities has the shape {each.shape}, or numbers that are no speeds; expected "
+                f"{samples} numbers above 0"
+            )
+        # The slowest may be too slow, the fastest too fast, for any scene.
+        for velocity in {float(np.min(each)), float(np.max(each))}:
+            scene.without("speed").replace(velocity=velocity)
+    return Group(scene, seeds, each, range(samples), expected_seconds(scene), None)
+
+
+def _refuse_outputs(scene: Scene) -> None:
+    for key in FILE_KEYS:
+        if getattr(scene, key) is not None and key in scene.model_fields_set:
+            raise InputError(
+                f"{key} is given, and every sample would write to it; expected none: run the "
+                "collision of one seed to keep its motion"
+            )
+
+
+def _key(scene: Scene) -> Any:
+    """Return what scenes must share to be of one group; an object of a user's own is itself."""
+    fields = {k: v for k, v in plain_fields(scene).items() if k not in _VARYING}
+    potential = fields.pop("potential", None)
+    same = id(potential) if isinstance(potential, Potential) else potential
+    return same, json.dumps(fields, sort_keys=True)
+
+
+def shared_fields(groups: Sequence[Group]) -> dict[str, Any]:
+    """Return what all scenes say."""
+    fields = [plain_fields(group.scene) for group in groups]
+    shared = {
+        key: value
+        for key, value in fields[0].items()
+        if all(other.get(key) == value for other in fields[1:])
+    }
+    if groups[0].given is not None:
+        shared = {key: value for key, value in shared.items() if key not in _VARYING}
+    if isinstance(shared.get("potential"), Potential):
+        shared["potential"] = groups[0].scene.label
+    return shared

@@ -1,1 +1,0 @@
-"""Many collisions of warm chains: one number for each seed, and what they say together."""

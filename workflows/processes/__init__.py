@@ -1,1 +1,0 @@
-"""Collisions handed to other processes, and how far they are."""

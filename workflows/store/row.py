@@ -1,0 +1,229 @@
+"""One row of a results store: what is known of one collision, a result or why there is none."""
+
+import io
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache, cached_property, lru_cache
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
+from chaincor.workflows.result import Collision, finite
+from chaincor.workflows.store.schema import (
+    FAILURE_COLUMNS,
+    FLAG_COLUMNS,
+    RESULT_COLUMNS,
+    SCENE_COLUMNS,
+)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """
+    Why a collision has no result.
+
+    Attributes
+    ----------
+    name : str
+        Class of the error.
+    message : str
+        One line.
+    stands : bool
+        Whether the same scene would fail again: then it is tried anew only on request.
+    """
+
+    name: str
+    message: str
+    stands: bool
+
+    @classmethod
+    def from_error(cls, error: BaseException) -> Self:
+        """
+        Describe an error.
+
+        It stands for named errors of the collision itself, not for those of the machine.
+        """
+        passing = isinstance(error, MissingLibraryError | WorkerDiedError)
+        stands = isinstance(error, RunError | InputError) and not passing
+        message = " ".join(str(error).split()) or type(error).__name__
+        return cls(type(error).__name__, message, stands)
+
+
+@dataclass(frozen=True)
+class Row:
+    """
+    One row of a results store; a worker makes it, a store adds what tells rows apart.
+
+    Attributes
+    ----------
+    columns : dict
+        As ``schema`` has them, as far as they are known.
+    arrays : dict
+        Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
+        and ``displacements``, the last three also of a free target (``target_...``); empty where
+        they were not kept or not asked for.
+    """
+
+    columns: Mapping[str, Any]
+    arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, found: Collision | Failure | BaseException) -> Self:
+        """Return what a store keeps of a result, or of a failure."""
+        if isinstance(found, BaseException):
+            found = Failure.from_error(found)
+        if isinstance(found, Failure):
+            values = (found.name, found.message, None, int(found.stands))
+            return cls(dict(zip(FAILURE_COLUMNS, values, strict=True)) | {"host": host_name()})
+        fields = found.plain()
+        columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
+        columns |= {name: finite(fields.pop(name)) for name in RESULT_COLUMNS}
+        for name in _OF_SCENES:
+            del fields[name]
+        return cls(columns | {"details": _json(fields), "host": host_name()}, found.arrays())
+
+    @property
+    def collision_sha256(self) -> str:
+        """Key of the row: hash of the scene without its tolerance."""
+        return self.columns["collision_sha256"]
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """The canonical scene, with the tolerance of the run that gave the result."""
+        return json.loads(self.columns["scene"])
+
+    @cached_property
+    def result(self) -> dict[str, Any] | None:
+        """
+        The fields of a :class:`~chaincor.workflows.result.Collision` but for the arrays.
+
+        None where no try has succeeded. ``tolerance`` is the tightest that was asked of the
+        collision and that the result stands for, ``tolerance_met`` and ``reason`` are by that.
+        """
+        columns = self.columns
+        if columns.get("restitution") is None:
+            return None
+        fields = {name: columns[name] for name in (*RESULT_COLUMNS, *_OF_SCENES)}
+        for name in FLAG_COLUMNS:
+            if fields.get(name) is not None:
+                fields[name] = bool(fields[name])
+        return (
+            fields | {"versions": json.loads(columns["versions"])} | json.loads(columns["details"])
+        )
+
+    @property
+    def failure(self) -> Failure | None:
+        """The last failure since the result."""
+        name, message, _, stands = (self.columns.get(name) for name in FAILURE_COLUMNS)
+        return None if name is None else Failure(name, str(message), bool(stands))
+
+    @property
+    def failure_tolerance(self) -> float | None:
+        """The tolerance that was asked for when it failed."""
+        return self.columns["failure_tolerance"]
+
+    @property
+    def tries(self) -> int:
+        """How often it was carried out."""
+        return self.columns["tries"]
+
+    @property
+    def host(self) -> str:
+        """Where."""
+        return self.columns["host"]
+
+    @property
+    def finished(self) -> str:
+        """When: UTC, ISO 8601."""
+        return self.columns["finished"]
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether the store keeps the arrays of this row."""
+        return bool(self.columns["has_arrays"])
+
+    @property
+    def restitution(self) -> float:
+        """The ratio of energies, eta; nan where there is no result."""
+        eta = self.columns.get("restitution")
+        return float("nan") if eta is None else eta
+
+    @property
+    def restitution_error(self) -> float | None:
+        """Error bar of eta."""
+        return self.columns.get("restitution_error")
+
+
+# The scene's columns hold them.
+_OF_SCENES = ("potential", "particles", "engine", "scene_sha256")
+# To make an encoder anew takes as long as to use it.
+_write_json = json.JSONEncoder(sort_keys=True, allow_nan=False).encode
+
+
+def _json(fields: dict[str, Any]) -> str:
+    try:
+        return _write_json(fields)
+    except ValueError:
+        return _write_json(finite(fields))
+
+
+@lru_cache(maxsize=16)
+def _versions_json(items: tuple[tuple[str, str], ...]) -> str:
+    return _write_json(dict(items))
+
+
+@cache
+def host_name() -> str:
+    """Return the name of this machine in the network, ``unknown`` where it has none."""
+    return platform.node() or "unknown"
+
+
+def row_key(scene: Scene) -> str:
+    """
+    Return the key of a scene's row: SHA-256 of the canonical scene without its tolerance.
+
+    Raises SceneError if its potential is a Python object.
+    """
+    if isinstance(scene.potential, Potential):
+        raise SceneError(
+            f"potential '{scene.label}' is a Python object, which a store cannot tell from another "
+            "of the same name; expected a named potential or 'table' with a bond_file"
+        )
+    return scene.collision_sha256
+
+
+def scene_columns(scene: Scene) -> dict[str, Any]:
+    """Return the columns that a scene fills."""
+    canonical = scene.canonical_fields
+    columns = {name: canonical.get(name) for name in SCENE_COLUMNS}
+    # The speed as it was given: v0/v* may differ from it in the last digit, which would split
+    # the rows of one speed into several.
+    speed, scale = scene.speed, scene.bond.natural_speed
+    if speed is None and scale is not None:
+        speed = scene.impact_velocity / scale
+    return columns | {
+        "speed": speed,
+        "collision_sha256": row_key(scene),
+        "scene_sha256": scene.sha256,
+        "velocity": scene.impact_velocity,
+        "scene": scene.canonical_json,
+    }
+
+
+def array_to_bytes(array: NDArray[np.float64]) -> bytes:
+    """Write an array in NumPy's own format, that of ``.npy`` files."""
+    buffer = io.BytesIO()
+    np.save(buffer, array, allow_pickle=False)
+    return buffer.getvalue()
+
+
+def array_from_bytes(content: bytes) -> NDArray[np.float64]:
+    """Read an array from NumPy's own format."""
+    return np.load(io.BytesIO(content), allow_pickle=False)

@@ -1,1 +1,0 @@
-"""Many collisions: what is missing, in which order, on which machines."""
