@@ -46,8 +46,12 @@ install-check:  ## a plain `pip install .` in a fresh environment, then without 
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
+.venv/ready-notebook: .venv/ready
+	$(BIN)/python -m pip install --quiet --editable ".[notebook]"
+	touch $@
+
 .venv/ready-%: .venv/ready
-	$(BIN)/python -m pip install --quiet --editable ".[$*]"
+	$(BIN)/python -m pip install --quiet --editable . --group $*
 	touch $@
 
 clean:

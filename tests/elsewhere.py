@@ -126,7 +126,8 @@ def make_environment(name: str, python: str, *, lowest: bool = False) -> str:
     # Of pip, uv and their like only uv can be asked for the lowest version of what is declared.
     install = [interpreter, "-m", "uv", "pip", "install", "--quiet", "--python", interpreter]
     resolution = ["--resolution", "lowest-direct"] if lowest else []
-    subprocess.run([*install, *resolution, "--editable", f"{ROOT}[test]"], check=True)
+    wanted = ["--editable", str(ROOT), "--group", f"{ROOT / 'pyproject.toml'}:test"]
+    subprocess.run([*install, *resolution, *wanted], check=True)
     ready.touch()
     return str(interpreter)
 

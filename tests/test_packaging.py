@@ -1,8 +1,10 @@
 """What the build backend puts into wheels, of a checkout with symbolic links and without."""
 
+import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -78,3 +80,11 @@ def test_an_editable_install_without_links_says_in_one_line_what_to_do(checkout)
     (line,) = done.stderr.splitlines()
     assert "chaincor/analysis is a file; expected a symbolic link" in line
     assert "core.symlinks" in line
+
+
+def test_the_version_is_the_same_wherever_it_is_written():
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    released = re.search(r"^## \[(\d.*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    cited = (ROOT / "CITATION.cff").read_text()
+    assert released[1] == version
+    assert f"\nversion: {version}\ndate-released: {released[2]}\n" in cited

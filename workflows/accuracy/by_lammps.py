@@ -58,8 +58,11 @@ _TABLE_SHARE = 0.01
 SHARPEST_LAMMPS = 300.0
 # The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
 TRUTH_SHARE = 0.03
-# What a tolerance may choose: all that a script can have, and steps that need Python.
-SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(SCHEME_ORDERS)
+# What a tolerance may choose, once it is measured: what a script can have, and steps that need
+# Python.
+SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
+    name for name in SCHEME_ORDERS if name in measured("coarser_share")
+)
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
 # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
