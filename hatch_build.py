@@ -6,9 +6,11 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 FOLDERS = ("analysis", "lammps_inputs", "workflows")
-# What errors mean, for `chaincor explain`; texts and data of the lessons, for `chaincor lessons`.
+# What errors mean, for `chaincor explain`; the slips of the paper, for the report of `reproduce`;
+# texts and data of the lessons, for `chaincor lessons`.
 PAGES = {
     "docs/errors.md": "chaincor/workflows/commands/errors.md",
+    "docs/paper_slips.md": "chaincor/workflows/reproduce/paper_slips.md",
     "docs/tutorials": "chaincor/workflows/lessons/pages",
     "docs/course/class.md": "chaincor/workflows/lessons/pages/class.md",
     "docs/images/schematic.svg": "chaincor/workflows/lessons/images/schematic.svg",

@@ -196,28 +196,14 @@ FLOORS_WITHIN = {
         {"live_page", "recording"},
         {"bond_script"},
     ],
-    "workflows/reproduce/claims": [
-        {"all_claims"},
-        {"harmonic_chains", "nonlinear_chains"},
-    ],
     "workflows/reproduce/figures": [
-        {"all_figures"},
+        {"contacts_and_restitution", "slope"},
+        {"increase", "restitution_curves"},
         {
-            *("against_length", "against_speed", "at_low_speed", "breaking", "engines_compared"),
-            *("harmonic_trajectories", "schematic", "spectra"),
+            *("agreement", "breaking_and_two_restitutions", "harmonic_contacts"),
+            *("harmonic_lengths", "lj_lengths", "mode_spectra", "pair", "schematic"),
+            "trajectories",
         },
-        {"figure", "measured_points"},
-    ],
-    "workflows/reproduce/findings": [
-        {"fits_made"},
-        {"harmonic", "powers"},
-        {"independence", "lengths", "low_speed", "speeds"},
-        {"finding", "free_flight", "long_limit"},
-    ],
-    "workflows/reproduce/slips": [
-        {"all_slips"},
-        {"harmonic_chains", "nonlinear_chains"},
-        {"slip"},
     ],
     "workflows/scripted": [
         {"plan"},

@@ -78,12 +78,11 @@ FLOORS = {
     "workflows/reproduce": [
         {"reproduction"},
         {"report"},
-        {"beyond", "bonds_used", "judging", "readings", "runners", "trust"},
-        {"claims", "figures"},
-        {"rules"},
-        {"findings", "tables"},
-        {"exact_hard_spheres", "fits", "measurements", "slips"},
-        {"studies"},
+        {"paper", "questions", "trust"},
+        {"figures"},
+        {"drawing", "low_speed"},
+        {"claims", "free_flight"},
+        {"fits", "hard_spheres", "measurements", "slips"},
         {"plan"},
     ],
     "analysis": [

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-# The slips are written by `chaincor reproduce`'s code, as plain text for its report, too. Lessons
+# The slips are written by their tests, as plain text for the report of `reproduce`, too. Lessons
 # are read in terminals and notebooks as well.
 PAGES = [
     path

@@ -42,8 +42,7 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
     interrupted run goes on where it was.
     """
     from chaincor.workflows.reproduce.plan import FULL, QUICK
-    from chaincor.workflows.reproduce.reproduction import reproduce_paper
-    from chaincor.workflows.reproduce.runners import run_into_store
+    from chaincor.workflows.reproduce.reproduction import reproduce_paper, run_into_store
 
     folder.mkdir(parents=True, exist_ok=True)
     runner = run_into_store(folder / STORE_FILE, workers, progress=not as_json)

@@ -1,7 +1,8 @@
 """Power laws through points, with uncertainties, and how they depend on the range."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,7 @@ class PowerLaw:
     ----------
     exponent, exponent_error : float
         p and its error: that of the scatter and that of the points, added in quadrature; nan with
-        fewer than three points.
+        fewer than three points, and 0 where p is fixed.
     prefactor, prefactor_error : float
         A and its error.
     first, last : float
@@ -36,6 +37,17 @@ class PowerLaw:
     def at(self, x: ArrayLike) -> NDArray[np.float64]:
         """Return the fitted curve A x^p."""
         return self.prefactor * np.asarray(x, dtype=float) ** self.exponent
+
+
+def fit_rows(what: str, x: str, laws: Iterable[PowerLaw], judged: int = 0) -> list[dict[str, Any]]:
+    """
+    Return fits as rows of the report's table: what was fitted against which x, and the law.
+
+    Of the first `judged` it is said that a verdict, or a number of the text, is this one.
+    """
+    return [
+        {"what": what, "x": x, **asdict(law), "judged": k < judged} for k, law in enumerate(laws)
+    ]
 
 
 def fit_power_law(

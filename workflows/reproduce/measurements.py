@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.reproduce.plan import Plan
-from chaincor.workflows.reproduce.studies import Study, studies
 from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
 
 
@@ -36,10 +35,44 @@ class Answer:
     failure: str | None = None
 
 
-# Of the error asked.
-_SHARP = 10.0
 # Scenes in, answers out, in the same order.
 Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
+# The sum of two error bars up to which a comparison tells much, in units of the error asked.
+_SHARP = 10.0
+
+
+class NoNumber(Exception):
+    """The points that there are do not give a number; the message says why."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """
+    Scenes that belong together.
+
+    Attributes
+    ----------
+    key : str
+        Name, such as ``curves``.
+    title : str
+        For the progress bar and the table of times.
+    scenes : tuple of Scene
+        Run by LAMMPS and in-house.
+    in_house : tuple of Scene
+        Run in-house only: too long for LAMMPS in this plan.
+    """
+
+    key: str
+    title: str
+    scenes: tuple[Scene, ...]
+    in_house: tuple[Scene, ...] = ()
+
+
+def harmonic_scene(
+    particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY
+) -> Scene:
+    """Return a harmonic chain's scene, the same for all studies: what is equal is run once."""
+    return Scene(potential="harmonic", particles=particles, velocity=velocity, tolerance=tolerance)
 
 
 def _bar(result: dict[str, Any]) -> float:
@@ -63,9 +96,7 @@ class Point:
         LAMMPS's, unless it has none or misses the error asked (which its coordinates are not always
         exact enough for): then in-house's, if that meets it or has the smaller bar.
         """
-        ours, other = (
-            None if answer is None else answer.result for answer in (self.lammps, self.in_house)
-        )
+        ours, other = (None if a is None else a.result for a in (self.lammps, self.in_house))
         if ours is None or other is None:
             return "lammps" if ours is not None else None if other is None else "in-house"
         if ours["tolerance_met"] is not False:
@@ -83,16 +114,25 @@ class Point:
         """The answer that is plotted and fitted."""
         return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
 
+    @property
+    def results(self) -> list[dict[str, Any]]:
+        """The results there are, LAMMPS's first."""
+        return [a.result for a in (self.lammps, self.in_house) if a is not None and a.result]
+
     def _number(self, name: str) -> float:
-        answer = self.answer
-        if answer is None or answer.result is None or answer.result[name] is None:
-            return float("nan")
-        return float(answer.result[name])
+        result = {} if self.answer is None or self.answer.result is None else self.answer.result
+        value = result.get(name)
+        return float("nan") if value is None else float(value)
 
     @property
     def restitution(self) -> float:
         """The ratio of energies, eta; nan where there is no result."""
         return self._number("restitution")
+
+    @property
+    def dissipation(self) -> float:
+        """What is lost, 1 - eta."""
+        return 1.0 - self.restitution
 
     @property
     def error(self) -> float:
@@ -116,6 +156,11 @@ class Point:
         return self._number("contacts")
 
     @property
+    def contacts_per_particle(self) -> float:
+        """That number over n."""
+        return self.contacts / self.particles
+
+    @property
     def particles(self) -> int:
         """Chain length n."""
         return self.scene.particles
@@ -131,27 +176,22 @@ class Point:
     @property
     def difference(self) -> float | None:
         """LAMMPS less in-house; None where one of them has no result."""
-        pair = (self.lammps, self.in_house)
-        if any(answer is None or answer.result is None for answer in pair):
+        results = self.results
+        if len(results) < 2:
             return None
-        first, second = (answer.result["restitution"] for answer in pair)  # type: ignore[union-attr,index]
-        return float(first - second)
+        return float(results[0]["restitution"] - results[1]["restitution"])
 
     @property
     def allowed_difference(self) -> float | None:
         """Sum of the two error bars."""
-        if self.difference is None:
-            return None
-        bars = [answer.result["restitution_error"] for answer in (self.lammps, self.in_house)]  # type: ignore[union-attr,index]
-        return None if None in bars else float(sum(bars))
+        bars = [result["restitution_error"] for result in self.results]
+        return None if len(bars) < 2 or None in bars else float(sum(bars))
 
     @property
     def agrees(self) -> bool | None:
         """Whether the two are within their bars; None where they cannot be compared."""
         difference, allowed = self.difference, self.allowed_difference
-        if difference is None or allowed is None:
-            return None
-        return abs(difference) <= allowed
+        return None if difference is None or allowed is None else abs(difference) <= allowed
 
 
 @dataclass(frozen=True)
@@ -167,8 +207,19 @@ class Measurements:
         """Sum of two error bars up to which a comparison of the engines tells much."""
         return _SHARP * self.plan.tolerance
 
-    def select(self, study: str, potential: str, **wanted: Any) -> list[Point]:
-        """Return a study's points with a result and the fields wanted, by speed and length."""
+    def select(
+        self,
+        study: str,
+        potential: str,
+        least: int = 0,
+        missing: str = "no points",
+        **wanted: Any,
+    ) -> list[Point]:
+        """
+        Return a study's points with a result and the fields wanted, by speed and length.
+
+        Fewer than `least` are no number, for the reason `missing`.
+        """
         chosen = [
             point
             for point in self.points[study]
@@ -176,6 +227,8 @@ class Measurements:
             and all(getattr(point.scene, name) == value for name, value in wanted.items())
             and point.source is not None
         ]
+        if len(chosen) < least:
+            raise NoNumber(missing)
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
     def seconds(self, study: str) -> dict[str, float]:
@@ -208,9 +261,8 @@ def in_house_twin(scene: Scene) -> Scene:
     return scene.replace(**none, engine="reference", tolerance=tolerance)
 
 
-def measure(plan: Plan, run: Runner) -> Measurements:
-    """Compute all points of a plan, asking `run` once; a scene that failed has no result."""
-    planned = studies(plan)
+def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
+    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
     alter = plan.alter or (lambda scene: scene)
     lammps: dict[Scene, Scene] = {}
     in_house: dict[Scene, Scene] = {}

@@ -9,8 +9,6 @@ from chaincor.lammps_inputs.scene import Scene
 
 # The paper's five speeds of its figure of 1 - eta against n, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
-# What it prints for the shortening of the interval of two lj particles, eq. (15).
-PAPER_ALPHA = 0.808
 # Orders of the lowest anharmonic term in its figure of the increase, each with the sign of c that
 # stiffens compression. eta(v/v*) is the same for every |c|: c only scales lengths.
 PAPER_ORDERS = {3: -1.0, 4: 1.0, 5: -1.0}

@@ -8,24 +8,25 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import written_aside
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.json_output import stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
-from chaincor.workflows.reproduce.beyond import remarks
-from chaincor.workflows.reproduce.bonds_used import bonds_used
-from chaincor.workflows.reproduce.figures.figure import Figure
-from chaincor.workflows.reproduce.findings.fits_made import fits_made
-from chaincor.workflows.reproduce.findings.free_flight import FreeFlight
-from chaincor.workflows.reproduce.judging import Judged
+from chaincor.workflows.reproduce import paper
+from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Put, Verdict
+from chaincor.workflows.reproduce.drawing import Figure, point_record
+from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.readings import readings
-from chaincor.workflows.reproduce.rules import ABOUT, ROUGHLY, Judgement, Put, Verdict
-from chaincor.workflows.reproduce.slips.all_slips import count_slips
-from chaincor.workflows.reproduce.slips.slip import Slip
-from chaincor.workflows.reproduce.tables import point_record
+from chaincor.workflows.reproduce.questions import beyond, readings
+from chaincor.workflows.reproduce.slips import read_slips
 from chaincor.workflows.reproduce.trust import examine_points
 from chaincor.workflows.result import finite
 
+_BOND_FORMULAS = {
+    "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
+    "toda": "U = (e^(−bs) − 1)/b² + s/b, b = 10",
+    "log": "U = s − ln x",
+}
 _CLASS = {
     Verdict.REPRODUCED: "good",
     Verdict.CORRECTED: "fair",
@@ -36,46 +37,13 @@ _CLASS = {
 
 def gather(
     measured: Measurements,
-    judged: Judged,
-    slips: tuple[Slip, ...],
-    figures: tuple[Figure, ...],
     flights: tuple[FreeFlight, ...],
+    figures: tuple[Figure, ...],
     seconds: dict[str, float],
 ) -> dict[str, Any]:
-    """Gather everything ``report.json`` holds, as plain values; `seconds` are those of this run."""
-    verdicts = [
-        {
-            "key": j.rule.key,
-            "brief": j.rule.brief,
-            "figure": j.rule.figure,
-            "where": j.rule.where,
-            "claim": j.rule.claim,
-            "paper": j.rule.paper,
-            "value": j.finding.value,
-            "error": j.finding.error,
-            "found": j.finding.text,
-            "reproduced_within": j.rule.reproduced_within,
-            "corrected_within": j.rule.corrected_within,
-            "margin_reason": j.rule.margin_reason,
-            "spread": j.finding.spread,
-            "is_trend": j.rule.put is Put.TREND,
-            "in_brief": _in_brief(j),
-            "points": len(j.finding.points),
-            "unchecked": j.finding.unchecked,
-            "verdict": str(j.verdict),
-            "reason": j.reason,
-            "class": _CLASS[j.verdict],
-        }
-        for j in judged.judgements
-    ]
-    work = [
-        {
-            "study": s.title,
-            "points": len(s.scenes) + len(s.in_house),
-            **measured.seconds(s.key),
-        }
-        for s in measured.studies
-    ]
+    """Judge the claims and gather what ``report.json`` holds; `seconds` are those of this run."""
+    verdicts = [_verdict(claim.judge(claim.found(measured))) for claim in paper.CLAIMS]
+    count, slips = read_slips()
     settings = {name: value for name, value in asdict(measured.plan).items() if name != "alter"}
     return {
         "plan": measured.plan.name,
@@ -87,13 +55,13 @@ def gather(
         "about": ABOUT,
         "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
-        "health": asdict(examine_points(measured)),
-        "bonds": [asdict(bond) for bond in bonds_used()],
-        "fits": [asdict(fit) for fit in fits_made(measured, judged.law)],
-        "readings": [asdict(reading) for reading in readings(measured)],
-        "beyond": [asdict(remark) for remark in remarks(measured, flights)],
+        "health": examine_points(measured),
+        "bonds": [_bond(name) for name in _BOND_FORMULAS],
+        "fits": paper.fits(measured),
+        "readings": _answered(readings(measured)),
+        "beyond": _answered(beyond(measured, flights)),
         "slips": [asdict(slip) for slip in slips],
-        "slip_count": count_slips(slips),
+        "slip_count": count,
         "figures": [
             {
                 "key": f.key,
@@ -101,15 +69,63 @@ def gather(
                 "title": f.title,
                 "caption": f.caption,
                 "alt": f.alt,
-                "has_data": f.table is not None,
+                "has_data": bool(f.records),
             }
             for number, f in enumerate(figures, start=1)
         ],
-        "work": work,
+        "work": [
+            {
+                "study": study.title,
+                "points": len(study.scenes) + len(study.in_house),
+                **measured.seconds(study.key),
+            }
+            for study in measured.studies
+        ],
         "dearest": _dearest(measured),
         "seconds": seconds,
         "seeds": "none: nothing here is random",
     }
+
+
+def _verdict(judgement: Judgement) -> dict[str, Any]:
+    claim, finding = judgement.claim, judgement.finding
+    return {
+        "key": claim.key,
+        "brief": claim.brief,
+        "figure": claim.figure,
+        "where": claim.where,
+        "claim": claim.text,
+        "paper": claim.margin.paper,
+        "value": finding.value,
+        "error": finding.error,
+        "found": finding.text,
+        "reproduced_within": claim.margin.reproduced_within,
+        "corrected_within": claim.margin.corrected_within,
+        "margin_reason": claim.margin.reason,
+        "spread": finding.spread,
+        "is_trend": claim.margin.put is Put.TREND,
+        "in_brief": _in_brief(judgement),
+        "points": len(finding.points),
+        "unchecked": finding.unchecked,
+        "verdict": str(judgement.verdict),
+        "reason": judgement.reason,
+        "class": _CLASS[judgement.verdict],
+    }
+
+
+def _bond(name: str) -> dict[str, Any]:
+    """Return a bond: U as a function of x = 1 + s, the length x*, and the speed v*."""
+    bond = Scene(potential=name, speed=1.0).bond
+    return {
+        "name": name,
+        "formula": _BOND_FORMULAS[name],
+        "length": bond.compressed_root,
+        "speed": bond.natural_speed,
+    }
+
+
+def _answered(questions: dict[str, str]) -> list[dict[str, str]]:
+    return [{"question": question, "answer": answer} for question, answer in questions.items()]
 
 
 def describe_found(row: dict[str, Any]) -> str:
@@ -121,15 +137,15 @@ def describe_found(row: dict[str, Any]) -> str:
 
 def _in_brief(judgement: Judgement) -> str:
     """Return what the summary says of a claim: our number, and how far it is from the paper's."""
-    rule, finding = judgement.rule, judgement.finding
+    margin, finding = judgement.claim.margin, judgement.finding
     if finding.brief:
         return finding.brief
-    if rule.put is Put.TREND:
+    if margin.put is Put.TREND:
         return "yes" if finding.value else "no"
     number = format_value(finding.value, finding.error).split(" ±")[0]
-    if rule.paper == 0.0 or not math.isfinite(finding.value):
+    if margin.paper == 0.0 or not math.isfinite(finding.value):
         return number
-    return f"{number}, {100.0 * (finding.value / rule.paper - 1.0):+.2g} %".replace("-", "−")
+    return f"{number}, {100.0 * (finding.value / margin.paper - 1.0):+.2g} %".replace("-", "−")
 
 
 def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
@@ -159,10 +175,9 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
     """Return the versions that made the results: several where a store was carried on with."""
     found: dict[str, set[str]] = {}
     for point in measured.all_points():
-        for answer in (point.lammps, point.in_house):
-            if answer is not None and answer.result is not None:
-                for name, version in answer.result["versions"].items():
-                    found.setdefault(name, set()).add(version)
+        for result in point.results:
+            for name, version in result["versions"].items():
+                found.setdefault(name, set()).add(version)
     return {name: " and ".join(sorted(versions)) for name, versions in found.items()}
 
 
@@ -175,8 +190,8 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
         rendered = figure.render()
         for kind, content in rendered.items():
             (drawings / f"{figure.key}.{kind}").write_bytes(content)
-        if figure.table is not None:
-            _write(drawings / f"{figure.key}.csv", figure.table.to_csv())
+        if figure.records:
+            _write(drawings / f"{figure.key}.csv", figure.to_csv())
         images[figure.key] = data_uri(rendered)
     return images
 

@@ -1,34 +1,51 @@
 """From a plan to a report on disk."""
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from chaincor.workflows.reproduce.figures.all_figures import all_figures
-from chaincor.workflows.reproduce.findings.free_flight import free_flights
-from chaincor.workflows.reproduce.judging import judge_all
-from chaincor.workflows.reproduce.measurements import Runner, measure
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.reproduce import paper
+from chaincor.workflows.reproduce.free_flight import free_flights
+from chaincor.workflows.reproduce.measurements import Answer, Runner, measure
 from chaincor.workflows.reproduce.plan import Plan
 from chaincor.workflows.reproduce.report import gather, write_figures, write_report
-from chaincor.workflows.reproduce.slips.all_slips import all_slips
+
+
+def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
+    """Return a runner that keeps every result, so that nothing finished is computed twice."""
+
+    def run(scenes: Sequence[Scene]) -> list[Answer]:
+        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
+        return [
+            Answer(
+                row.result,
+                row.arrays,
+                None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
+            )
+            for row in rows
+        ]
+
+    return run
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:
     """Compute a plan, judge it and write the report; returns what ``report.json`` holds."""
     started = time.perf_counter()
-    measured = measure(plan, run)
+    measured = measure(plan, paper.studies(plan), run)
     computed = time.perf_counter()
-    judged = judge_all(measured)
-    slips = all_slips()
     flights = free_flights(measured)
-    figures = all_figures(measured, judged.law, flights)
+    figures = paper.figures(measured, flights)
     derived = time.perf_counter()
     images = write_figures(folder, figures)
+    drawn = time.perf_counter()
     seconds = {
         "collisions": computed - started,
-        "findings, slips and flights": derived - computed,
-        "drawing": time.perf_counter() - derived,
+        "flights and figures": derived - computed,
+        "drawing": drawn - derived,
     }
-    contents = gather(measured, judged, slips, figures, flights, seconds)
+    contents = gather(measured, flights, figures, seconds)
     write_report(folder, contents, images)
     return contents

@@ -10,10 +10,11 @@ from scipy.integrate import solve_ivp
 from chaincor import Scene, collide
 from chaincor.analysis.modes import kinetic_mode_energies, mode_frequencies
 from chaincor.workflows.engines.pieces import find_pieces
-from chaincor.workflows.reproduce.figures.breaking import describe_breaking
-from chaincor.workflows.reproduce.figures.spectra import harmonic_share, mode_spectra
-from chaincor.workflows.reproduce.findings import free_flight
-from chaincor.workflows.reproduce.findings.free_flight import AVERAGED_OVER, SAMPLED, fly
+from chaincor.workflows.reproduce import free_flight
+from chaincor.workflows.reproduce.figures import mode_spectra
+from chaincor.workflows.reproduce.figures.breaking_and_two_restitutions import describe_breaking
+from chaincor.workflows.reproduce.figures.mode_spectra import harmonic_share
+from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, SAMPLED, fly
 from chaincor.workflows.reproduce.measurements import Answer, Point
 
 N = 20
@@ -104,7 +105,7 @@ def test_slow_chain_is_whole_and_is_said_to_be(flights):
     text = describe_breaking((slow, fast))
     assert "after 40 crossings, from 2 v* on" in text
     assert "none at the last contact" in describe_breaking((slow,))
-    assert mode_spectra((slow, fast)).render()["png"]
+    assert mode_spectra.figure((slow, fast)).render()["png"]
 
 
 def test_a_chain_without_the_energy_is_followed_no_further(flights, monkeypatch):

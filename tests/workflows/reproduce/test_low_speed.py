@@ -4,20 +4,11 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.claims.all_claims import RULES
-from chaincor.workflows.reproduce.findings.low_speed import (
-    FIT_RANGE,
-    Increase,
-    increase_of,
-)
-from chaincor.workflows.reproduce.findings.powers import (
-    limit_power,
-    power_findings,
-    shortening_of,
-)
+from chaincor.workflows.reproduce.claims import Verdict
+from chaincor.workflows.reproduce.figures.increase import CLAIMS
+from chaincor.workflows.reproduce.low_speed import FIT_RANGE, Increase, increase_of
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.rules import Verdict, judge
 
 SPEEDS = np.geomspace(0.002, 0.2, 21)
 
@@ -49,7 +40,7 @@ def test_limit_is_found_where_no_range_gives_it(order):
     """The next term is smaller by v^(r-2): the power of any range is above the limit."""
     m = order - 2
     found = increase(order, lambda u: 0.4 * u**m * (1.0 + (u / 0.02) ** m))
-    limit, error = limit_power(found, order)
+    limit, error = found.limit_power(order)
     first = found.local_powers()[1][0]
     # What the straight line leaves out is of second order in (v/0.02)^m, below 0.06 here.
     assert abs(limit - m) <= 0.5 * abs(first - m)
@@ -73,26 +64,22 @@ def test_slope_that_the_points_beyond_the_range_give_is_undecided(kink, verdict)
     """Figure 6 prints 3.14 for r = 5, and no range: ours gives it if carried on to 0.2 v*."""
     points = increase(5, lambda u: 20.0 * u**3 * max(1.0, u / kink)).points
     zero = point(Scene(potential="harmonic", velocity=0.1), 0.97)
-    measured = Measurements(
-        QUICK,
-        (),
-        {"increase": (*points, zero), "slopes": (), "harmonic_velocities": (), "curves": ()},
-    )
-    (rule,) = (rule for rule in RULES if rule.key == "printed power r = 5")
-    found = power_findings(measured)["printed power r = 5"]
+    measured = Measurements(QUICK, (), {"increase": (*points, zero)})
+    (claim,) = (claim for claim in CLAIMS if claim.key == "printed power r = 5")
+    found = claim.found(measured)
     assert found.value == pytest.approx(3.0, abs=0.01)
-    assert judge(rule, found).verdict is verdict
+    assert claim.judge(found).verdict is verdict
 
 
 def test_dissipation_that_falls_has_no_power():
-    limit, _ = limit_power(increase(4, lambda u: -0.4 * u**2), 4)
+    limit, _ = increase(4, lambda u: -0.4 * u**2).limit_power(4)
     assert np.isnan(limit)
 
 
 def test_too_few_speeds_give_no_limit():
     found = increase(4, lambda u: u**2)
     few = Increase(found.points[:3], found.baseline, SPEEDS[:3], found.values[:3], found.errors[:3])
-    assert np.isnan(limit_power(few, 4)[0])
+    assert np.isnan(few.limit_power(4)[0])
 
 
 def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
@@ -108,9 +95,9 @@ def test_shortening_of_contact_times_is_bounded_by_what_the_engines_differ_by():
     chains = [both(p.scene, 200.0 - 3.0 * p.speed**2) for p in scenes]
     zero = both(Scene(potential="harmonic", velocity=0.1), 200.0)
     empty = np.zeros(len(chains))
-    found = shortening_of(Increase(chains, zero, SPEEDS, empty, empty))
+    found = Increase(chains, zero, SPEEDS, empty, empty).of_contact_times()
     np.testing.assert_allclose(found.values, 3.0 * SPEEDS**2, atol=1e-12)
     # A tenth of a microunit each; times near 200 are known to 3e-14.
     np.testing.assert_allclose(found.errors, 2e-7, rtol=1e-6)
-    limit, error = limit_power(found, 4)
+    limit, error = found.limit_power(4)
     assert abs(limit - 2.0) < 1e-6 + error

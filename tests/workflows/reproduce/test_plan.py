@@ -2,8 +2,8 @@
 
 import pytest
 
+from chaincor.workflows.reproduce.paper import studies
 from chaincor.workflows.reproduce.plan import FULL, PAPER_SIZE_SPEEDS, QUICK
-from chaincor.workflows.reproduce.studies import studies
 
 
 @pytest.mark.parametrize("plan", [QUICK, FULL], ids=lambda plan: plan.name)

@@ -9,10 +9,9 @@ from dataclasses import replace
 import pytest
 
 from chaincor.workflows.pages.typesetting import mark_up
-from chaincor.workflows.reproduce.claims.all_claims import RULES
+from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.reproduction import reproduce_paper
-from chaincor.workflows.reproduce.runners import run_into_store
+from chaincor.workflows.reproduce.reproduction import reproduce_paper, run_into_store
 from chaincor.workflows.store.results_store import Store
 from tests.page_checks import read_page
 
@@ -53,7 +52,7 @@ def test_page_is_whole_in_one_file(folder):
 @pytest.mark.slow
 def test_every_figure_and_verdict_is_there(folder):
     contents = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    assert [row["key"] for row in contents["verdicts"]] == [rule.key for rule in RULES]
+    assert [row["key"] for row in contents["verdicts"]] == [claim.key for claim in CLAIMS]
     page = (folder / "report.html").read_text(encoding="utf-8")
     for figure in contents["figures"]:
         for kind in ("png", "svg"):

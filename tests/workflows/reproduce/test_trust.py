@@ -32,23 +32,23 @@ def health():
 
 
 def test_comparisons_with_large_bars_are_named(health):
-    assert (health.points, health.compared, health.disagreements) == (6, 3, 0)
-    assert health.blunt == ["lj, n = 100, 1.5 v*", "lj, n = 100, 2 v*"]
-    assert health.blunt_bars == pytest.approx([5e-3, 0.109], rel=1e-3)
-    assert health.sharp == pytest.approx(10.0 * QUICK.tolerance)
+    assert (health["points"], health["compared"], health["disagreements"]) == (6, 3, 0)
+    assert health["blunt"] == ["lj, n = 100, 1.5 v*", "lj, n = 100, 2 v*"]
+    assert health["blunt_bars"] == pytest.approx([5e-3, 0.109], rel=1e-3)
+    assert health["sharp"] == pytest.approx(10.0 * QUICK.tolerance)
 
 
 def test_difference_larger_than_the_error_asked_is_named_and_is_the_bar(health):
-    assert health.apart == ["lj, n = 100, 1.5 v* by 0.012"]
-    assert health.largest_error == pytest.approx(0.012)
-    assert health.missed == ["lj, n = 100, 1.5 v*"]
+    assert health["apart"] == ["lj, n = 100, 1.5 v* by 0.012"]
+    assert health["largest_error"] == pytest.approx(0.012)
+    assert health["missed"] == ["lj, n = 100, 1.5 v*"]
 
 
 def test_what_lammps_was_not_given_is_told_from_what_has_no_result(health):
     # LAMMPS's values at 0.1 and 1.5 v*; at 2 v* it misses the error asked.
-    assert health.by_lammps == 2
-    assert health.not_given == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]
-    assert [text.split(":")[0] for text in health.failures] == [
+    assert health["by_lammps"] == 2
+    assert health["not_given"] == ["lj, n = 100, 4 v*, LAMMPS: RunError: too sharp"]
+    assert [text.split(":")[0] for text in health["failures"]] == [
         "lj, n = 100, 5 v*, LAMMPS",
         "lj, n = 100, 5 v*, in-house engine",
     ]
@@ -56,4 +56,4 @@ def test_what_lammps_was_not_given_is_told_from_what_has_no_result(health):
 
 def test_points_that_nothing_checks_are_counted(health):
     """One that LAMMPS was not given, and a longer chain; that without any result is no such one."""
-    assert (health.alone, health.longest_compared) == (2, 100)
+    assert (health["alone"], health["longest_compared"]) == (2, 100)

@@ -1,1 +1,1 @@
-"""The figures of the paper, and those beyond it: one kind a module."""
+"""The figures of the paper, and those beyond it: one a module, with its claims."""

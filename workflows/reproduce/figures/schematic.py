@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, new_figure
-from chaincor.workflows.reproduce.figures.figure import Figure
+from chaincor.workflows.reproduce.drawing import Figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 _PARTICLES = 6
 
 
-def schematic() -> Figure:
+def figure() -> Figure:
     """Return the figure, a drawing without data."""
     return Figure(
         key="schematic",
@@ -24,7 +24,7 @@ def schematic() -> Figure:
             "touches it, and reverses its velocity. The paper prints the order of the particles "
             "both ways round; this is the one of its initial conditions."
         ),
-        table=None,
+        records=(),
         draw=_draw,
         alt="A row of particles 1 to n, joined by springs, flies to the left at a wall at x = 0.",
     )

@@ -1,0 +1,100 @@
+"""Claims on the harmonic chain of 500, from the exact propagator, and from eq. (7) alone."""
+
+import numpy as np
+import pytest
+
+from chaincor import Scene, collide
+from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
+from chaincor.workflows.reproduce.claims import Verdict
+from chaincor.workflows.reproduce.figures import harmonic_contacts, harmonic_lengths
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
+
+
+@pytest.fixture(scope="module")
+def found():
+    points = []
+    for n in (2, 100, 200, 300, 500):
+        scene = Scene(
+            potential="harmonic", particles=n, velocity=0.1, engine="reference", tolerance=1e-9
+        )
+        result = collide(scene)
+        points.append(Point(scene, None, Answer(result.to_dict(), result.arrays())))
+    measured = Measurements(QUICK, (), {"harmonic_sizes": tuple(points), "harmonic_velocities": ()})
+    claims = (
+        *harmonic_contacts.CLAIMS,
+        *harmonic_contacts.LATER_CLAIMS,
+        *harmonic_lengths.CLAIMS,
+    )
+    return {claim.key: claim.found(measured) for claim in claims}
+
+
+def test_intervals_and_speeds_are_constant_in_good_approximation_but_for_the_last(found):
+    # Deviations of 0.0748 and 0.0508 v0, of means of 2.3044 and 1.1461 v0.
+    assert found["constant intervals"].value == pytest.approx(0.0748 / 2.3044, abs=1e-4)
+    assert found["constant speeds"].value == pytest.approx(0.0508 / 1.1461, abs=1e-4)
+    assert "the last is 3.78" in found["constant intervals"].text
+    assert "the last is 0.14 v₀" in found["constant speeds"].text
+
+
+def test_wall_shakes_faster_than_all_modes_on_average(found):
+    external = found["external frequency"]
+    assert external.value == pytest.approx(2.0 * np.pi / 2.3044, abs=1e-3)
+    assert external.value > 2.0
+    assert "all intervals but 1." in external.text
+
+
+def test_leading_order_of_the_dispersion_leaves_no_vibration(found):
+    assert found["leading order"].value == pytest.approx(1.0, abs=1e-12)
+    # By hand: f dt = 2n, so that sin(omega_j f dt/2) = sin(pi j).
+    j = np.arange(1, 50)
+    half = 0.5 * np.pi * j / 50 * PAIR_INTERVAL
+    by_hand = (np.sin(np.pi * j) / np.sin(half)) ** 2
+    energies = basile_dumont_energies(50, frequencies=np.pi * np.arange(50) / 50)
+    # Phases near 150 are known to 3e-14; the sine below is 1e-3 at least: (3e-14/1e-3)^2.
+    assert float(np.max(energies)) < 1e-20
+    assert float(np.max(by_hand)) < 1e-20
+    assert np.sum(basile_dumont_energies(50)) > 0.1
+
+
+def test_range_dependence_is_told_and_the_prefactor_is_near_enough(found):
+    (claim,) = (c for c in harmonic_lengths.CLAIMS if c.key == "harmonic prefactor")
+    prefactor = found["harmonic prefactor"]
+    assert "falls with the length" in prefactor.text
+    assert prefactor.spread is not None
+    assert claim.judge(prefactor).verdict is Verdict.REPRODUCED
+    assert found["harmonic exponent"].spread is not None
+
+
+def test_estimates_from_two_particles(found):
+    assert found["interval of two"].value == pytest.approx(PAIR_INTERVAL, abs=1e-9)
+    assert found["contacts of two"].value == pytest.approx(2.0 * np.sqrt(2.0) / np.pi, abs=1e-9)
+    assert found["speed of two"].value == pytest.approx(np.pi / (2.0 * np.sqrt(2.0)), abs=1e-9)
+
+
+def test_what_does_not_depend_on_velocity_is_judged_by_what_the_engines_differ_by():
+    def answer(velocity, time, shares):
+        energy = 0.5 * 3 * velocity**2
+        result = {
+            "restitution": 0.9,
+            "restitution_error": 1e-9,
+            "tolerance_met": True,
+            "last_contact_time": time,
+        }
+        return Answer(result, {"mode_energies": np.array([0.9, *shares]) * energy})
+
+    points = tuple(
+        Point(
+            Scene(potential="harmonic", particles=3, velocity=v),
+            answer(v, 4.0 + drift, (0.06 + drift, 0.04)),
+            answer(v, 4.0, (0.06, 0.04)),
+        )
+        for v, drift in ((0.1, 0.0), (0.2, 2e-8))
+    )
+    measured = Measurements(QUICK, (), {"harmonic_velocities": points})
+    found = {claim.key: claim.found(measured) for claim in harmonic_contacts.CLAIMS[:3]}
+    # Of t_c in units of n - 1 = 2.
+    assert found["independence of contact time"].value == pytest.approx(1e-8, rel=1e-6)
+    assert found["independence of contact time"].error == pytest.approx(2e-8, rel=1e-6)
+    assert found["independence of modes"].value == pytest.approx(2e-8, rel=1e-6)
+    assert found["independence of modes"].error == pytest.approx(4e-8, rel=1e-6)

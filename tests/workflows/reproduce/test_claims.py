@@ -1,0 +1,207 @@
+"""Verdicts follow from the margins, and from nothing else."""
+
+import math
+import re
+from dataclasses import replace
+
+import pytest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims import (
+    ABOUT,
+    ROUGHLY,
+    TREND,
+    Claim,
+    Finding,
+    Put,
+    Verdict,
+    digits,
+    exact,
+    words,
+)
+from chaincor.workflows.reproduce.measurements import Answer, NoNumber, Point
+from chaincor.workflows.reproduce.paper import CLAIMS
+
+
+def made(margin, **more):
+    return Claim("x", "eq. (0)", "x is about 2", margin, "x", lambda _: None, **more)
+
+
+# Margins 0.2 and 0.5.
+CLAIM = made(words(2.0), correction="x is {value:.1f}")
+
+
+def point(lammps: float, in_house: float, bar: float = 1e-6) -> Point:
+    def answer(eta):
+        return Answer({"restitution": eta, "restitution_error": bar})
+
+    return Point(Scene(), answer(lammps), answer(in_house))
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "verdict"),
+    [
+        (2.19, 0.0, Verdict.REPRODUCED),
+        (2.25, 0.06, Verdict.REPRODUCED),
+        (2.25, 0.0, Verdict.CORRECTED),
+        (1.6, 0.0, Verdict.CORRECTED),
+        (2.6, 0.0, Verdict.NOT_REPRODUCED),
+        (float("nan"), 0.0, Verdict.NOT_REPRODUCED),
+        (2.0, 0.6, Verdict.NOT_REPRODUCED),
+    ],
+)
+def test_margins_decide(value, error, verdict):
+    assert CLAIM.judge(Finding(value, error, "")).verdict is verdict
+
+
+def test_reasons_are_those_of_the_number_found():
+    assert CLAIM.judge(Finding(2.3, 0.0, "")).reason == "x is 2.3"
+    assert CLAIM.judge(Finding(3.0, 0.0, "")).reason == "1 away, where 0.5 is allowed; x is 3.0"
+
+
+def test_engines_that_disagree_spoil_a_number_that_is_right():
+    good, bad = point(0.9, 0.9 + 1e-6), point(0.9, 0.9 + 3e-6)
+    assert CLAIM.judge(Finding(2.0, 0.0, "", [good] * 20)).verdict is Verdict.REPRODUCED
+    assert CLAIM.judge(Finding(2.0, 0.0, "", [good] * 19 + [bad])).verdict is Verdict.REPRODUCED
+    spoilt = CLAIM.judge(Finding(2.0, 0.0, "", [good] * 9 + [bad]))
+    assert spoilt.verdict is Verdict.NOT_REPRODUCED
+    assert "disagree on 1 of 10" in spoilt.reason
+
+
+@pytest.mark.parametrize(
+    ("margin", "widths"),
+    [
+        (digits("2.31"), (0.005, 0.231)),
+        (digits("0.90"), (0.005, 0.09)),
+        (words(-2.0), (0.2, 0.5)),
+        (words(0.0, 0.3, "a fall"), (0.03, 0.075)),
+        (exact(1.0), (0.0, 0.0)),
+    ],
+)
+def test_margins_go_by_how_a_claim_is_put(margin, widths):
+    assert (margin.reproduced_within, margin.corrected_within) == pytest.approx(widths)
+
+
+def test_exact_claims_allow_our_own_error_alone():
+    claim = made(exact(0.0, 0.03, "a loss"))
+    assert claim.judge(Finding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
+    assert claim.judge(Finding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
+    # An error that covers everything says nothing.
+    assert claim.judge(Finding(0.004, 0.005, "")).verdict is Verdict.NOT_REPRODUCED
+
+
+def test_a_trend_is_there_or_not():
+    claim = made(TREND)
+    assert claim.judge(Finding(1.0, 0.0, "")).verdict is Verdict.REPRODUCED
+    judgement = claim.judge(Finding(0.0, 0.0, ""))
+    assert (judgement.verdict, judgement.reason) == (Verdict.NOT_REPRODUCED, "it is not so")
+
+
+def test_how_far_a_number_depends_on_its_range_widens_no_margin():
+    found = Finding(2.25, 0.0, "", spread=(1.0, 3.0))
+    assert CLAIM.judge(found).verdict is Verdict.CORRECTED
+
+
+@pytest.mark.parametrize(
+    ("value", "spread", "unsaid", "verdict"),
+    [
+        (2.3, (1.9, 2.4), "", Verdict.CORRECTED),
+        (2.3, (1.9, 2.4), "over which range", Verdict.UNDECIDED),
+        (9.0, (1.9, 9.0), "over which range", Verdict.UNDECIDED),
+        (2.1, (1.9, 2.4), "over which range", Verdict.REPRODUCED),
+        (2.3, (2.25, 2.4), "over which range", Verdict.CORRECTED),
+        (2.6, (2.55, 2.7), "over which range", Verdict.NOT_REPRODUCED),
+        (1.7, (1.5, 1.9), "over which range", Verdict.CORRECTED),
+        (2.3, None, "over which range", Verdict.CORRECTED),
+    ],
+)
+def test_what_the_paper_does_not_say_leaves_a_claim_undecided(value, spread, unsaid, verdict):
+    """Only where its number is within what ours give; then nothing is there to correct."""
+    found = replace(CLAIM, unsaid=unsaid).judge(Finding(value, 0.0, "", spread=spread))
+    assert found.verdict is verdict
+    assert (verdict is Verdict.UNDECIDED) == (unsaid != "" and unsaid in found.reason)
+
+
+def test_bar_of_a_compared_value_covers_the_difference():
+    near, far = point(0.9, 0.9 + 1e-7), point(0.9, 0.9 + 3e-4, bar=2e-4)
+    for p in (near, far):
+        p.lammps.result["tolerance_met"] = True
+    assert near.error == pytest.approx(1e-6)
+    assert far.error == pytest.approx(3e-4)
+    # Whether the engines agree goes by their own bars.
+    assert far.agrees
+    assert not point(0.9, 0.9 + 5e-4, bar=2e-4).agrees
+
+
+@pytest.mark.parametrize(
+    ("lammps", "in_house", "source"),
+    [
+        ((True, 1e-6), (True, 1e-9), "lammps"),
+        ((None, 1e-6), (True, 1e-9), "lammps"),
+        ((False, 1e-2), (True, 1e-6), "in-house"),
+        ((False, 1e-2), (False, 1e-3), "in-house"),
+        ((False, 1e-3), (False, 1e-2), "lammps"),
+        ((False, None), (False, 1e-2), "in-house"),
+        (None, (False, 1e-2), "in-house"),
+        ((False, 1e-2), None, "lammps"),
+        (None, None, None),
+    ],
+)
+def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, in_house, source):
+    def answer(said):
+        if said is None:
+            return Answer(None, failure="RunError: no")
+        met, bar = said
+        return Answer({"restitution": 0.9, "restitution_error": bar, "tolerance_met": met})
+
+    assert Point(Scene(), answer(lammps), answer(in_house)).source == source
+
+
+def test_claims_are_consistent():
+    assert len({claim.key for claim in CLAIMS}) == len(CLAIMS)
+    assert len({claim.brief for claim in CLAIMS}) == len(CLAIMS)
+    for claim in CLAIMS:
+        margin = claim.margin
+        assert 0.0 <= margin.reproduced_within <= margin.corrected_within
+        assert "{" not in claim.correction.format(value=0.5)
+        assert claim.brief
+        # Where shares of the paper's number would be none, the scale is named, and in the reason.
+        assert margin.paper != 0.0 or margin.scale > 0.0
+        assert (margin.scale > 0.0) == bool(margin.scale_name)
+        assert margin.put is Put.EXACT or margin.scale_name in margin.reason
+
+
+def test_units_are_those_of_the_digits_in_the_claim():
+    """A claim in digits prints its number, and its unit is that of the last one."""
+    for claim in CLAIMS:
+        margin = claim.margin
+        assert (margin.put is Put.DIGITS) == (margin.unit > 0.0)
+        if margin.put is Put.DIGITS:
+            printed = f"{margin.paper:.{round(-math.log10(margin.unit))}f}"
+            assert re.search(rf"{printed}(?!\d)", claim.text), claim.text
+            assert float(printed) == margin.paper
+
+
+def test_numbers_as_far_away_have_the_same_verdict():
+    """What the old margins did not: 0.18 away was corrected, 0.235 reproduced."""
+    claims = {claim.key: claim for claim in CLAIMS}
+    for away in (0.05, 0.18, 0.235, 0.3):
+        kinds = {
+            claims[key].judge(Finding(1.0 + away, 0.0, "")).verdict
+            for key in ("place of the minimum", "power r = 3", "contact time r = 3")
+        }
+        assert len(kinds) == 1
+    slope = claims["theoretical slope"].judge(Finding(3.239, 0.0, ""))
+    assert slope.verdict is Verdict.NOT_REPRODUCED
+    assert "3.24" in slope.reason
+    assert (ABOUT, ROUGHLY) == (0.1, 0.25)
+
+
+def test_what_cannot_be_found_is_not_reproduced_and_says_why():
+    def find(_):
+        raise NoNumber("fewer than four speeds")
+
+    claim = replace(CLAIM, find=find)
+    judgement = claim.judge(claim.found(None))
+    assert judgement.verdict is Verdict.NOT_REPRODUCED
+    assert judgement.reason == "no number: fewer than four speeds"

@@ -1,0 +1,288 @@
+"""
+How claims of the paper are judged.
+
+There is one rule for margins, the same for all claims. It goes by how the paper puts a claim:
+
+=========  ==========================  ==============================
+the claim  reproduced within           with a correction within
+=========  ==========================  ==============================
+exact      our own error               (never)
+trend      what is said is so          (never)
+digits     half a unit of the last     10 % of the number: as near as
+           digit that is printed       a word would claim
+words      10 %                        25 %
+=========  ==========================  ==============================
+
+"Almost", "near", "approaches", "agrees" and the like are words: no reader takes them for more than
+10 %, nor for less than a quarter. They are taken of the paper's number. If that is 0 or a limit,
+they are taken of a natural scale that the claim names, such as the depth of the minimum of eta. Our
+own error is added to a margin, and must be smaller than the wider one; for what is exact, than 10 %
+of the number or scale. A trend has no number: 1 stands for "it is so", 0 for "it is not".
+
+How far a number depends on the range it is fitted over is stated beside it, and widens no margin:
+ranges are fixed, one for all claims of a kind. Where the paper does not say over which range or for
+which length it found its number, and that is beyond the first margin but within what ours give, the
+claim is undecided: there is nothing to correct.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
+
+# Share of the points a number rests on.
+_DISAGREEMENTS_ALLOWED = 0.05
+# What words claim, and what is still near enough to be corrected.
+ABOUT = 0.1
+ROUGHLY = 0.25
+
+
+class Verdict(StrEnum):
+    """What is said of a claim."""
+
+    REPRODUCED = "reproduced"
+    CORRECTED = "reproduced with a correction"
+    UNDECIDED = "undecided"
+    NOT_REPRODUCED = "not reproduced"
+
+
+class Put(StrEnum):
+    """How the paper puts a claim, which decides the margins."""
+
+    EXACT = "exact"
+    DIGITS = "digits"
+    WORDS = "words"
+    TREND = "trend"
+
+
+@dataclass(frozen=True)
+class Margin:
+    """
+    The number of a claim, and how far ours may be from it.
+
+    Attributes
+    ----------
+    put : Put
+        How the paper says it.
+    paper : float
+        Its number; 1 for a trend.
+    unit : float
+        Of the last digit that is printed; for digits.
+    scale : float
+        What the shares are of; 0 for the paper's number.
+    scale_name : str
+        What that is.
+    """
+
+    put: Put
+    paper: float
+    unit: float = 0.0
+    scale: float = 0.0
+    scale_name: str = ""
+
+    @property
+    def _scale(self) -> float:
+        return self.scale or abs(self.paper)
+
+    @property
+    def reproduced_within(self) -> float:
+        """Reproduced, if the finding is no further away than this and its error."""
+        return {Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self._scale}.get(self.put, 0.0)
+
+    @property
+    def corrected_within(self) -> float:
+        """Reproduced with a correction, if it is no further away than this."""
+        return {Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}.get(self.put, 0.0) * self._scale
+
+    @property
+    def largest_error(self) -> float:
+        """Own error beyond which nothing can be said."""
+        return self.corrected_within or ABOUT * self._scale
+
+    @property
+    def reason(self) -> str:
+        """Why these margins."""
+        of = self.scale_name or f"{abs(self.paper):.4g}"
+        return {
+            Put.EXACT: "said to be exact: within our own error",
+            Put.TREND: "a trend: it is so, or not",
+            Put.DIGITS: f"half a unit of the last digit; {ABOUT:.0%} of {of}",
+            Put.WORDS: f"said in words: {ABOUT:.0%} and {ROUGHLY:.0%} of {of}",
+        }[self.put].replace("%", " %")
+
+
+def exact(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
+    """Return the margin of an exact statement."""
+    return Margin(Put.EXACT, paper, scale=scale, scale_name=scale_name)
+
+
+def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
+    """Return the margin of what is said in words."""
+    return Margin(Put.WORDS, paper, scale=scale, scale_name=scale_name)
+
+
+def digits(printed: str) -> Margin:
+    """Return the margin of a number, written as it is printed."""
+    return Margin(Put.DIGITS, float(printed), unit=10.0 ** -len(printed.partition(".")[2]))
+
+
+TREND = Margin(Put.TREND, 1.0)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One number that a claim of the paper is judged by.
+
+    Attributes
+    ----------
+    value : float
+        The number; nan where the points do not give one.
+    error : float
+        Its error: from error bars, from the scatter of a fit, or the spacing of points.
+    text : str
+        How it was found: range, points, what it depends on.
+    points : sequence of Point
+        What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
+        be better than "not reproduced".
+    spread : tuple of float or None
+        Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
+    brief : str
+        What the summary says of it, where the number alone would say too little.
+    """
+
+    value: float
+    error: float
+    text: str
+    points: Sequence[Point] = field(default=(), repr=False)
+    spread: tuple[float, float] | None = None
+    brief: str = ""
+
+    @property
+    def disagreements(self) -> int:
+        """Points on which the two engines differ by more than their bars."""
+        return sum(point.agrees is False for point in self.points)
+
+    @property
+    def unchecked(self) -> int:
+        """Points that only one of the engines has, so that nothing checks them."""
+        return sum(point.agrees is None for point in self.points)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What was found on a claim, the verdict, and why."""
+
+    claim: "Claim"
+    finding: Finding
+    verdict: Verdict
+    reason: str
+
+
+@dataclass(frozen=True)
+class Claim:
+    """
+    A claim of the paper, how far our number may be from its, and how ours is found.
+
+    Attributes
+    ----------
+    key : str
+        A short name, unique.
+    where : str
+        Place in the paper.
+    text : str
+        What the paper says.
+    margin : Margin
+        Its number and the margins.
+    brief : str
+        The claim in a few words, for the summary.
+    find : callable
+        Finds our number; raises NoNumber where the points do not give it.
+    correction : str
+        What has to be corrected where it is not reproduced as it stands; ``{value}`` stands for the
+        number found.
+    unsaid : str
+        What the number depends on and the paper does not say; empty where it does.
+    figure : str
+        Key of the figure where its points are seen; empty if there is none.
+    """
+
+    key: str
+    where: str
+    text: str
+    margin: Margin
+    brief: str
+    find: Callable[[Measurements], Finding]
+    correction: str = ""
+    unsaid: str = ""
+    figure: str = ""
+
+    def found(self, measured: Measurements) -> Finding:
+        """Return the number found: nan, with the reason, where there is none."""
+        try:
+            return self.find(measured)
+        except NoNumber as reason:
+            return Finding(math.nan, math.nan, str(reason))
+
+    def judge(self, finding: Finding) -> Judgement:
+        """
+        Judge what was found.
+
+        "Not reproduced" also where there is no number, where its error is too large to say, or
+        where LAMMPS and the in-house engine disagree on more than one in twenty of the points it
+        rests on.
+        """
+        return Judgement(self, finding, *self._verdict(finding))
+
+    def _verdict(self, finding: Finding) -> tuple[Verdict, str]:
+        margin = self.margin
+        failed = self._unusable(finding)
+        if failed:
+            return Verdict.NOT_REPRODUCED, failed
+        distance = abs(finding.value - margin.paper)
+        error = finding.error if math.isfinite(finding.error) else 0.0
+        if distance <= margin.reproduced_within + error:
+            return Verdict.REPRODUCED, "within the margin"
+        low, high = finding.spread or (math.inf, -math.inf)
+        if self.unsaid and low <= margin.paper <= high:
+            return Verdict.UNDECIDED, (
+                f"the paper does not say {self.unsaid}: ours give {low:.2f} to {high:.2f}, and its "
+                "number is among them"
+            )
+        correction = self.correction.format(value=finding.value)
+        if distance <= margin.corrected_within + error:
+            if self.unsaid and finding.spread:
+                correction += f"; over the ranges tried {low:.2f} to {high:.2f}"
+            return Verdict.CORRECTED, correction
+        if margin.put is Put.TREND:
+            return Verdict.NOT_REPRODUCED, "it is not so"
+        reason = f"{distance:.2g} away, where {max(margin.corrected_within, error):.2g} is allowed"
+        return Verdict.NOT_REPRODUCED, reason + (f"; {correction}" if correction else "")
+
+    def _unusable(self, finding: Finding) -> str:
+        """Say why nothing can be judged by a number; empty where it can."""
+        if not math.isfinite(finding.value):
+            return f"no number: {finding.text}"
+        if finding.error > self.margin.largest_error:
+            return f"the error of our own number, {finding.error:.2g}, is too large to say"
+        if finding.disagreements > _DISAGREEMENTS_ALLOWED * len(finding.points):
+            return (
+                f"LAMMPS and the in-house engine disagree on {finding.disagreements} of "
+                f"{len(finding.points)} points"
+            )
+        return ""
+
+
+def claim(
+    where: str, text: str, margin: Margin, brief: str, key: str = "", **more: Any
+) -> Callable[[Callable[[Measurements], Finding]], Claim]:
+    """Make a claim of the function that finds its number; its name is the key if none is given."""
+
+    def made(find: Callable[[Measurements], Finding]) -> Claim:
+        name = key or find.__name__.strip("_").replace("_", " ")
+        return Claim(name, where, text, margin, brief, find, **more)
+
+    return made

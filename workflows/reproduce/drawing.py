@@ -1,0 +1,140 @@
+"""A figure of the report: what it shows, its data, and how its points are drawn."""
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chaincor.analysis.figures.style import SETTINGS
+from chaincor.workflows.reproduce.measurements import Point
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+IMPACT_SPEED = r"impact speed $v_0/v^*$"
+# Element ids of SVG files are made from this, so that equal data give equal files.
+_SALT = "chaincor"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """
+    A figure of the report.
+
+    Attributes
+    ----------
+    key : str
+        Name of its files.
+    title, caption : str
+        What it is, in a few words; what it shows, how it was made, and what to see.
+    records : sequence of mapping
+        Its data, a record a row, the same keys in each; none for a drawing without data.
+    draw : callable
+        Makes the Matplotlib figure.
+    alt : str
+        What is to be seen, for those who do not see it.
+    """
+
+    key: str
+    title: str
+    caption: str
+    records: Sequence[Mapping[str, Any]]
+    draw: "Callable[[], Canvas]"
+    alt: str
+
+    def to_csv(self) -> str:
+        """Return the data as CSV, numbers with all their digits."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.records[0] if self.records else ())
+        for record in self.records:
+            writer.writerow(["" if v is None or v != v else v for v in record.values()])
+        return text.getvalue()
+
+    def render(self) -> dict[str, bytes]:
+        """Draw the figure: the contents of its ``png`` and its ``svg`` file, by these names."""
+        import matplotlib as mpl
+
+        with mpl.rc_context(SETTINGS | {"svg.hashsalt": _SALT}):
+            canvas = self.draw()
+            rendered = {}
+            for kind, metadata in (("png", {}), ("svg", {"Date": None})):
+                buffer = io.BytesIO()
+                canvas.savefig(buffer, format=kind, metadata=metadata)
+                rendered[kind] = buffer.getvalue()
+        return rendered
+
+
+def point_record(point: Point) -> dict[str, Any]:
+    """Return a point as a row: scene, plotted value, error bar, both values, what failed."""
+    record: dict[str, Any] = {
+        "potential": point.scene.label,
+        "power_order": point.scene.power_order,
+        "particles": point.particles,
+        "speed": point.speed,
+        "velocity": point.scene.impact_velocity,
+        "restitution": point.restitution,
+        "restitution_error": point.error,
+        "kinematic_restitution": point.restitution**0.5,
+        "contacts": point.contacts,
+        "contacts_per_particle": point.contacts_per_particle,
+        "source": point.source,
+        "agrees": point.agrees,
+    }
+    for engine, answer in (("lammps", point.lammps), ("in_house", point.in_house)):
+        result = {} if answer is None or answer.result is None else answer.result
+        record |= {
+            f"{engine}_{name}": result.get(name)
+            for name in ("restitution", "restitution_error", "scheme", "timestep")
+        }
+        record[f"{engine}_failure"] = None if answer is None else answer.failure
+    return record
+
+
+def draw_points(
+    ax: "Axes",
+    points: Sequence[Point],
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    label: str | None,
+    color: Any,
+    marker: str = "o",
+    errors: ArrayLike | None = None,
+    line: bool = False,
+    size: float = 4.5,
+) -> None:
+    """
+    Draw a quantity y of points against x: filled by LAMMPS, open in-house, crosses for a limit.
+
+    Error bars are those of eta by default. `line` joins the points.
+    """
+    x, y = np.asarray(x), np.asarray(y)
+    bars = np.nan_to_num([p.error for p in points] if errors is None else errors)
+    if line:
+        ax.plot(x, y, color=color, linewidth=0.9, alpha=0.6)
+    kinds = np.array(["limit" if point.is_limit else point.source for point in points])
+    for kind, face in (("lammps", color), ("in-house", "white"), ("limit", color)):
+        chosen = kinds == kind
+        if not np.any(chosen):
+            continue
+        ax.errorbar(
+            x[chosen],
+            y[chosen],
+            yerr=bars[chosen],
+            color=color,
+            marker="x" if kind == "limit" else marker,
+            markersize=size,
+            markerfacecolor=face,
+            markeredgewidth=0.9,
+            linestyle="none",
+            capsize=1.5,
+            elinewidth=0.8,
+            label=label,
+        )
+        label = None  # one entry for each set of points

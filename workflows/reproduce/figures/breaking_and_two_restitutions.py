@@ -1,0 +1,162 @@
+"""Beyond the paper: chains that break, and the two coefficients of restitution."""
+
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS, new_figure
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure
+from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, FreeFlight
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+# Speeds at which they are drawn against time, of those that are there the nearest.
+_SHOWN = (0.65, 0.75, 1.0, 1.33, 2.0, 7.5)
+# By so many pieces lines are drawn one above another.
+_APART = 0.09
+
+
+def figure(flights: tuple[FreeFlight, ...]) -> Figure:
+    """Return pieces against speed and time, and e beside eta, of the lj chain."""
+    return Figure(
+        key="breaking_and_two_restitutions",
+        title="Beyond the paper: breaking chains, and the two coefficients of restitution",
+        caption=(
+            "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
+            "middle: against that time, the axis linear up to 0.1, each line a little above the "
+            "one before, so that they can be told apart. For when chains are in pieces "
+            "see [beyond the paper](#beyond). A bond counts as broken when the kinetic energy of "
+            "its two sides moving apart exceeds its remaining binding energy; pieces are what is "
+            "left between broken bonds. They can be one again: "
+            "by a third piece, or by their own vibration"
+            f"{_rejoined(flights)}. The state that LAMMPS "
+            "ended in and that of the in-house engine are both right within the error bar of η, "
+            "but chains with much inner energy make such differences grow: full lines are the "
+            "larger of the two counts, dashed lines the smaller where it differs; in between "
+            "the count is undetermined. Bottom: e = √η, the ratio of speeds that others call the "
+            "coefficient of restitution, beside the paper's η."
+        ),
+        records=[
+            {
+                "speed": f.point.speed,
+                "crossings": float(time),
+                "fewest_pieces": f.pieces_at(time)[0],
+                "most_pieces": f.pieces_at(time)[1],
+                "restitution": f.point.restitution,
+                "kinematic_restitution": f.point.restitution**0.5,
+            }
+            for f in flights
+            for time in f.times
+        ],
+        draw=lambda: _draw(flights),
+        alt=(
+            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
+            "their number grows with time and is least certain near 1.5 v*."
+        ),
+    )
+
+
+def breaking(flights: tuple[FreeFlight, ...]) -> str:
+    """Say when lj chains break, and into how many pieces."""
+    if all(f.is_whole for f in flights):
+        return "None of these did."
+    most = max(flights, key=lambda f: f.pieces_at(LAST)[1])
+    fewest, largest = most.pieces_at(LAST)
+    count = f"{largest}" if fewest == largest else f"{fewest} or {largest}"
+    return (
+        f"{describe_breaking(flights)} Most, {count}, there are at {most.point.speed:.3g} v* after "
+        f"{LAST:g} crossings (n = {most.point.particles}; [the figure]"
+        "(#breaking_and_two_restitutions)). A chain that is left with more inner energy than a "
+        "bond takes goes on losing pieces: there is no last moment to count them at."
+    )
+
+
+def describe_breaking(flights: tuple[FreeFlight, ...]) -> str:
+    """Say in words which chains are in pieces, and when."""
+    parts = []
+    for moment in MOMENTS:
+        counts = [f.pieces_at(moment) for f in flights]
+        surely = _spans(flights, [fewest > 1 for fewest, _ in counts])
+        unsure = _spans(flights, [fewest <= 1 < most for fewest, most in counts])
+        text = f"{_when(moment)}, {surely}" if surely else f"none {_when(moment)}"
+        parts.append(text + (f" (undetermined {unsure})" if unsure else ""))
+    return f"When a chain is in pieces depends on when one looks: {'; '.join(parts)}."
+
+
+def _spans(flights: tuple[FreeFlight, ...], wanted: list[bool]) -> str:
+    """Write the speeds wanted, neighbours together: ``between 0.75 and 5.6 v*``."""
+    spans = []
+    runs = groupby(zip(flights, wanted, strict=True), key=lambda pair: pair[1])
+    for speeds in ([f.point.speed for f, _ in run] for is_wanted, run in runs if is_wanted):
+        if speeds[-1] == flights[-1].point.speed:
+            spans.append(f"from {speeds[0]:.2g} v* on")
+        elif len(speeds) == 1:
+            spans.append(f"at {speeds[0]:.2g} v*")
+        else:
+            spans.append(f"between {speeds[0]:.2g} and {speeds[-1]:.2g} v*")
+    return " and ".join(spans)
+
+
+def _rejoined(flights: tuple[FreeFlight, ...]) -> str:
+    """Name a fast chain whose slow end, still vibrating, catches up again."""
+    found = [f for f in flights if f.pieces_at(0.0)[0] > 1 and f.pieces_at(1.0)[1] == 1]
+    if not found:
+        return ""
+    flight = found[0]
+    whole = next(t for t in flight.times if flight.pieces_at(t)[1] == 1)
+    return (
+        f", as at {flight.point.speed:.2g} v*, where the end at the wall lags behind at the last "
+        f"contact, {flight.pieces_at(0.0)[0]} pieces, and has caught up {whole:.2g} crossings later"
+    )
+
+
+def _when(moment: float) -> str:
+    if moment == 0.0:
+        return "at the last contact"
+    return f"after {moment:g} crossing{'s' if moment != 1.0 else ''}"
+
+
+def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
+    canvas, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 8.4))
+    if not flights:
+        return canvas
+    speeds = [f.point.speed for f in flights]
+    for moment, color, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
+        pieces = np.array([f.pieces_at(moment) for f in flights])
+        _draw_counts(above, speeds, pieces, _when(moment), color=color, marker=marker)
+    above.legend(loc="upper left", fontsize=8)
+    above.set(xscale="log", xlabel=IMPACT_SPEED)
+    chosen = {
+        min(flights, key=lambda f: abs(np.log(f.point.speed / u))).point.speed: None for u in _SHOWN
+    }
+    drawn = [f for f in flights if f.point.speed in chosen]
+    for k, (flight, color) in enumerate(zip(drawn, CYCLE, strict=False)):
+        pieces = np.array([flight.pieces_at(time) for time in flight.times]) + _APART * k
+        label = rf"${flight.point.speed:.3g}\,v^*$"
+        _draw_counts(middle, flight.times, pieces, label, color=color, drawstyle="steps-post")
+    middle.set_xscale("symlog", linthresh=0.1)
+    middle.set(xlim=(0.0, LAST), xlabel=r"time after the last contact / crossing $(n-1)$")
+    middle.legend(loc="upper left", fontsize=8, ncols=2)
+    for ax in (above, middle):
+        ax.set_ylim(bottom=0.0)
+        ax.yaxis.get_major_locator().set_params(integer=True)
+        ax.set_ylabel("pieces")
+    eta = [f.point.restitution for f in flights]
+    below.plot(speeds, [x**0.5 for x in eta], "s-", color=GREEN, linewidth=0.9, label="$e$")
+    below.plot(speeds, eta, color=GREY, linewidth=0.9, label=r"$\eta$")
+    below.legend(loc="lower right", fontsize=8)
+    below.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution")
+    return canvas
+
+
+def _draw_counts(ax: "Axes", x: ArrayLike, pieces: np.ndarray, label: str, **looks: Any) -> None:
+    """Draw the larger count, and dashed the smaller one where it is another."""
+    fewest, most = pieces.T
+    ax.plot(x, most, markersize=3, linewidth=0.9, label=label, **looks)
+    if np.any(fewest < most):
+        smaller = {name: looks[name] for name in ("color", "drawstyle") if name in looks}
+        ax.plot(x, fewest, "--", linewidth=0.8, **smaller)

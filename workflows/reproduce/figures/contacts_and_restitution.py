@@ -1,0 +1,169 @@
+"""Contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
+from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points, point_record
+from chaincor.workflows.reproduce.figures.restitution_curves import (
+    FALL,
+    curves,
+    describe_bars,
+    describe_open,
+)
+from chaincor.workflows.reproduce.hard_spheres import HardSphereRun, run_hard_spheres
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+_KEY = "contacts_and_restitution"
+_RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
+# Where "near 1" begins and ends for words that claim no more than 10 %.
+_AROUND_SCALE = (0.9, 1.1)
+
+
+def _hard_spheres_run(measured: Measurements) -> tuple[HardSphereRun, str]:
+    run = run_hard_spheres(measured.plan.curve_particles)
+    return run, (
+        f"exact event-driven run in rational numbers, n = {run.particles}: {run.contacts} "
+        f"contacts, {run.exchanges} exchanges, energy of vibration {run.vibration}"
+    )
+
+
+@claim("section III", "hard spheres: η = 1 exactly", exact(1.0), "hard spheres lose nothing")
+def _hard_spheres(measured: Measurements) -> Finding:
+    run, text = _hard_spheres_run(measured)
+    return Finding(float(run.restitution), 0.0, text)
+
+
+@claim(
+    "section III",
+    "hard spheres: n contacts (as f/n)",
+    exact(1.0),
+    "hard spheres have n contacts",
+    key="hard-sphere contacts",
+)
+def _hard_sphere_contacts(measured: Measurements) -> Finding:
+    run, text = _hard_spheres_run(measured)
+    return Finding(run.contacts / run.particles, 0.0, text)
+
+
+@claim(
+    "figure 7",
+    "both f(n)/n and η increase at v₀/v* ≈ 1",
+    TREND,
+    "f(n)/n and η both rise at v*",
+    figure=_KEY,
+)
+def _rise_of_both(measured: Measurements) -> Finding:
+    points = measured.select("curves", "lj")
+    below = [p for p in points if p.speed <= _AROUND_SCALE[0]]
+    above = [p for p in points if p.speed >= _AROUND_SCALE[1]]
+    if not below or not above:
+        raise NoNumber("no points on both sides of v*")
+    slow, fast = below[-1], above[0]
+    share = [p.contacts_per_particle for p in points]
+    rising = (
+        fast.contacts > slow.contacts,
+        fast.restitution - slow.restitution > fast.error + slow.error,
+    )
+    lowest, low = min(share), int(np.argmin([p.restitution for p in points]))
+    onset = next(p.speed for p in points[::-1] if p.contacts_per_particle == lowest)
+    full = [p.speed for p in points if p.contacts == p.particles]
+    return Finding(
+        float(all(rising)),
+        0.0,
+        f"lj, {slow.speed:g} to {fast.speed:g} v*: f/n from {slow.contacts_per_particle:g} "
+        f"to {fast.contacts_per_particle:g}, η from {slow.restitution:.3f} to "
+        f"{fast.restitution:.3f}. f/n rises from its floor, {lowest:g}, beyond {onset:.2g} v*, η "
+        f"from its minimum at {points[low].speed:.2g} v*"
+        + (f"; f/n is 1 from {full[0]:.3g} v* on" if full else "")
+        + ". That values just below and just above v* are compared is our reading",
+        points,
+    )
+
+
+@claim(
+    "section III, figure 7",
+    "f(n)/n → 1 at high speed",
+    words(1.0, *_RISE),
+    "f(n)/n → 1 at high speed",
+    figure=_KEY,
+)
+def _contacts_at_high_speed(measured: Measurements) -> Finding:
+    fastest, text = _fastest(measured)
+    return Finding(min(p.contacts_per_particle for p in fastest), 0.0, text, fastest)
+
+
+@claim(
+    "section III",
+    "η → 1 at high speed",
+    words(1.0, *FALL),
+    "η → 1 at high speed",
+    key="high-speed limit",
+    figure="restitution_curves",
+)
+def _high_speed_limit(measured: Measurements) -> Finding:
+    fastest, text = _fastest(measured)
+    error = max(p.error for p in fastest)
+    return Finding(min(p.restitution for p in fastest), error, text, fastest)
+
+
+def _fastest(measured: Measurements) -> tuple[list[Point], str]:
+    """Return the fastest chain of each bond that was integrated, and which these are."""
+    # What is set equal to hard spheres is no evidence that chains come near them.
+    integrated = [[p for p in points if not p.is_limit] for points in curves(measured).values()]
+    if not all(integrated):
+        raise NoNumber("no points")
+    fastest = [points[-1] for points in integrated]
+    described = (f"{p.speed:.3g} v* ({p.scene.label}, {p.engine_name})" for p in fastest)
+    return fastest, f"lowest of three, each at the fastest speed integrated: {', '.join(described)}"
+
+
+CLAIMS = (
+    _hard_spheres,
+    _hard_sphere_contacts,
+    _rise_of_both,
+    _contacts_at_high_speed,
+    _high_speed_limit,
+)
+
+
+def figure(measured: Measurements) -> Figure:
+    """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
+    points = measured.select("curves", "lj")
+    full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
+    return Figure(
+        key=_KEY,
+        title="Contacts per particle and restitution against speed",
+        caption=(
+            f"The paper's figure 7, lj, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
+            f"in-house.{describe_open(points)} f/n reaches 1, the value of hard spheres, at "
+            f"{full:.3g} v*; η rises with it, and goes on rising. Error bars of η are smaller than "
+            f"the symbols{describe_bars(points)}; f is a whole number."
+        ),
+        records=[point_record(p) for p in points],
+        draw=lambda: _draw(points),
+        alt=(
+            "f/n falls from 0.87 to 0.84 and rises from 0.7 v* on to 1 at 1.8 v*; η has its "
+            "minimum at 0.82 v*, rises steeply from 1.1 to 3 v*, and ends near 1."
+        ),
+    )
+
+
+def _draw(points: list[Point]) -> "Canvas":
+    canvas, ax = new_figure(figsize=(6.4, 3.9))
+    u, eta = [p.speed for p in points], [p.restitution for p in points]
+    draw_points(ax, points, u, eta, color=BLUE, label=r"restitution $\eta$", line=True)
+    share, none = [p.contacts_per_particle for p in points], [0.0] * len(points)
+    label = r"contacts per particle $f(n)/n$"
+    draw_points(
+        ax, points, u, share, color=VERMILION, marker="s", label=label, errors=none, line=True
+    )
+    ax.axhline(1.0, color=BLACK, linewidth=0.6)
+    ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"$\eta$ and $f(n)/n$")
+    ax.legend(loc="lower left")
+    return canvas

@@ -1,0 +1,346 @@
+"""Numbers of section II that no figure shows: contacts, and what does not depend on v0."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from chaincor.analysis.contacts import contact_statistics
+from chaincor.analysis.theory import basile_dumont_energies
+from chaincor.workflows.reproduce.claims import Finding, claim, digits, exact, words
+from chaincor.workflows.reproduce.measurements import (
+    Answer,
+    Measurements,
+    NoNumber,
+    Point,
+    Study,
+    harmonic_scene,
+)
+from chaincor.workflows.reproduce.plan import Plan
+
+# The paper's numbers in brackets are from a chain of this length.
+_PAPER_CHAIN = 500
+_THEIR_MEAN = (1.0, "their mean")
+
+
+def study(plan: Plan) -> Study:
+    """Return one harmonic chain at many velocities."""
+    tolerance = 0.1 * plan.tolerance
+    return Study(
+        "harmonic_velocities",
+        "harmonic chain at many velocities",
+        tuple(harmonic_scene(plan.curve_particles, tolerance, v) for v in plan.harmonic_velocities),
+    )
+
+
+def _velocities(measured: Measurements) -> tuple[list[Point], list[Point], str]:
+    """Return all points, LAMMPS's, and what they are."""
+    points = measured.select("harmonic_velocities", "harmonic")
+    ours = [p for p in points if p.source == "lammps"]
+    if len(ours) < 2:
+        raise NoNumber("fewer than two velocities")
+    velocities = [p.scene.impact_velocity for p in ours]
+    return (
+        points,
+        ours,
+        f"between {len(ours)} velocities from {min(velocities):g} to {max(velocities):g} speeds of "
+        f"sound, n = {ours[0].particles}, LAMMPS",
+    )
+
+
+@claim(
+    "section II",
+    "η of a harmonic chain does not depend on v₀: differences are 0",
+    exact(0.0, 0.03, "0.03, what such a chain of 100 loses"),
+    "harmonic η does not depend on v₀",
+)
+def _independence_of_v0(measured: Measurements) -> Finding:
+    points, ours, where = _velocities(measured)
+    return Finding(
+        float(np.ptp([p.restitution for p in ours])),
+        2.0 * max(p.error for p in ours),
+        f"largest difference of η {where}",
+        points,
+    )
+
+
+@claim(
+    "section II",
+    "nor does t_c: differences of t_c/τ are 0",
+    exact(0.0, 2.0, "2, which is t_c/τ"),
+    "its contact time does not either",
+)
+def _independence_of_contact_time(measured: Measurements) -> Finding:
+    def contact_time(point: Point, answer: Answer) -> np.ndarray:
+        assert answer.result is not None
+        return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
+
+    return _compare(measured, contact_time, "t_c/τ")
+
+
+@claim(
+    "section II",
+    "nor does E_j/E of any mode: differences are 0",
+    exact(0.0, 0.001, "0.001, the largest E_j/E of such a chain of 100"),
+    "nor its shares of the modes",
+)
+def _independence_of_modes(measured: Measurements) -> Finding:
+    def shares(point: Point, answer: Answer) -> np.ndarray:
+        energy = 0.5 * point.particles * point.scene.impact_velocity**2
+        return np.asarray(answer.arrays["mode_energies"])[1:] / energy
+
+    return _compare(measured, shares, "E_j/E of any mode")
+
+
+def _compare(
+    measured: Measurements, quantity: Callable[[Point, Answer], np.ndarray], name: str
+) -> Finding:
+    """Compare what has no error bar of its own: the engines' difference stands for it."""
+    _, ours, where = _velocities(measured)
+    both = [
+        (quantity(p, p.lammps), quantity(p, p.in_house))
+        for p in ours
+        if p.lammps is not None and p.in_house is not None and p.difference is not None
+    ]
+    if len(both) < 2:
+        raise NoNumber("no in-house result to compare with")
+    by_lammps, in_house = (np.array(values) for values in zip(*both, strict=True))
+    return Finding(
+        float(np.max(np.ptp(by_lammps, axis=0))),
+        2.0 * float(np.max(np.abs(by_lammps - in_house))),
+        f"largest difference of {name} {where}; ± twice the largest difference between the engines",
+        ours,
+    )
+
+
+def _contacts(point: Point, answer: Answer) -> dict[str, float]:
+    """Return what is asked of the contacts of a chain, in units of 1/omega and v0."""
+    arrays, velocity = answer.arrays, point.scene.impact_velocity
+    numbers = contact_statistics(
+        arrays["contact_times"], arrays["contact_speeds"], point.particles, velocity
+    )
+    assert numbers.mean_interval is not None
+    assert numbers.median_interval is not None
+    assert numbers.mean_speed is not None
+    intervals = np.diff(arrays["contact_times"])
+    speeds = np.asarray(arrays["contact_speeds"]) / velocity
+    return {
+        "count": float(numbers.count),
+        "intervals": float(intervals.size),
+        "share": numbers.per_particle,
+        "interval": numbers.mean_interval,
+        "median": numbers.median_interval,
+        "speed": numbers.mean_speed,
+        "spread_of_intervals": float(np.std(intervals) / np.mean(intervals)),
+        "spread_of_speeds": float(np.std(speeds) / np.mean(speeds)),
+        "last_interval": float(intervals[-1]),
+        "last_speed": float(speeds[-1]),
+        "long": float(np.sum(intervals > np.pi)),
+        "frequency": float(2.0 * np.pi / np.mean(intervals)),
+    }
+
+
+def _of_paper_chain(measured: Measurements, name: str, text: str, **more: Any) -> Finding:
+    """Return a number of the paper's chain; contacts have no bar: the engines' difference is it."""
+    chain = measured.select(
+        "harmonic_sizes", "harmonic", 1, f"no result at n = {_PAPER_CHAIN}", particles=_PAPER_CHAIN
+    )
+    (point,) = chain
+    assert point.answer is not None
+    ours = _contacts(point, point.answer)
+    both = [_contacts(point, a)[name] for a in (point.lammps, point.in_house) if a and a.result]
+    where = f"n = {_PAPER_CHAIN}, {point.engine_name}"
+    # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
+    momentum = (1.0 + point.restitution**0.5) / (2.0 * ours["share"])
+    return Finding(
+        ours[name],
+        abs(both[0] - both[1]) if len(both) == 2 else np.nan,
+        text.format(**ours, where=where, momentum=momentum, **more),
+        chain,
+    )
+
+
+@claim(
+    "section II, before eq. (7)",
+    "Δt constant in good approximation: deviation 0",
+    words(0.0, *_THEIR_MEAN),
+    "constant intervals",
+)
+def _constant_intervals(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "spread_of_intervals",
+        "standard deviation over mean of {intervals:g} intervals, {where}; ± what the engines "
+        "differ by; the last is {last_interval:.2f}",
+    )
+
+
+@claim(
+    "section II, before eq. (7)",
+    "v constant in good approximation: deviation 0",
+    words(0.0, *_THEIR_MEAN),
+    "constant incoming speeds",
+)
+def _constant_speeds(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "spread_of_speeds",
+        "standard deviation over mean of {count:g} incoming speeds, {where}; ± what the engines "
+        "differ by; the last is {last_speed:.2f} v₀",
+    )
+
+
+@claim(
+    "section III",
+    "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
+    words(2.0 * 2.0**0.5),
+    "the wall's frequency",
+)
+def _external_frequency(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "frequency",
+        "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
+        "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
+        "{long:g}. What the paper concludes from it is among the [slips](#slips)",
+        highest=2.0 * np.sin(0.5 * np.pi * (_PAPER_CHAIN - 1) / _PAPER_CHAIN),
+    )
+
+
+@claim(
+    "eq. (8)",
+    "Δt = 2.31/ω at n = 500",
+    digits("2.31"),
+    "Δt = 2.31/ω",
+    correction="the mean interval is {value:.3f}",
+)
+def _interval(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "interval",
+        "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median "
+        "{median:.4f}",
+    )
+
+
+@claim(
+    "eq. (9)",
+    "f(n)/n = 0.867 at n = 500",
+    digits("0.867"),
+    "f(n)/n = 0.867",
+    correction="there are a few more contacts: {value:.3f}",
+)
+def _contacts_per_particle(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "share",
+        "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is "
+        "no whole number",
+        printed=0.867 * _PAPER_CHAIN,
+    )
+
+
+@claim("eq. (10)", "v = 1.15 v₀ at n = 500", digits("1.15"), "v = 1.15 v₀")
+def _incoming_speed(measured: Measurements) -> Finding:
+    return _of_paper_chain(
+        measured,
+        "speed",
+        "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks "
+        "for n(1 + √η)/(2f) = {momentum:.4f}",
+    )
+
+
+def _chain_of_two(measured: Measurements) -> tuple[list[Point], float, float]:
+    """Return the chain, the interval of its two contacts, and what the engines differ by."""
+    chain = measured.select("harmonic_sizes", "harmonic", 1, "no result at n = 2", particles=2)
+    both = [
+        a.arrays["contact_times"] for a in (chain[0].lammps, chain[0].in_house) if a and a.result
+    ]
+    assert chain[0].answer is not None
+    times = chain[0].answer.arrays["contact_times"]
+    if len(times) != 2:
+        raise NoNumber("no result at n = 2")
+    interval = float(times[1] - times[0])
+    return chain, interval, 1e-9 + max(abs(float(np.ptp(t)) - interval) for t in both)
+
+
+@claim(
+    "eq. (8)",
+    "estimate from n = 2: Δt = π/(√2 ω) = 2.22/ω",
+    digits("2.22"),
+    "Δt = 2.22/ω of the chain of two",
+)
+def _interval_of_two(measured: Measurements) -> Finding:
+    chain, interval, error = _chain_of_two(measured)
+    return Finding(
+        interval,
+        error,
+        f"interval between the two contacts, n = 2, {chain[0].engine_name}; ± what the engines "
+        "differ by",
+        chain,
+    )
+
+
+@claim("eq. (9)", "formula (2√2/π) n = 0.90 n for f(n)", digits("0.90"), "(2√2/π) n is 0.90 n")
+def _contacts_of_two(measured: Measurements) -> Finding:
+    chain, interval, error = _chain_of_two(measured)
+    share = 2.0 / interval
+    return Finding(
+        share,
+        share * error / interval,
+        "f Δt = 2n, contacts for as long as sound goes there and back, with Δt of n = 2, "
+        f"{chain[0].engine_name}. That it follows from n = 2 alone does not hold, see the "
+        "[slips](#slips)",
+        chain,
+    )
+
+
+@claim("eq. (10)", "formula (π/2√2) v₀ = 1.11 v₀ for v", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
+def _speed_of_two(measured: Measurements) -> Finding:
+    chain, interval, error = _chain_of_two(measured)
+    return Finding(
+        1.0 / (2.0 / interval),
+        error / 2.0,
+        "2 f v = 2 n v₀, the momentum of a collision without loss, with that f; n = 2, "
+        f"{chain[0].engine_name}, has v = v₀ itself. That it follows from n = 2 alone does not "
+        "hold, see the [slips](#slips)",
+        chain,
+    )
+
+
+@claim(
+    "section II, after eq. (11)",
+    "leading order of eq. (11) in eq. (7): η = 1",
+    exact(1.0),
+    "η = 1 at leading order",
+)
+def _leading_order(measured: Measurements) -> Finding:
+    # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
+    n = _PAPER_CHAIN
+    linear = np.pi * np.arange(n) / n
+    left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))
+    chains_own = 2.0 / n * np.sum(basile_dumont_energies(n))
+    return Finding(
+        float(1.0 - left),
+        1e-12,
+        f"eq. (7) summed over j with ω_j = πj/n, n = {n}, and eqs. (8)–(10), ± rounding; "
+        f"with the chain's own ω_j it is {1.0 - chains_own:.5f}",
+    )
+
+
+CLAIMS = (
+    _independence_of_v0,
+    _independence_of_contact_time,
+    _independence_of_modes,
+    _constant_intervals,
+    _constant_speeds,
+    _interval_of_two,
+    _interval,
+    _contacts_of_two,
+    _contacts_per_particle,
+    _speed_of_two,
+    _incoming_speed,
+    _leading_order,
+)
+# Said in section III, of the same chain.
+LATER_CLAIMS = (_external_frequency,)

@@ -1,0 +1,217 @@
+"""Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
+from chaincor.analysis.theory import (
+    HARMONIC_DISSIPATION_COEFFICIENT,
+    harmonic_dissipation_law,
+    harmonic_dissipation_limit,
+)
+from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
+from chaincor.workflows.reproduce.drawing import Figure, draw_points, point_record
+from chaincor.workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law, fit_rows
+from chaincor.workflows.reproduce.measurements import (
+    Measurements,
+    Point,
+    Study,
+    harmonic_scene,
+)
+from chaincor.workflows.reproduce.plan import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+# The factor that the paper prints in eq. (12).
+_PAPER_FACTOR = 0.652
+_POWER = -2.0 / 3.0
+# The fits that are judged begin here: shorter chains are not on the law, as figure 3 shows.
+_LAW_FROM = 100
+# How far they depend on the range is told by these.
+_RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
+_PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
+_ABOUT = {"unsaid": "from which length on", "figure": "harmonic_lengths"}
+
+
+def study(plan: Plan) -> Study:
+    """Return harmonic chains of all lengths, those too long for LAMMPS in-house only."""
+    return Study(
+        "harmonic_sizes",
+        "harmonic chains of many lengths",
+        tuple(harmonic_scene(n, plan.tolerance) for n in plan.harmonic_sizes),
+        tuple(harmonic_scene(n, plan.tolerance) for n in plan.harmonic_far_sizes),
+    )
+
+
+@dataclass(frozen=True)
+class HarmonicLaw:
+    """
+    The law 1 - eta = A n^p for harmonic chains.
+
+    Attributes
+    ----------
+    points : list of Point
+        All from n = 100 on (all there are if none is so long): what is fitted and judged.
+    both, mean_prefactor : PowerLaw
+        A and p fitted; A alone, with p = -2/3.
+    ranges, prefactors : list of PowerLaw
+        Both, and A alone, fitted over other ranges.
+    """
+
+    points: list[Point]
+    both: PowerLaw
+    mean_prefactor: PowerLaw
+    ranges: list[PowerLaw]
+    prefactors: list[PowerLaw]
+
+
+def harmonic_law(measured: Measurements) -> HarmonicLaw:
+    """Fit the law."""
+    points = measured.select("harmonic_sizes", "harmonic")
+    long = [p for p in points if p.particles >= _LAW_FROM] or points
+    every, chosen = (
+        ([p.particles for p in ps], [p.dissipation for p in ps], [p.error for p in ps])
+        for ps in (points, long)
+    )
+    return HarmonicLaw(
+        points=long,
+        both=fit_power_law(*chosen[:2], errors=chosen[2]),
+        mean_prefactor=fit_power_law(*chosen[:2], _POWER, chosen[2]),
+        ranges=fit_over_ranges(*every[:2], _RANGES, errors=every[2]),
+        prefactors=fit_over_ranges(*every[:2], _PREFACTOR_RANGES, _POWER, every[2]),
+    )
+
+
+def fits(measured: Measurements) -> list[dict[str, Any]]:
+    """Return the rows of the table of fits."""
+    law, what = harmonic_law(measured), "1 − η, harmonic"
+    return [
+        *fit_rows(what, "n", [law.both, *law.ranges], judged=1),
+        *fit_rows(what, "n", [law.mean_prefactor, *law.prefactors], judged=1),
+    ]
+
+
+def _span(values: list[float]) -> tuple[float, float] | None:
+    return (min(values), max(values)) if values else None
+
+
+@claim(
+    "eq. (12)",
+    "1 − η ∝ n^(−2/3) agrees very well",
+    words(_POWER),
+    "1 − η ∝ n^(−2/3)",
+    **_ABOUT,
+)
+def _harmonic_exponent(measured: Measurements) -> Finding:
+    law = harmonic_law(measured)
+    fit = law.both
+    return Finding(
+        fit.exponent,
+        fit.exponent_error,
+        f"fit to {fit.points} points, n = {fit.first:.0f} to {fit.last:.0f}; over other ranges "
+        "see [the fits](#fits)",
+        law.points,
+        _span([f.exponent for f in law.ranges]),
+    )
+
+
+@claim(
+    "eq. (12)",
+    "1 − η = 0.652 n^(−2/3) agrees very well",
+    words(_PAPER_FACTOR),
+    "the factor 0.652 of eq. (12)",
+    **_ABOUT,
+)
+def _harmonic_prefactor(measured: Measurements) -> Finding:
+    law = harmonic_law(measured)
+    mean = law.mean_prefactor
+    scatter = [_scaled(p) for p in law.points] or [np.nan]
+    by_range = ", ".join(
+        f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
+        for fit in law.prefactors
+    )
+    return Finding(
+        mean.prefactor,
+        mean.prefactor_error,
+        f"exponent fixed at −2/3, {mean.points} points, n = {mean.first:.0f} to "
+        f"{mean.last:.0f}; it falls with the length, towards "
+        f"{harmonic_dissipation_limit():.4f}, which a front that disperses as Airy's function "
+        f"leaves in an infinite chain: {by_range}; single lengths from {min(scatter):.2f} to "
+        f'{max(scatter):.2f}. Judged as words, because the paper says that the law "agrees '
+        'very well"; as digits it would be a correction of '
+        f"{100.0 * (mean.prefactor / _PAPER_FACTOR - 1.0):+.1f} %, shrinking with n",
+        law.points,
+        _span([f.prefactor for f in law.prefactors]),
+    )
+
+
+@claim("eq. (12)", "0.652 follows from eqs. (7)–(11)", digits("0.652"), "how 0.652 is derived")
+def _formula_prefactor(measured: Measurements) -> Finding:
+    return Finding(
+        HARMONIC_DISSIPATION_COEFFICIENT,
+        0.0,
+        "the closed form of the integral that the printed approximation leads to, with "
+        "v² = (π²/8) v₀²",
+    )
+
+
+CLAIMS = (_harmonic_exponent, _harmonic_prefactor, _formula_prefactor)
+
+
+def _scaled(point: Point) -> float:
+    return point.dissipation * point.particles ** (2.0 / 3.0)
+
+
+def figure(measured: Measurements) -> Figure:
+    """Return 1 - eta against n for harmonic chains, and what is left without the law."""
+    points, law = measured.select("harmonic_sizes", "harmonic"), harmonic_law(measured)
+    fit = law.both
+    return Figure(
+        key="harmonic_lengths",
+        title="Dissipation of harmonic chains against their length",
+        caption=(
+            "The paper's figure 3. Filled: LAMMPS; open: in-house engine, for more lengths; n = 2, "
+            f"which loses nothing, has no place. 1 − η ∝ n^p, n = {fit.first:.0f} to "
+            f"{fit.last:.0f}: p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
+            "see [the fits](#fits). Below, n^(2/3)(1 − η): its scatter is no noise (error bars are "
+            "smaller than the dots), but comes from the last contacts, whose times change with n. "
+            f"Its mean falls with the length, towards {harmonic_dissipation_limit():.4f} (dotted), "
+            "the limit of a front that disperses as Airy's function; solid: 0.652, that of the "
+            "paper's approximate formula."
+        ),
+        records=[point_record(point) for point in points],
+        draw=lambda: _draw([p for p in points if p.particles >= 3], law.mean_prefactor),
+        alt=(
+            "1 − η falls along a straight line of slope −2/3 from n = 30 on; below, multiplied by "
+            "n^(2/3), it scatters between 0.6 and 0.85 for long chains, around 0.68."
+        ),
+    )
+
+
+def _draw(points: list[Point], mean: PowerLaw) -> "Canvas":
+    canvas, (ax, below) = new_figure(
+        2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(1.5, 1.0)
+    )
+    n = np.geomspace(3, max(p.particles for p in points), 60)
+    fitted = n[n >= 0.98 * mean.first]
+    for source, label, size in (("in-house", "in-house", 2.8), ("lammps", "LAMMPS", 4.5)):
+        chosen = [p for p in points if p.source == source]
+        x = [p.particles for p in chosen]
+        looks: dict[str, Any] = {"color": BLUE, "label": label, "size": size}
+        draw_points(ax, chosen, x, [p.dissipation for p in chosen], **looks)
+        draw_points(below, chosen, x, [_scaled(p) for p in chosen], **looks)
+    ax.plot(n, harmonic_dissipation_law(n), color=BLACK, label=r"paper: $0.652\,n^{-2/3}$")
+    label = rf"${mean.prefactor:.2f}\,n^{{-2/3}}$ (fit, all points from $n={mean.first:.0f}$)"
+    dashed: dict[str, Any] = {"color": VERMILION, "linestyle": "--", "linewidth": 1.0}
+    ax.plot(fitted, mean.at(fitted), label=label, **dashed)
+    ax.set(yscale="log", ylabel=r"dissipation $1-\eta$")
+    ax.legend(loc="lower left")
+    below.axhline(HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK)
+    below.axhline(harmonic_dissipation_limit(), color=BLACK, linestyle=":")
+    below.plot(fitted, np.full_like(fitted, mean.prefactor), **dashed)
+    below.set(xscale="log", ylim=(0.25, 1.5), ylabel=r"$n^{2/3}(1-\eta)$")
+    below.set_xlabel(r"number of particles $n$")
+    return canvas

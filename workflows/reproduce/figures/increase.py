@@ -1,0 +1,214 @@
+"""The increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6, eq. 20)."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from chaincor.analysis.figures.style import CYCLE, MARKERS, new_figure
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.claims import Claim, Finding, claim, digits, words
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points
+from chaincor.workflows.reproduce.fits import fit_rows
+from chaincor.workflows.reproduce.low_speed import FIT_RANGE, Increase, increase_of
+from chaincor.workflows.reproduce.measurements import (
+    Measurements,
+    NoNumber,
+    Study,
+    harmonic_scene,
+)
+from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+_KEY = "increase"
+# The slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
+_PAPER_SLOPES = {3: "1.34", 4: "2.09", 5: "3.14"}
+
+
+def study(plan: Plan) -> Study:
+    """Return power chains of the three orders, and the harmonic one."""
+    scenes = [harmonic_scene(plan.curve_particles, min(plan.increase_tolerances.values()))]
+    scenes += [
+        Scene(
+            potential="power",
+            power_order=order,
+            power_c=c,
+            particles=plan.curve_particles,
+            speed=speed,
+            tolerance=plan.increase_tolerances[order],
+        )
+        for order, c in PAPER_ORDERS.items()
+        for speed in plan.increase_speeds[order]
+    ]
+    return Study(_KEY, "increase of dissipation, r = 3, 4, 5", tuple(scenes))
+
+
+def increases(measured: Measurements) -> dict[int, Increase]:
+    """Return the increase for each order r that has points."""
+    baseline = measured.select(_KEY, "harmonic")
+    found = {
+        order: increase_of(measured.select(_KEY, "power", power_order=order), baseline)
+        for order in PAPER_ORDERS
+    }
+    return {order: increase for order, increase in found.items() if increase is not None}
+
+
+def fits(measured: Measurements) -> list[dict[str, Any]]:
+    """Return the rows of the table of fits."""
+    return [
+        row
+        for order, increase in increases(measured).items()
+        for row in fit_rows(f"increase, r = {order}", "v₀/v*", increase.fits(), judged=1)
+    ]
+
+
+def _for_order(
+    order: int, find: Callable[[Increase, int], Finding]
+) -> Callable[[Measurements], Finding]:
+    def found(measured: Measurements) -> Finding:
+        increase = increases(measured).get(order)
+        if increase is None:
+            raise NoNumber("no points")
+        return find(increase, order)
+
+    return found
+
+
+def _shortening(increase: Increase, order: int) -> Finding:
+    return increase.of_contact_times().limit_finding(
+        order,
+        f"what t_c of U = s²/2 + c s^{order}, n = {increase.baseline.particles}, is shorter by "
+        "than that of the harmonic chain,",
+    )
+
+
+def _contact_time(order: int) -> Claim:
+    return claim(
+        "before eq. (20)",
+        f"contact time shortens as v₀^(r−2), r = {order}",
+        words(order - 2.0),
+        f"contact time shortens as v₀^(r−2), r = {order}",
+        key=f"contact time r = {order}",
+    )(_for_order(order, _shortening))
+
+
+def _power(order: int) -> Claim:
+    return claim(
+        "eq. (20)",
+        f"increase ∝ (v₀/v*)^(r−2), r = {order}, agrees at low speed",
+        words(order - 2.0),
+        f"dissipation grows as v₀^(r−2), r = {order}",
+        key=f"power r = {order}",
+        figure=_KEY,
+    )(_for_order(order, Increase.limit_finding))
+
+
+def _printed_power(order: int) -> Claim:
+    slope = _PAPER_SLOPES[order]
+    return claim(
+        "figure 6",
+        f"fitted slope {slope} for r = {order}",
+        digits(slope),
+        f"slope {slope} of figure 6",
+        key=f"printed power r = {order}",
+        correction="{value:.2f} from 0.01 to 0.1 v*",
+        unsaid="over which range of speeds",
+        figure=_KEY,
+    )(_for_order(order, _fitted_slope))
+
+
+def _fitted_slope(increase: Increase, _order: int) -> Finding:
+    fit, *others = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
+    within = increase.within(*FIT_RANGE)
+    contacts = sorted({int(p.contacts) for p in within})
+    kinks = (
+        f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, the "
+        "increase has a kink, and no power is the right one"
+        if len(contacts) > 1
+        else ""
+    )
+    return Finding(
+        fit.exponent,
+        fit.exponent_error,
+        f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all low-"
+        "speed fits here; over its halves and carried on "
+        + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
+        + f".{kinks}",
+        within,
+        (min(f.exponent for f in fits), max(f.exponent for f in fits)) if others else None,
+    )
+
+
+CLAIMS = tuple(make(r) for make in (_contact_time, _power, _printed_power) for r in PAPER_ORDERS)
+
+
+def figure(measured: Measurements) -> Figure:
+    """Return the increase of dissipation for r = 3, 4, 5, with fitted and printed slopes."""
+    found = increases(measured)
+    worst = max((i.largest_relative_error for i in found.values()), default=float("nan"))
+    fastest = max((float(i.speeds[-1]) for i in found.values()), default=float("nan"))
+    constants = ", ".join(f"{c:g} (r = {order})" for order, c in PAPER_ORDERS.items())
+    return Figure(
+        key=_KEY,
+        title="Increase of dissipation for potentials of order 3, 4 and 5",
+        caption=(
+            f"The paper's figure 6, n = {measured.plan.curve_particles}: 1 − η of chains with "
+            "U = s²/2 + c s^r less that of the harmonic chain. Full lines: power laws fitted from "
+            f"{FIT_RANGE[0]} to {FIT_RANGE[1]} v*; dashed: the paper's slopes, whose range it does "
+            f"not say, through the same middle. Data go on to {fastest:g} v*. Below, the local "
+            "power d ln(η_harmonic − η)/d ln v₀, from neighbouring points: it tends to r − 2 "
+            "(dotted) at low speed, rises, and jumps where the number of contacts changes, so that "
+            "a fitted slope depends on its range. "
+            f"c is {constants}; its sign is the paper's, which stiffens compression, and its "
+            "size does not matter: with strains in units of |c|^(−1/(r−2)), as v* is, c is ±1. "
+            "The largest error "
+            f"bar is {100 * worst:.2g} % of the increase it belongs to."
+        ),
+        records=increase_records(found, "power_order"),
+        draw=lambda: _draw(found),
+        alt=(
+            "Three nearly straight lines of slopes near 1, 2 and 3; below, their local powers "
+            "begin at 1, 2 and 3 and leave them above 0.02 to 0.1 v*."
+        ),
+    )
+
+
+def increase_records(found: dict[int, Increase], name: str) -> list[dict[str, Any]]:
+    """Return increases as rows; `name` is what they are told apart by."""
+    return [
+        {
+            name: key,
+            "particles": point.particles,
+            "speed": float(u),
+            "increase": float(y),
+            "increase_error": float(e),
+            "source": point.source,
+            "agrees": point.agrees,
+        }
+        for key, i in found.items()
+        for point, u, y, e in zip(i.points, i.speeds, i.values, i.errors, strict=True)
+    ]
+
+
+def _draw(found: dict[int, Increase]) -> "Canvas":
+    canvas, (ax, below) = new_figure(
+        2, 1, figsize=(6.4, 6.0), sharex=True, height_ratios=(1.6, 1.0)
+    )
+    for (order, increase), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
+        fit, slope = increase.fit(*FIT_RANGE), float(_PAPER_SLOPES[order])
+        label = rf"$r={order}$: fitted {fit.exponent:.2f}, paper {slope}"
+        x, y, bars = increase.speeds, increase.values, increase.errors
+        draw_points(ax, increase.points, x, y, errors=bars, color=color, marker=marker, label=label)
+        u = np.array(FIT_RANGE)
+        ax.plot(u, fit.at(u), color=color, linewidth=0.9)
+        centre = float(np.sqrt(u[0] * u[1]))
+        ax.plot(u, fit.at(centre) * (u / centre) ** slope, "--", color=color, linewidth=0.9)
+        places, local = increase.local_powers()
+        below.plot(places, local, color=color, marker=marker, markersize=3.5, linewidth=0.8)
+        below.axhline(order - 2, color=color, linewidth=0.7, linestyle=":")
+    ax.set(xscale="log", yscale="log", ylabel=r"$\eta_{\rm harmonic}-\eta$")
+    ax.legend(loc="upper left")
+    below.set(ylim=(0.0, None), ylabel=r"local power", xlabel=IMPACT_SPEED)
+    return canvas

@@ -1,0 +1,287 @@
+"""Restitution against speed for three bonds (NH figure 4): minimum, collapse, low-speed limit."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS, new_figure
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.pages.typesetting import format_value
+from chaincor.workflows.reproduce.claims import Finding, claim, words
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points, point_record
+from chaincor.workflows.reproduce.fits import Minimum, find_minimum
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+# Of differences and limits: how much eta changes along our curve of lj chains.
+FALL = (0.26, "0.26, by which η of lj chains falls (here)")
+_KEY = "restitution_curves"
+# The bonds in the paper's order, and their names in the legend.
+_BONDS = {"lj": "Lennard-Jones", "toda": r"Toda ($b=10$)", "log": "logarithmic"}
+# The limit v0 -> 0 is that of so many of the slowest speeds.
+_SLOWEST = 4
+
+
+def study(plan: Plan) -> Study:
+    """Return chains of all three bonds at all speeds."""
+    scenes = (
+        Scene(potential=name, particles=plan.curve_particles, speed=speed, tolerance=plan.tolerance)
+        for name in _BONDS
+        for speed in plan.curve_speeds
+    )
+    return Study("curves", "η against speed, lj, toda, log", tuple(scenes))
+
+
+def curves(measured: Measurements) -> dict[str, list[Point]]:
+    """Return the points of each bond."""
+    return {name: measured.select("curves", name) for name in _BONDS}
+
+
+def minima(measured: Measurements) -> dict[str, Minimum]:
+    """Return the minimum of eta(v) of each bond."""
+    return {
+        name: find_minimum([p.speed for p in points], [p.restitution for p in points])
+        for name, points in curves(measured).items()
+    }
+
+
+@claim(
+    "section III",
+    "η → η of the harmonic chain as v₀ → 0: difference 0 in the limit",
+    words(0.0, 0.0275, "0.0275, what the harmonic chain loses"),
+    "slow chains are harmonic",
+    key="low-speed limit",
+    figure=_KEY,
+)
+def _low_speed_limit(measured: Measurements) -> Finding:
+    harmonic = measured.select("harmonic_velocities", "harmonic", 1)[0]
+    used = [
+        measured.select("curves", name, _SLOWEST, f"fewer than {_SLOWEST} speeds")[:_SLOWEST]
+        for name in _BONDS
+    ]
+    gaps = [harmonic.restitution - points[0].restitution for points in used]
+    limits = [_limit(harmonic, points) for points in used]
+    value, error = max(limits, key=lambda limit: abs(limit[0]))
+    return Finding(
+        value,
+        error,
+        f"η of the harmonic chain less η, limit v₀ → 0 of a parabola through the {_SLOWEST} "
+        f"slowest speeds, the largest of three; ± what one speed less and error bars change; at "
+        f"{used[0][0].speed:g} v* it is still {max(gaps, key=abs):.5f}",
+        [p for points in used for p in points],
+    )
+
+
+def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
+    """Return the harmonic chain's eta less that of others at v0 -> 0, and its error."""
+    speeds = np.array([p.speed for p in points])
+    gaps = np.array([harmonic.restitution - p.restitution for p in points])
+    limit, shorter = (
+        float(np.polyfit(speeds[:count], gaps[:count], 2)[2]) for count in (_SLOWEST, _SLOWEST - 1)
+    )
+    design = np.vander(speeds, 3)
+    weights = np.abs(np.linalg.pinv(design)[2])
+    allowed = float(weights @ np.array([p.error for p in points])) + harmonic.error
+    return limit, abs(limit - shorter) + allowed
+
+
+@claim(
+    "sections III and IV",
+    "minimum of η near v₀/v* = 1 (the abstract: at a certain velocity)",
+    words(1.0),
+    "the minimum of η at v*",
+    correction="it is at {value:.2f} v* on average",
+    figure=_KEY,
+)
+def _place_of_the_minimum(measured: Measurements) -> Finding:
+    every, lows = curves(measured), minima(measured)
+    places = [low.place for low in lows.values()]
+    described = "; ".join(
+        f"{name}: η = {low.value:.4f} at {low.place:.2f} v*{_above_minimum(low, every[name])}"
+        for name, low in lows.items()
+    )
+    return Finding(
+        float(np.mean(places)),
+        float(max(low.place_error for low in lows.values())),
+        f"mean of three potentials, each by a parabola through the three lowest points; ± what "
+        f"a parabola through five changes; {described}",
+        [p for points in every.values() for p in points],
+        (min(places), max(places)),
+    )
+
+
+def _above_minimum(low: Minimum, points: list[Point]) -> str:
+    """Say how little higher eta is at v* itself."""
+    at_scale = [p.restitution for p in points if p.speed == 1.0]
+    return f" ({at_scale[0] - low.value:.3f} higher at v* itself)" if at_scale else ""
+
+
+@claim(
+    "section III, figure 4; section IV",
+    "η of lj, toda and log lies on almost the same curve: differences are 0",
+    words(0.0, *FALL),
+    "one curve η(v₀/v*) for all three bonds",
+    correction="they are up to {value:.3f} apart: log leaves the curve of the others",
+    figure=_KEY,
+)
+def _one_curve(measured: Measurements) -> Finding:
+    every = curves(measured)
+    gaps, slow = [], {}
+    for first, second in combinations(every, 2):
+        by_speed = {p.speed: p for p in every[second]}
+        pairs = [(p, by_speed[p.speed]) for p in every[first] if p.speed in by_speed]
+        if not pairs:
+            raise NoNumber("no common speeds")
+        gaps.append(max(pairs, key=_gap))
+        below = [_gap(pair) for pair in pairs if pair[0].speed < 1.0]
+        slow[first, second] = max(below, default=np.nan)
+    p, q = widest = max(gaps, key=_gap)
+    largest, like = max(slow.values()), slow["lj", "toda"]
+    return Finding(
+        _gap(widest),
+        p.error + q.error,
+        "largest difference at one speed: "
+        + "; ".join(
+            f"{format_value(_gap((a, b)), a.error + b.error)} "
+            f"({a.scene.label} and {b.scene.label}, at {a.speed:.3g} v*)"
+            for a, b in gaps
+        )
+        + f"; below v* no two are more than {largest:.3f} apart, lj and toda no more than "
+        f"{like:.3f}",
+        [point for points in every.values() for point in points],
+        brief=f"lj and toda within {like:.3f} below v*, log up to {largest:.2f} away below v* and "
+        f"{_gap(widest):.2f} above it",
+    )
+
+
+def _gap(pair: tuple[Point, Point]) -> float:
+    return abs(pair[0].restitution - pair[1].restitution)
+
+
+CLAIMS = (_low_speed_limit, _place_of_the_minimum, _one_curve)
+
+
+def unit_of_speed(measured: Measurements) -> str:
+    """Say why v0 is taken as v0/v* throughout."""
+    lows, every = minima(measured), curves(measured)
+    places = [
+        lows[name].place * points[0].scene.impact_velocity / points[0].speed
+        for name, points in every.items()
+        if points
+    ]
+    answer = (
+        'Section III begins with "we discuss the velocity dependence on the scale of v*", but '
+        "captions print v₀ = 0.780 and text v = 1. Read as v₀/v*: minima of the three potentials "
+        f"are at {_span([low.place for low in lows.values()])} v*, but they are at "
+        f"{_span(places)} speeds of sound: only in v* are the minima at nearly the "
+        "same place, and are lj and toda one curve. "
+    )
+    lj = every["lj"]
+    if lj:
+        scale = lj[0].scene.impact_velocity / lj[0].speed
+        absolute = [u / scale for u in PAPER_SIZE_SPEEDS]
+        speeds = np.log([p.speed for p in lj])
+        lost = np.interp(np.log(absolute), speeds, [p.dissipation for p in lj])
+        answer += (
+            "Read as speeds of sound, the five speeds of figure 5 would be "
+            + ", ".join(f"{u:.2g}" for u in absolute)
+            + f" v*, where 1 − η of lj chains (n = {lj[0].particles}) is "
+            + ", ".join(f"{y:.3f}" for y in lost)
+            + ": the fastest would lose least, against the text, which has a constant there. So v₀ "
+            "is taken as v₀/v* throughout."
+        )
+    return answer
+
+
+def _span(values: list[float]) -> str:
+    return f"{min(values):.2f} to {max(values):.2f}" if values else "–"
+
+
+def both_restitutions(measured: Measurements) -> str:
+    """Give eta and e at the minima."""
+    lows = ", ".join(
+        f"η = {low.value:.3f}, e = {low.value**0.5:.3f} ({name})"
+        for name, low in minima(measured).items()
+    )
+    return (
+        f"η is a ratio of energies; e = √η, of speeds, is what others print. At the minima: {lows}."
+    )
+
+
+def figure(measured: Measurements) -> Figure:
+    """Return eta against v0/v* for lj, toda and log chains."""
+    every = curves(measured)
+    harmonic = measured.select("harmonic_velocities", "harmonic")
+    return Figure(
+        key=_KEY,
+        title="Restitution against speed for lj, toda and log chains",
+        caption=(
+            f"The paper's figure 4, n = {measured.plan.curve_particles}. Filled: LAMMPS; open: "
+            f"in-house.{describe_open(every['lj'])}{_not_given(every['log'])} η is the paper's "
+            "ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
+            f"Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
+        ),
+        records=[point_record(p) for p in measured.points["curves"]],
+        draw=lambda: _draw(every, harmonic),
+        alt=(
+            "η of three bonds against speed: 0.97 when slow, a minimum of about 0.7 near 0.8 v*, 1 "
+            "when fast; log rises earlier than the other two, which are one curve."
+        ),
+    )
+
+
+def describe_open(points: Sequence[Point]) -> str:
+    """Name the points of a curve where LAMMPS has a number that is not the one shown."""
+    missed = [p for p in points if p.source == "in-house" and p.difference is not None]
+    if not missed:
+        return ""
+    speeds = ", ".join(f"{p.speed:.3g}" for p in missed)
+    return (
+        f" At the open {missed[0].scene.label} points ({speeds} v*) LAMMPS misses the error asked."
+    )
+
+
+def _not_given(points: Sequence[Point]) -> str:
+    """Say which fast chains LAMMPS is not given, and what is shown in its place."""
+    ours = [p for p in points if p.lammps is not None and p.lammps.result is None]
+    integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
+    if not ours or not integrated:
+        return ""
+    last = max(p.speed for p in points if p.source == "lammps")
+    text = (
+        f" Above {last:.3g} v* log chains, whose bonds would be compressed to nearly nothing, are "
+        f"not given to LAMMPS: they are in-house, integrated to {max(integrated):.2g} v*"
+    )
+    if any(p.is_limit for p in ours):
+        text += (
+            "; above that (crosses) set equal to hard spheres, with the bound on the error as bar"
+        )
+    return text + "."
+
+
+def describe_bars(points: Sequence[Point]) -> str:
+    """Name the points whose bars are seen: a symbol covers about 0.005 of the axis."""
+    seen = [p for p in points if p.error > 0.0025]
+    if not seen:
+        return ""
+    names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*" for p in seen)
+    return f", but where roundings decide whether a late contact comes ({names})"
+
+
+def _draw(every: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":
+    canvas, ax = new_figure(figsize=(6.4, 4.2))
+    if harmonic:
+        ax.axhline(
+            harmonic[0].restitution, color=GREY, linestyle="--", linewidth=1.0, label="harmonic"
+        )
+    for (name, points), color, marker in zip(every.items(), CYCLE, MARKERS, strict=False):
+        u, eta = [p.speed for p in points], [p.restitution for p in points]
+        draw_points(ax, points, u, eta, color=color, marker=marker, label=_BONDS[name], line=True)
+    ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution $\eta = K_r/K_i$")
+    ax.legend(loc="lower left")
+    return canvas

@@ -1,1 +1,0 @@
-"""What the measurements say: the numbers that verdicts are passed on."""

@@ -1,0 +1,159 @@
+"""The chain after its last contact: into how many pieces it breaks, and in what its energy is."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.modes import kinetic_mode_energies
+from chaincor.analysis.pair_theory import compressed_strain
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.chain import Chain, Stepper
+from chaincor.workflows.engines.in_house.follow import STEP
+from chaincor.workflows.engines.pieces import Pieces, find_pieces
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+
+Array = NDArray[np.float64]
+
+# Times are in crossings of sound, n - 1; kinetic energies are means over the first of them.
+AVERAGED_OVER = 10.0
+LAST = 40.0
+# When pieces are counted, and when for the curves against speed.
+MOMENTS = (0.0, 1.0, 10.0, LAST)
+SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1, LAST, 12))}))
+
+
+@dataclass(frozen=True)
+class FreeFlight:
+    """
+    The flight of one chain after its last contact.
+
+    Attributes
+    ----------
+    point : Point
+        Its collision.
+    times : ndarray of shape (times,)
+        Since the last contact, in crossings of sound.
+    pieces : ndarray of shape (motions, times)
+        How many pieces there are then, -1 after another contact with the wall: one motion from
+        the state of each engine. Both states are right within the error bar, so what differs
+        between them is not known.
+    kinetic : ndarray of shape (n,)
+        Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
+        energy at impact. The sum over j >= 1 is that of all internal motion, whatever the bonds.
+    bonds : float
+        Mean energy of the bonds over the same time: with the sum over j >= 1 it is 1 - eta.
+    separation : float
+        Energy of the motion of the pieces relative to one another at the end.
+    """
+
+    point: Point
+    times: Array
+    pieces: NDArray[np.int64]
+    kinetic: Array
+    bonds: float
+    separation: float
+
+    @property
+    def vibration(self) -> float:
+        """Mean kinetic energy of all internal motion, as a share of the energy at impact."""
+        return float(np.sum(self.kinetic[1:]))
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether no motion breaks the chain at any of the times."""
+        return bool(np.max(self.pieces) == 1)
+
+    def pieces_at(self, time: float) -> tuple[int, int]:
+        """Return fewest and most pieces at one of the times, of the motions that got so far."""
+        column = self.pieces[:, int(np.argmin(np.abs(self.times - time)))]
+        known = column[column > 0]
+        return (int(known.min()), int(known.max())) if known.size else (0, 0)
+
+
+def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
+    """Follow the lj chains of the curve of eta against speed, by speed."""
+    points = measured.select("curves", "lj")
+    return tuple(fly(p) for p in points if p.answer is not None and "velocities" in p.answer.arrays)
+
+
+def fly(point: Point) -> FreeFlight:
+    """Follow a chain of two particles or more for `LAST` crossings, from the state it ended in."""
+    assert point.answer is not None
+    crossing = point.particles - 1.0
+    energy = 0.5 * point.particles * point.scene.impact_velocity**2
+    kinetic, bonds = _Flight(point, point.answer).average(AVERAGED_OVER * crossing)
+    # The answer that is shown comes first.
+    both = (a for a in (point.lammps, point.in_house) if a is not None and a.result is not None)
+    answers = sorted(both, key=lambda answer: answer is not point.answer)
+    pieces, separation = np.ones((len(answers), len(SAMPLED)), dtype=np.int64), 0.0
+    # Less energy than one bond takes to break breaks none: nothing to follow.
+    if (point.dissipation + point.error) * energy > point.scene.bond.dissociation:
+        flights = [_Flight(point, answer) for answer in answers]
+        pieces = np.array([[flight.count(t * crossing) for t in SAMPLED] for flight in flights])
+        separation = _separation(flights[0].find())
+    return FreeFlight(
+        point=point,
+        times=np.array(SAMPLED),
+        pieces=pieces,
+        kinetic=kinetic / energy,
+        bonds=bonds / energy,
+        separation=separation / energy,
+    )
+
+
+class _Flight:
+    """A motion by the in-house integrator, order 8, from the state right after a last contact."""
+
+    def __init__(self, point: Point, answer: Answer) -> None:
+        assert answer.result is not None
+        self._bond = bond = point.scene.bond
+        arrays = answer.arrays
+        velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])
+        inner = 0.5 * float(np.sum((velocities - np.mean(velocities)) ** 2))
+        inner += float(np.sum(bond.energy(strains)))
+        # No bond gets shorter than all energy of internal motion makes it; nor, after a fast
+        # collision, as short as when the chain was at the wall.
+        shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
+        stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
+        self._stepper = Stepper.of(bond, "order8", STEP / math.sqrt(stiffest))
+        self._chain = Chain.in_flight(
+            point.scene, self._stepper.scheme, arrays["displacements"], arrays["velocities"]
+        )
+        self._hits_wall = False
+
+    def _reach(self, time: float) -> bool:
+        """Move on to the end of the step at a time; False if the wall, or a bond, stops it."""
+        goal = math.ceil(time / self._stepper.step)
+        if not self._hits_wall and goal > 0:
+            status = self._chain.advance(self._stepper, goal)
+            self._hits_wall = status != motion.DONE or bool(self._chain.ledger.contacts > 1)
+        return not self._hits_wall
+
+    def average(self, duration: float) -> tuple[Array, float]:
+        """Return mean kinetic energies of the modes and the mean energy of all bonds."""
+        kinetic: list[Array] = []
+        bonds: list[float] = []
+        # About once a time unit: three times in the period of the fastest mode.
+        for time in np.linspace(0.0, duration, math.ceil(duration) + 1):
+            if not self._reach(float(time)):
+                break
+            kinetic.append(kinetic_mode_energies(self._chain.velocity))
+            bonds.append(float(np.sum(self._bond.energy(self._chain.strain))))
+        return np.mean(kinetic, axis=0), float(np.mean(bonds))
+
+    def count(self, time: float) -> int:
+        """Return how many pieces there are at a time, -1 after another contact."""
+        return len(self.find().sizes) if self._reach(time) else -1
+
+    def find(self) -> Pieces:
+        """Find the pieces of the present state."""
+        chain = self._chain
+        distance = float(chain.ledger.wall_distance)
+        return find_pieces(distance, chain.strain, chain.velocity, self._bond)
+
+
+def _separation(pieces: Pieces) -> float:
+    mean = float(pieces.weights @ pieces.speeds) / float(np.sum(pieces.weights))
+    return float(0.5 * pieces.weights @ (pieces.speeds - mean) ** 2)

@@ -1,0 +1,71 @@
+"""The paper as the report has it: which figures, claims, scenes and fits, in which order."""
+
+from typing import Any
+
+from chaincor.workflows.reproduce.claims import Claim
+from chaincor.workflows.reproduce.drawing import Figure
+from chaincor.workflows.reproduce.figures import (
+    agreement,
+    breaking_and_two_restitutions,
+    contacts_and_restitution,
+    harmonic_contacts,
+    harmonic_lengths,
+    increase,
+    lj_lengths,
+    mode_spectra,
+    pair,
+    restitution_curves,
+    schematic,
+    slope,
+    trajectories,
+)
+from chaincor.workflows.reproduce.free_flight import FreeFlight
+from chaincor.workflows.reproduce.measurements import Measurements, Study
+from chaincor.workflows.reproduce.plan import Plan
+
+# In the order of the paper's text.
+CLAIMS: tuple[Claim, ...] = (
+    *trajectories.CLAIMS,
+    *harmonic_contacts.CLAIMS,
+    *harmonic_lengths.CLAIMS,
+    *restitution_curves.CLAIMS,
+    *lj_lengths.CLAIMS,
+    *harmonic_contacts.LATER_CLAIMS,
+    *pair.CLAIMS,
+    *slope.CLAIMS,
+    *increase.CLAIMS,
+    *contacts_and_restitution.CLAIMS,
+)
+
+
+def studies(plan: Plan) -> tuple[Study, ...]:
+    """Return all studies of a plan; scenes that occur in several are computed once."""
+    figures = (
+        *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
+        pair,
+    )
+    return tuple(figure.study(plan) for figure in figures)
+
+
+def fits(measured: Measurements) -> list[dict[str, Any]]:
+    """Return all fits, those that are judged before those that tell how they depend on ranges."""
+    figures = (harmonic_lengths, lj_lengths, increase, slope)
+    return [row for figure in figures for row in figure.fits(measured)]
+
+
+def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
+    """Return all figures: those of the paper, in its order, and those beyond it."""
+    return (
+        schematic.figure(),
+        trajectories.figure(measured),
+        harmonic_lengths.figure(measured),
+        restitution_curves.figure(measured),
+        lj_lengths.figure(measured),
+        increase.figure(measured),
+        contacts_and_restitution.figure(measured),
+        pair.figure(measured),
+        slope.figure(measured),
+        mode_spectra.figure(flights),
+        breaking_and_two_restitutions.figure(flights),
+        agreement.figure(measured),
+    )

@@ -1,0 +1,67 @@
+"""Questions that the report answers: how the paper was read, and what lies beyond it."""
+
+from chaincor.workflows.reproduce.figures.breaking_and_two_restitutions import breaking
+from chaincor.workflows.reproduce.figures.lj_lengths import long_chains, middle_speeds
+from chaincor.workflows.reproduce.figures.mode_spectra import lost_energy
+from chaincor.workflows.reproduce.figures.restitution_curves import (
+    both_restitutions,
+    unit_of_speed,
+)
+from chaincor.workflows.reproduce.figures.slope import infinite_chain
+from chaincor.workflows.reproduce.free_flight import FreeFlight
+from chaincor.workflows.reproduce.measurements import Measurements
+
+
+def readings(measured: Measurements) -> dict[str, str]:
+    """Return how the paper was read, where it leaves that open: answers, by the question."""
+    chains = measured.select("harmonic_velocities", "harmonic")
+    harmonic_loss = f"{chains[0].dissipation:.4f}" if chains else "–"
+    return {
+        "Does v₀ in its figures mean v₀/v*?": unit_of_speed(measured),
+        "What is the v of its formulas?": (
+            "In section II the speed at which particle 1 comes to the wall. In eqs. (16) to (20) "
+            "the tilde of v₀/v* is dropped soon: v ≪ 1, C v and v > 1 are in units of v*, and C is "
+            "(1 − η)/(v₀/v*). This report writes v₀/v* there."
+        ),
+        "In eqs. (18) and (20), is it 1 − η or its increase?": (
+            "The increase over the harmonic chain of the same length, as figure 6 plots it. They "
+            "are derived for n → ∞, where the harmonic chain loses nothing and both are the same; "
+            f"at n = {measured.plan.curve_particles} a slow chain loses {harmonic_loss} "
+            "for being harmonic alone."
+        ),
+        "How long are its chains?": (
+            f"It says 100 for figure 4 only. Figures 6 and 7 are computed here with "
+            f"n = {measured.plan.curve_particles} as well; for C = 0.66, which depends on the "
+            "length, with several."
+        ),
+        "What do the three middle speeds of figure 5 say?": middle_speeds(measured),
+        "Which of its statements have no verdict?": (
+            "That vibration is rapidly damped progressively into the chain, particle 1 having the "
+            "largest amplitude (of what, is not defined); that Δt shortens with speed (its power "
+            "is judged); that hard-core behaviour is the cause of η → 1; that at high speed real "
+            "bodies deform instead; those on other models and experiments in section I (two are "
+            "among the [slips](#slips))."
+        ),
+        "Were its figures compared point by point?": (
+            "No. This report knows the paper's text, formulas and captions; verdicts are on the "
+            "numbers and words in them. Our figures show the same quantities, for readers who "
+            "have the paper beside them."
+        ),
+        "Over which ranges did it fit?": (
+            "It does not say, neither for C = 0.66 nor for the slopes of figure 6. One decade is "
+            "taken for all of them, from 0.01 to 0.1 v*: its slowest speed is 0.008 v*, and its "
+            "text speaks of v ≪ 1. The halves of that decade, and going on to the "
+            "fastest speed computed, tell how much depends on it."
+        ),
+    }
+
+
+def beyond(measured: Measurements, flights: tuple[FreeFlight, ...]) -> dict[str, str]:
+    """Return what the measurements say on questions that the paper does not ask."""
+    return {
+        "Does dissipation vanish in long chains at some speed v₀ > 0?": long_chains(measured),
+        "What becomes of C in the limit n → ∞?": infinite_chain(measured),
+        "Where does the lost energy sit?": lost_energy(flights),
+        "When do lj chains break?": breaking(flights),
+        "Which restitution is meant?": both_restitutions(measured),
+    }

@@ -1,1 +1,0 @@
-"""The paper's slips: what is printed, what is right, and a check of each."""
