@@ -78,7 +78,7 @@ FLOORS = {
     "workflows/reproduce": [
         {"reproduction"},
         {"report"},
-        {"paper", "questions", "trust"},
+        {"measuring", "paper", "questions", "trust"},
         {"figures"},
         {"drawing", "low_speed"},
         {"claims", "free_flight"},

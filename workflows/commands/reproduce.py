@@ -41,8 +41,9 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
     What is finished is kept in a results store beside the report, and never computed twice: an
     interrupted run goes on where it was.
     """
+    from chaincor.workflows.reproduce.measuring import run_into_store
     from chaincor.workflows.reproduce.plan import FULL, QUICK
-    from chaincor.workflows.reproduce.reproduction import reproduce_paper, run_into_store
+    from chaincor.workflows.reproduce.reproduction import reproduce_paper
 
     folder.mkdir(parents=True, exist_ok=True)
     runner = run_into_store(folder / STORE_FILE, workers, progress=not as_json)

@@ -1,18 +1,15 @@
 """Points: each by LAMMPS and in-house, with error bars, and whether the two agree."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
-from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.reproduce.plan import Plan
-from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
 
 
 @dataclass(frozen=True)
@@ -35,8 +32,6 @@ class Answer:
     failure: str | None = None
 
 
-# Scenes in, answers out, in the same order.
-Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 # The sum of two error bars up to which a comparison tells much, in units of the error asked.
 _SHARP = 10.0
 
@@ -246,41 +241,3 @@ class Measurements:
         """Return each different point once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()
-
-
-def in_house_twin(scene: Scene) -> Scene:
-    """
-    Return the scene that cross-checks one of LAMMPS.
-
-    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
-    LAMMPS, so that this is the value shown.
-    """
-    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
-    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), SHARPEST)
-    none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
-    return scene.replace(**none, engine="reference", tolerance=tolerance)
-
-
-def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
-    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
-    alter = plan.alter or (lambda scene: scene)
-    lammps: dict[Scene, Scene] = {}
-    in_house: dict[Scene, Scene] = {}
-    for study in planned:
-        for scene in study.scenes:
-            lammps[scene] = alter(scene)
-            in_house[scene] = in_house_twin(alter(scene))
-        for scene in study.in_house:
-            in_house.setdefault(scene, alter(scene).replace(engine="reference"))
-    wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
-    answers = dict(zip(wanted, run(wanted), strict=True))
-
-    def point(scene: Scene) -> Point:
-        by_lammps = answers[lammps[scene]] if scene in lammps else None
-        return Point(scene, by_lammps, answers[in_house[scene]])
-
-    points = {
-        study.key: tuple(point(scene) for scene in (*study.scenes, *study.in_house))
-        for study in planned
-    }
-    return Measurements(plan, planned, points)

@@ -1,34 +1,14 @@
 """From a plan to a report on disk."""
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.free_flight import free_flights
-from chaincor.workflows.reproduce.measurements import Answer, Runner, measure
+from chaincor.workflows.reproduce.measuring import Runner, measure
 from chaincor.workflows.reproduce.plan import Plan
 from chaincor.workflows.reproduce.report import gather, write_figures, write_report
-
-
-def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
-    """Return a runner that keeps every result, so that nothing finished is computed twice."""
-
-    def run(scenes: Sequence[Scene]) -> list[Answer]:
-        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
-        return [
-            Answer(
-                row.result,
-                row.arrays,
-                None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
-            )
-            for row in rows
-        ]
-
-    return run
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:

@@ -9,9 +9,10 @@ from dataclasses import replace
 import pytest
 
 from chaincor.workflows.pages.typesetting import mark_up
+from chaincor.workflows.reproduce.measuring import run_into_store
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.reproduction import reproduce_paper, run_into_store
+from chaincor.workflows.reproduce.reproduction import reproduce_paper
 from chaincor.workflows.store.results_store import Store
 from tests.page_checks import read_page
 

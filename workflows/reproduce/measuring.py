@@ -1,0 +1,70 @@
+"""From a plan to points: which scenes are run, by which engine, and by whom."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point, Study
+from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
+
+# Scenes in, answers out, in the same order.
+Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
+
+
+def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
+    """Return a runner that keeps every result, so that nothing finished is computed twice."""
+
+    def run(scenes: Sequence[Scene]) -> list[Answer]:
+        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
+        return [
+            Answer(
+                row.result,
+                row.arrays,
+                None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
+            )
+            for row in rows
+        ]
+
+    return run
+
+
+def in_house_twin(scene: Scene) -> Scene:
+    """
+    Return the scene that cross-checks one of LAMMPS.
+
+    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
+    LAMMPS, so that this is the value shown.
+    """
+    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
+    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), SHARPEST)
+    none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
+    return scene.replace(**none, engine="reference", tolerance=tolerance)
+
+
+def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
+    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
+    alter = plan.alter or (lambda scene: scene)
+    lammps: dict[Scene, Scene] = {}
+    in_house: dict[Scene, Scene] = {}
+    for study in planned:
+        for scene in study.scenes:
+            lammps[scene] = alter(scene)
+            in_house[scene] = in_house_twin(alter(scene))
+        for scene in study.in_house:
+            in_house.setdefault(scene, alter(scene).replace(engine="reference"))
+    wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
+    answers = dict(zip(wanted, run(wanted), strict=True))
+
+    def point(scene: Scene) -> Point:
+        by_lammps = answers[lammps[scene]] if scene in lammps else None
+        return Point(scene, by_lammps, answers[in_house[scene]])
+
+    points = {
+        study.key: tuple(point(scene) for scene in (*study.scenes, *study.in_house))
+        for study in planned
+    }
+    return Measurements(plan, planned, points)
