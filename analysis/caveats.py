@@ -1,13 +1,16 @@
 """What limits the numbers got from a dump, in sentences."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
+from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.modes import indistinct_modes
-from chaincor.analysis.start import Start
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # float64 keeps 16 digits: a coarser column was printed with fewer.
@@ -19,58 +22,120 @@ _UNUSUAL_BOND = 1e-3
 _ROUNDINGS = 1e-13
 
 
+@dataclass(frozen=True)
+class Ending:
+    """
+    How a dump ends.
+
+    Attributes
+    ----------
+    state : ChainState
+        In the last frame.
+    masses : sequence of ndarray
+        Of the chain, and of a free target.
+    bond : Potential or None
+        The bonds' potential, if known.
+    since_contact : float
+        Time from the last contact to the last frame.
+    argument : str or None
+        ``proved`` or ``argued``: how it is known that no contact follows.
+    """
+
+    state: ChainState
+    masses: Sequence[NDArray[np.float64]]
+    bond: Potential | None
+    since_contact: float
+    argument: str | None
+
+    @property
+    def parting(self) -> bool:
+        """Whether the chain recedes."""
+        return self.state.separation(self.masses) > 0.0
+
+    @property
+    def alone(self) -> bool:
+        """Whether each body is one particle, which meets no other twice."""
+        return all(m.size == 1 for m in self.masses)
+
+    @property
+    def sound_returns(self) -> float:
+        """Time that sound needs to cross the longer body and come back."""
+        stiffness = 1.0 if self.bond is None else self.bond.stiffness
+        # Long waves see the mean mass and are the fastest.
+        return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / stiffness**0.5 for m in self.masses)
+
+    @property
+    def finished(self) -> bool:
+        """
+        Whether the collision is over in the last frame as far as can be told.
+
+        That is where the chain recedes, and that no contact follows is proved, argued, or has been
+        shown by silence for longer than sound needs to cross the chain and come back.
+        """
+        known = self.alone or self.argument is not None
+        return self.parting and (known or self.since_contact > self.sound_returns)
+
+
 def collect_caveats(
-    *,
-    layout: ChainLayout,
-    first: DumpFrame,
-    digits: int,
-    start: Start,
-    bond: Potential | None,
-    state: ChainState,
-    masses: NDArray[np.float64],
+    reading: CollisionFrames,
+    velocity: float,
     detection: DetectedContacts,
-    since_contact: float,
-    ending: str | None,
-    drift: float | None,
-    drift_before: float | None,
+    ending: Ending,
+    *,
+    drifts: tuple[float, float] | None,
     truncated: bool,
-    resolution: float,
 ) -> list[str]:
     """
     Say what a reader of the results must know: nothing for a dump without blemish.
 
-    `first` and `start` are the first frame and what it says, `state` is the last state,
-    `since_contact` the time to it from the last contact, `ending` whether it is ``proved`` or
-    ``argued`` that no contact follows, `drift` that of the energy relative to it, `drift_before`
-    the same to the first frame after the last contact, and `resolution` the half-width of a printed
-    velocity in units of v0.
+    Parameters
+    ----------
+    reading : CollisionFrames
+        The frames, read to the end.
+    velocity : float
+        Impact speed v0.
+    detection : DetectedContacts
+        The contacts.
+    ending : Ending
+        How the dump ends.
+    drifts : tuple of float or None
+        Relative changes of the energy from the first frame to the first after the last contact, and
+        to the last; None where the bond is not known.
+    truncated : bool
+        Whether the last frame is cut short.
+
+    Returns
+    -------
+    list of str
+        Sentences.
     """
-    caveats = []
+    layout, caveats = reading.layout, []
     if truncated:
         caveats.append(
             f"the last frame of the dump is cut short and was left out; the last whole one is "
-            f"that of step {state.step}"
+            f"that of step {ending.state.step}"
         )
-    if layout.particle_order is not None:
+    if layout.particle_order is not None and not layout.targets:
         caveats.append(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"
         )
-    caveats += _precision_caveats(layout, first, digits, resolution)
-    if start.kind == "late":
+    resolution = float(np.max(reading.last.resolution("vx", reading.digits))) / velocity
+    caveats += _precision_caveats(layout, reading.first, reading.digits, resolution)
+    if reading.start.kind == "late":
         caveats.append(
             "the first frame lies inside the collision: contacts before it are not seen, and "
             "times are counted from the first one that is"
         )
-    caveats += _ending_caveats(state, masses, bond, since_contact, ending)
-    caveats += _contact_caveats(detection, bond)
-    if bond is None:
+    caveats += _ending_caveats(ending)
+    caveats += _contact_caveats(detection, ending.bond)
+    if ending.bond is None:
         caveats.append(
             "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
             "give it (--potential)"
         )
-    if drift is not None and drift_before is not None:
-        caveats += _drift_caveats(drift_before, drift - drift_before)
+    if drifts is not None:
+        caveats += _drift_caveats(drifts[0], drifts[1] - drifts[0])
     return caveats
 
 
@@ -174,65 +239,33 @@ def _drift_caveats(before: float, after: float) -> list[str]:
     return caveats
 
 
-def is_over(
-    state: ChainState,
-    masses: NDArray[np.float64],
-    bond: Potential | None,
-    since_contact: float,
-    ending: str | None,
-) -> bool:
-    """
-    Return whether a collision is over in the last frame as far as can be told.
-
-    That is where the chain recedes, and that no contact follows is proved, argued, or has been
-    shown by silence for longer than sound needs to cross the chain and come back.
-    """
-    if float(np.sum(masses * state.velocities)) <= 0.0:
-        return False
-    alone = state.velocities.size == 1
-    return alone or ending is not None or since_contact > _sound_returns(masses, bond)
-
-
-def _sound_returns(masses: NDArray[np.float64], bond: Potential | None) -> float:
-    """Return the time sound needs to cross the chain and come back."""
-    stiffness = 1.0 if bond is None else bond.stiffness
-    # Long waves see the mean mass and are the fastest.
-    return 2.0 * masses.size * float(np.mean(masses)) ** 0.5 / stiffness**0.5
-
-
-def _ending_caveats(
-    state: ChainState,
-    masses: NDArray[np.float64],
-    bond: Potential | None,
-    since_contact: float,
-    ending: str | None,
-) -> list[str]:
-    if float(np.sum(masses * state.velocities)) <= 0.0:
+def _ending_caveats(ending: Ending) -> list[str]:
+    since = f"the dump ends {ending.since_contact:.3g} after the last contact"
+    if not ending.parting:
+        other = "target" if len(ending.masses) > 1 else "wall"
         return [
-            "the chain still moves towards the wall in the last frame: the collision is not over "
-            "and restitution is not the final one"
+            f"the chain still moves towards the {other} in the last frame: the collision is not "
+            "over and restitution is not the final one"
         ]
-    if ending == "proved" or state.velocities.size == 1:
+    if ending.argument == "proved" or ending.alone:
         return []
-    if ending == "argued":
+    if ending.argument == "argued":
         return [
             "energy alone does not rule out a contact after the last frame; it would take an "
             "unlikely gathering of energy in one bond"
         ]
-    returns = _sound_returns(masses, bond)
-    if since_contact <= returns:
+    if ending.since_contact <= ending.sound_returns:
+        longer = "the longer body" if len(ending.masses) > 1 else "the chain"
         return [
-            f"the dump ends {since_contact:.3g} after the last contact; sound needs "
-            f"{returns:.3g} to cross the chain and come back, so a later contact cannot "
-            "be ruled out"
+            f"{since}; sound needs {ending.sound_returns:.3g} to cross {longer} and come back, so "
+            "a later contact cannot be ruled out"
         ]
-    return [
-        f"the dump ends {since_contact:.3g} after the last contact; nothing but this silence shows "
-        "that no later one comes"
-    ]
+    return [f"{since}; nothing but this silence shows that no later one comes"]
 
 
 def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> list[str]:
+    if detection.method == "none":
+        return ["bodies that overlap have no contacts at a time of their own: these are not told"]
     if detection.unresolved:
         advice = (
             "write frames closer together"

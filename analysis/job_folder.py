@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
+from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
 from chaincor.analysis.dumps.view import DumpView, Frames, ViewedDump
-from chaincor.analysis.frame_analysis import EndArgument, analyze_frames
+from chaincor.analysis.frame_analysis import CHAIN_AND_WALL, Bodies, EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -77,10 +78,52 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     InputError
         If there is no dump, or more than one to choose from.
     """
+    return _job_of(Path(folder), _files_by_kind(Path(folder)), data, dump)
+
+
+def find_jobs(
+    folder: Path | str,
+    *,
+    data: Path | str | None = None,
+    dump: Path | str | None = None,
+    scene: Path | str | None = None,
+) -> tuple[Job | None, tuple[Job, ...]]:
+    """
+    Find the job in a folder, and those in the folders below it, in order of their names.
+
+    `scene` is that of all of them. There is None in the folder itself where it holds no dump, and
+    one below does; of jobs whose files are named none below is looked for. Raises InputError as
+    :func:`find_job` does.
+    """
     folder = Path(folder)
-    if not folder.is_dir():
-        raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
+    given = None if scene is None else _existing(Path(scene))
+    if data is not None or dump is not None:
+        named = (None if path is None else Path(path) for path in (data, dump))
+        job = _job_of(folder, _files_by_kind(folder), *named)
+        return replace(job, scene=given or job.scene), ()
     kinds = _files_by_kind(folder)
+    folders = sorted(path for path in folder.rglob("*") if path.is_dir())
+    below = tuple(
+        _job_of(path, found, None, None)
+        for path in folders
+        if (found := _files_by_kind(path))["dump"]
+    )
+    below = tuple(replace(job, scene=given or job.scene) for job in below)
+    if below and not kinds["dump"]:
+        return None, below
+    job = _job_of(folder, kinds, None, None)
+    return replace(job, scene=given or job.scene), below
+
+
+def _existing(path: Path) -> Path:
+    if not path.is_file():
+        raise InputError(f"cannot read {path}: no such file; expected the scene of the job")
+    return path
+
+
+def _job_of(
+    folder: Path, kinds: dict[str, list[Path]], data: Path | None, dump: Path | None
+) -> Job:
     if dump is None:
         dump = _only_one(kinds["dump"], "dump", folder)
     if dump is None:
@@ -101,22 +144,9 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     )
 
 
-def find_jobs_below(folder: Path | str) -> tuple[Job, ...]:
-    """
-    Find the jobs in the folders below a folder, in order of their names, not in itself.
-
-    Raises InputError if one of them has more than one dump or data file to choose from.
-    """
-    below = sorted(path for path in Path(folder).rglob("*") if path.is_dir())
-    return tuple(find_job(path) for path in below if _files_by_kind(path)["dump"])
-
-
-def has_dump(folder: Path | str) -> bool:
-    """Tell whether a folder holds a dump, or a trajectory of another format."""
-    return Path(folder).is_dir() and bool(_files_by_kind(Path(folder))["dump"])
-
-
 def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
+    if not folder.is_dir():
+        raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
     kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
     others = []
     for path in sorted(folder.iterdir()):
@@ -148,6 +178,7 @@ def analyze_job(
     end_argument: EndArgument | None = None,
     progress: Callable[[int], None] | None = None,
     view: DumpView | None = None,
+    target_particles: int | None = None,
 ) -> CollisionAnalysis:
     """
     Analyse the dump of a job, with what its other files know.
@@ -174,6 +205,9 @@ def analyze_job(
         Units of the dump, where its wall is and which way the chain moves; velocity, timestep and
         masses that are given are in these units too. By default those of ``units.toml`` beside the
         dump, else the chain's own, with the wall at 0 below the chain.
+    target_particles : int, optional
+        So many particles, those at the lowest x where the dump has no column ``mol``, are a free
+        target; by default as :func:`bodies_of` tells it.
 
     Returns
     -------
@@ -190,7 +224,8 @@ def analyze_job(
     _refuse_other_units((*job.scripts, *job.logs), units.style)
     dump = open_dump(job, view)
     first = dump.first()
-    layout = ChainLayout.from_frame(first)
+    bodies = bodies_of(job, first, target_particles)
+    layout = ChainLayout.from_frame(first, bodies.targets)
     if impact_velocity is not None:
         impact_velocity /= units.speed
     if timestep is not None:
@@ -207,12 +242,14 @@ def analyze_job(
             )
         bond = bond or scene.bond
         impact_velocity = impact_velocity or scene.impact_velocity
-        _expect_count(scene.particles, job.scene, layout.particles, job.dump)
-    if job.data is not None:
+        _expect_count(scene.all_particles, job.scene, layout.by_ids.particles, job.dump)
+    if job.data is not None and bodies == CHAIN_AND_WALL:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
         _expect_one_chain(job.data, layout.particles)
     declared = masses_declared(job, units)
-    if job.scene is None and find_masses(first, layout, given=masses, declared=declared) is None:
+    given = None if bodies.targets else masses  # which are refused then
+    known = find_masses(first, layout.by_ids, given=given, declared=declared)
+    if job.scene is None and known is None:
         notes.append(
             "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
             "them"
@@ -244,7 +281,32 @@ def analyze_job(
         end_argument=end_argument,
         notes=notes,
         is_truncated=lambda: dump.truncated,
+        bodies=bodies,
     )
+
+
+def bodies_of(job: Job, first: DumpFrame, given: int | None = None) -> Bodies:
+    """
+    Return what meets in a job.
+
+    How many particles are a free target's is told by `given`, by ``scene.toml``, or by the first
+    frame of the dump, whose column ``mol`` is 1 in the chain and 2 in the target; that bodies are
+    soft is told by ``scene.toml``. Raises InputError where these differ.
+    """
+    scene = None if job.scene is None else Scene.from_file(job.scene)
+    told: dict[str, int] = {}
+    if given is not None:
+        told["--target-particles"] = given
+    if scene is not None and scene.target_particles is not None:
+        told[str(job.scene)] = scene.target_particles
+    if BODY_COLUMN in first.columns:
+        numbers = first.column(BODY_COLUMN)
+        if set(numbers.tolist()) == {1.0, 2.0}:
+            told[f"column {BODY_COLUMN} of the dump"] = int(np.sum(numbers == 2.0))
+    if len(set(told.values())) > 1:
+        shown = ", ".join(f"{source} {count}" for source, count in told.items())
+        raise InputError(f"the free target has {shown} particles; expected one number: drop one")
+    return Bodies(next(iter(told.values()), 0), scene is not None and scene.contact_duration > 0.0)
 
 
 def uses_reflecting_wall(job: Job) -> bool:

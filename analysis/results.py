@@ -46,6 +46,35 @@ class History:
     bond_max: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class TargetAnalysis:
+    """
+    The free target of a collision, as :class:`CollisionAnalysis` has it of the chain.
+
+    Its displacements and velocities count away from the contact, as if it were a chain in a mirror.
+
+    Attributes
+    ----------
+    masses, mode_frequencies, mode_energies, mode_energies_start : ndarray of shape (M,)
+        From the contact outward; energies in the last frame and the first.
+    velocity_after : float
+        Of its centre of mass along x, in the last frame.
+    energy_start, energy_end : EnergySplit or None
+        First and last frame; None where the bond is not known.
+    history : History
+        Its motion.
+    """
+
+    masses: NDArray[np.float64]
+    velocity_after: float
+    mode_frequencies: NDArray[np.float64]
+    mode_energies: NDArray[np.float64]
+    mode_energies_start: NDArray[np.float64]
+    energy_start: EnergySplit | None
+    energy_end: EnergySplit | None
+    history: History
+
+
 @dataclass(frozen=True, repr=False)
 class CollisionAnalysis:
     """
@@ -114,6 +143,14 @@ class CollisionAnalysis:
         while there is one. They are among the caveats, too.
     caveats : tuple of str
         What limits the numbers above, one sentence each.
+    velocity_after : float
+        Of the chain's centre of mass in the last frame.
+    soft : bool
+        Whether the bodies overlap when they meet: contacts are not told then.
+    target : TargetAnalysis or None
+        The free target, if it is not a wall that the chain hits. `velocity`, `restitution` and
+        contacts are then those of the relative motion, `energy_drift` that of both bodies, and
+        `momentum_residual` the change of their momentum.
     """
 
     particles: int
@@ -149,18 +186,28 @@ class CollisionAnalysis:
     history: History
     contradictions: tuple[str, ...]
     caveats: tuple[str, ...]
+    velocity_after: float
+    soft: bool = False
+    target: TargetAnalysis | None = None
+
+    @property
+    def against(self) -> str:
+        """What the chain hits, in words after its own; nothing for a hard wall."""
+        if self.target is not None:
+            return f" and a free target of {self.target.masses.size}"
+        return " and a soft wall" if self.soft else ""
 
     def __repr__(self) -> str:
         bond = "unknown" if self.bond is None else self.bond.name
         eta = eta_of_dump(self.restitution, self.restitution_error, self.data_error)
         contacts = f"at least {self.contact_statistics.count}"
-        if self.contacts is not None:
-            contacts = str(self.contacts)
+        if self.contacts is not None or self.soft:
+            contacts = str(self.contacts or "not told")
         notes = f"notes, in .caveats: {len(self.caveats)}"
         if self.contradictions:
             notes += f"; CONTRADICTED: {self.contradictions[0]}"
         return (
-            f"{self.particles} particles, {bond} bonds, v0 = {self.velocity:.6g}, "
+            f"{self.particles} particles{self.against}, {bond} bonds, v0 = {self.velocity:.6g}, "
             f"{self.frames} frames\n"
             f"eta = {eta}\n"
             f"e = {self.kinematic_restitution:.6g}, contacts {contacts}; {notes}"

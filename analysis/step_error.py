@@ -12,9 +12,7 @@ from chaincor.analysis.dumps.timestep import read_first_timestep
 from chaincor.analysis.job_folder import (
     Job,
     analyze_job,
-    find_job,
-    find_jobs_below,
-    has_dump,
+    find_jobs,
     uses_reflecting_wall,
 )
 from chaincor.analysis.results import CollisionAnalysis
@@ -65,8 +63,9 @@ class SteppedRun:
 def analyze_folder(
     folder: Path | str,
     *,
-    data: Path | None = None,
-    dump: Path | None = None,
+    data: Path | str | None = None,
+    dump: Path | str | None = None,
+    scene: Path | str | None = None,
     analyze: Callable[[Job], CollisionAnalysis] = analyze_job,
 ) -> SteppedRun:
     """
@@ -76,10 +75,8 @@ def analyze_folder(
     own log or the others tell it. Raises InputError if there is no job, or only jobs below
     that are not one collision.
     """
-    named = data is not None or dump is not None
-    below = () if named else find_jobs_below(folder)
-    if named or not below or has_dump(folder):
-        job = find_job(folder, data=data, dump=dump)
+    job, below = find_jobs(folder, data=data, dump=dump, scene=scene)
+    if job is not None:
         own = SteppedRun(job, analyze(job))
         others = [SteppedRun(other, analyze(other)) for other in below]
         left_out = {run.job.dump.parent: _difference(own, run) for run in others}
@@ -156,6 +153,14 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
     # Speeds read off a dump have its digits.
     if abs(a.velocity - b.velocity) > 1e-5 * a.velocity:
         return f"the impact speed ({a.velocity:g} and {b.velocity:g})"
+    if (a.target is None) != (b.target is None) or a.soft != b.soft:
+        return "what the chain hits"
+    if a.target is not None and b.target is not None:
+        sizes = a.target.masses.size, b.target.masses.size
+        if sizes[0] != sizes[1]:
+            return f"the number of particles of the target ({sizes[0]} and {sizes[1]})"
+        if not np.allclose(a.target.masses, b.target.masses, rtol=1e-5, atol=0.0):
+            return "the masses of the target"
     if not np.allclose(a.masses, b.masses, rtol=1e-5, atol=0.0):
         return "the masses"
     if (first.job.scene is None) != (other.job.scene is None):
@@ -214,6 +219,8 @@ def _with_notes(analysis: CollisionAnalysis, notes: tuple[str, ...]) -> Collisio
 
 def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
     a, b = fine.analysis, coarse.analysis
+    if a.soft or a.target is not None:
+        return "the bars of two runs were measured for chains before a hard wall"
     if fine.order is None or fine.order != coarse.order:
         return "the jobs do not tell with which wall and scheme they ran"
     if a.contacts is None or a.contacts != b.contacts:

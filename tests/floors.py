@@ -28,10 +28,6 @@ FLOORS_WITHIN = {
     "analysis/showing": [
         {"notebook", "numbers"},
     ],
-    "analysis/two_bodies": [
-        {"job"},
-        {"frames", "results"},
-    ],
     "benchmarks": [
         {"bars", "certified", "extremes"},
         {"__main__", "judge"},

@@ -86,7 +86,7 @@ FLOORS = {
         {"plan"},
     ],
     "analysis": [
-        {"step_error", "two_bodies"},
+        {"step_error"},
         {"analysis_files", "job_folder"},
         {"frame_analysis"},
         {"caveats", "figures", "history"},

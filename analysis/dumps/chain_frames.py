@@ -1,6 +1,6 @@
 """Frames of a dump as states of a chain: time, displacements and velocities."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,8 @@ from chaincor.lammps_inputs.errors import InputError
 
 TIME_COLUMN = "v_time"
 DISPLACEMENT_COLUMN = "v_displacement"
+# 1 in the chain and 2 in a free target.
+BODY_COLUMN = "mol"
 # Beyond this, energies overflow.
 _LARGEST = 1e150
 # Unwrapped ones first: in a periodic box the others jump.
@@ -50,6 +52,36 @@ class ChainState:
     target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
 
     @property
+    def gap(self) -> float:
+        """How far particle 1 is from the wall, or from the target's particle that it meets."""
+        target = self.target_displacements
+        return float(self.displacements[0] - target[0] if target.size else self.displacements[0])
+
+    @property
+    def opening(self) -> float:
+        """How fast that grows."""
+        target = self.target_velocities
+        return float(self.velocities[0] - target[0] if target.size else self.velocities[0])
+
+    @property
+    def bodies(self) -> "list[ChainState]":
+        """The chain, and a free target in a mirror, in which it is a chain too."""
+        chain = ChainState(self.step, self.time, self.displacements, self.velocities)
+        if not self.target_velocities.size:
+            return [chain]
+        u, v = -self.target_displacements, -self.target_velocities
+        return [chain, ChainState(self.step, self.time, u, v)]
+
+    def separation(self, masses: Sequence[NDArray[np.float64]]) -> float:
+        """Return how fast the centres of mass of bodies of these masses move apart."""
+        return float(
+            sum(
+                np.sum(m * body.velocities) / np.sum(m)
+                for body, m in zip(self.bodies, masses, strict=True)
+            )
+        )
+
+    @property
     def all_displacements(self) -> NDArray[np.float64]:
         """Of the chain, then of the target, of shape (n + M,)."""
         return np.concatenate((self.displacements, self.target_displacements))
@@ -87,19 +119,24 @@ class ChainLayout:
         Rows (sorted by id) from the wall outwards; None where that is the order of ids.
     time_known : bool
         Whether the frames carry the simulated time.
+    target_rows : ndarray of shape (M,) or None
+        Rows of a free target, from the contact outward; None for a wall.
     """
 
     particles: int
     displacement_column: str
     particle_order: NDArray[np.int64] | None
     time_known: bool
+    target_rows: NDArray[np.int64] | None = None
 
     @classmethod
-    def from_frame(cls, frame: DumpFrame) -> "ChainLayout":
+    def from_frame(cls, frame: DumpFrame, targets: int = 0) -> "ChainLayout":
         """
         Choose columns by the first frame, and number the particles from the wall outwards.
 
-        Raises InputError if positions or velocities are missing.
+        Of a free target of `targets` particles the rows are told by the column ``mol``, else they
+        are those at the lowest x. Raises InputError if positions or velocities are missing, or the
+        bodies cannot be told apart.
         """
         wanted = (DISPLACEMENT_COLUMN, *_POSITION_COLUMNS)
         found = next((name for name in wanted if name in frame.columns), None)
@@ -112,6 +149,15 @@ class ChainLayout:
         _refuse_other_units(frame)
         position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
         x = None if position is None else _positions(frame, position)
+        time_known = TIME_COLUMN in frame.columns or frame.time is not None
+        if targets:
+            if x is None:
+                raise InputError(
+                    f"the dump has columns {' '.join(frame.columns)}; expected a column of "
+                    "positions, such as x, by which two bodies are told apart"
+                )
+            rows = _rows_of_bodies(frame, x, targets)
+            return cls(rows[0].size, found, rows[0], time_known, rows[1])
         order = None
         if found != DISPLACEMENT_COLUMN:
             assert x is not None
@@ -121,7 +167,6 @@ class ChainLayout:
         elif x is not None:
             assert position is not None
             _refuse_other_displacements(frame, x, position)
-        time_known = TIME_COLUMN in frame.columns or frame.time is not None
         return cls(frame.column(found).size, found, order, time_known)
 
     def velocities(self, frame: DumpFrame) -> NDArray[np.float64]:
@@ -131,10 +176,34 @@ class ChainLayout:
     def displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
         """Return u_i = x_i - (i - 1), particle 1 first: exact where dumped, else from positions."""
         if self.displacement_column == DISPLACEMENT_COLUMN:
-            return frame.column(DISPLACEMENT_COLUMN)
+            return self.from_the_wall(frame.column(DISPLACEMENT_COLUMN))
         x = self.from_the_wall(_positions(frame, self.displacement_column))
         _refuse_wrapped(frame, self.displacement_column, x)
         return x - np.arange(self.particles)
+
+    def _target_displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
+        name = self.displacement_column
+        if name == DISPLACEMENT_COLUMN:
+            return frame.column(name)[self.target_rows]
+        x = _positions(frame, name)[self.target_rows]
+        _refuse_wrapped(frame, name, x)
+        return x + np.arange(x.size)
+
+    @property
+    def targets(self) -> int:
+        """Number of particles M of a free target; 0 for a wall."""
+        return 0 if self.target_rows is None else self.target_rows.size
+
+    def by_body(self, values: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Bring one value a particle from the order of ids to each body's, from the contact."""
+        chain = self.from_the_wall(values)
+        return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
+
+    @property
+    def by_ids(self) -> "ChainLayout":
+        """The layout of all particles in the order of ids, whichever body they are of."""
+        count = self.particles + self.targets
+        return ChainLayout(count, self.displacement_column, None, self.time_known)
 
     def state(self, frame: DumpFrame, timestep: float | None) -> ChainState:
         """
@@ -143,11 +212,11 @@ class ChainLayout:
         `timestep` is the simulated time per step, for dumps that do not carry the time. Raises
         InputError if the number of particles has changed.
         """
-        velocities = self.velocities(frame)
-        if velocities.size != self.particles:
+        found, expected = frame.column("vx").size, self.particles + self.targets
+        if found != expected:
             raise InputError(
-                f"the frame of step {frame.step} holds {velocities.size} particles, the first "
-                f"frame {self.particles}; expected the same number in all: LAMMPS has lost some"
+                f"the frame of step {frame.step} holds {found} particles, the first "
+                f"frame {expected}; expected the same number in all: LAMMPS has lost some"
             )
         if TIME_COLUMN in frame.columns:
             time = float(frame.column(TIME_COLUMN)[0])
@@ -160,15 +229,18 @@ class ChainLayout:
                 f"the frame of step {frame.step} does not carry the time, unlike the first one; "
                 "expected the frames of one run"
             )
-        displacements = self.displacements(frame)
+        velocities, displacements = self.velocities(frame), self.displacements(frame)
+        target: tuple[NDArray[np.float64], ...] = ()
+        if self.target_rows is not None:
+            target = self._target_displacements(frame), frame.column("vx")[self.target_rows]
         # All at once: Python's max passes over a nan that does not come first.
-        largest = np.max(np.abs(np.concatenate((velocities, displacements, [time]))))
+        largest = np.max(np.abs(np.concatenate((velocities, displacements, *target, [time]))))
         if not largest < _LARGEST:
             raise InputError(
                 f"the frame of step {frame.step} holds a value that is not a number, or one too "
                 "large; the run had blown up there: use a smaller timestep"
             )
-        return ChainState(frame.step, time, displacements, velocities)
+        return ChainState(frame.step, time, displacements, velocities, *target)
 
     def states(
         self, frames: Iterable[DumpFrame], timestep: float | None = None
@@ -180,6 +252,28 @@ class ChainLayout:
     def from_the_wall(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Bring one value a particle from the order of ids to that from the wall outwards."""
         return values if self.particle_order is None else values[self.particle_order]
+
+
+def _rows_of_bodies(
+    frame: DumpFrame, x: NDArray[np.float64], targets: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of the chain and of the target, each from the contact outward."""
+    if not targets < x.size:
+        raise InputError(
+            f"the free target has {targets} particles and the dump {x.size}; expected fewer: "
+            "the others are the chain"
+        )
+    order = np.argsort(x, kind="stable")
+    is_target = np.isin(np.arange(x.size), order[:targets])
+    if BODY_COLUMN in frame.columns:
+        is_target = frame.column(BODY_COLUMN) == 2.0
+    elif x[order[targets - 1]] == x[order[targets]]:
+        raise InputError(
+            f"particles of both bodies are at x = {x[order[targets]]:g} in the first frame; "
+            f"expected them apart, or a column '{BODY_COLUMN}' that is 2 in the target"
+        )
+    chain, target = np.flatnonzero(~is_target), np.flatnonzero(is_target)
+    return chain[np.argsort(x[chain])], target[np.argsort(-x[target])]
 
 
 def _positions(frame: DumpFrame, name: str) -> NDArray[np.float64]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
-from chaincor.analysis.start import find_moving_start, find_start
+from chaincor.analysis.start import Start, find_moving_start, find_start
 from chaincor.lammps_inputs.errors import InputError
 
 
@@ -22,6 +22,8 @@ class CollisionFrames:
         Frames of one run.
     timestep : float or None
         Simulated time per step, for dumps that do not carry the time, and only for them.
+    targets : int
+        Particles of a free target; 0 for a wall.
 
     Attributes
     ----------
@@ -39,12 +41,12 @@ class CollisionFrames:
         What it says.
     """
 
-    def __init__(self, frames: Iterator[DumpFrame], timestep: float | None):
+    def __init__(self, frames: Iterator[DumpFrame], timestep: float | None, targets: int = 0):
         self._frames = frames
         self._timestep = timestep
         self.first = self.last = next(frames)
         self.last_interval = 0
-        self.layout = ChainLayout.from_frame(self.first)
+        self.layout = ChainLayout.from_frame(self.first, targets)
         if self.layout.time_known and timestep is not None:
             raise InputError(
                 f"the dump carries the time, and a timestep of {timestep:g} is given; expected "
@@ -58,7 +60,12 @@ class CollisionFrames:
         self.opening = self.layout.state(self.first, timestep)
         resolution = self.first.resolution("vx", self.first.significant_digits())
         self.resolution = float(np.max(resolution))
-        self.start = find_start(self.opening.velocities, resolution)
+        # As the target sees it, whose particles all rest if it is cold.
+        target = self.opening.target_velocities
+        relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)
+        self.start = find_start(relative, resolution)
+        if target.size and (self.start.kind != "incoming" or np.any(target != target[0])):
+            self.start = Start("late", None)
 
     @property
     def digits(self) -> int:
@@ -70,16 +77,19 @@ class CollisionFrames:
         """Whether the first frame is that of the first contact, before or after the turn."""
         if self.start.kind in ("reflected", "turned"):
             return True
-        arrives = self._at_wall and float(self.opening.velocities[0]) < 0.0
+        arrives = self._at_wall and self.opening.opening < 0.0
         return self.start.kind in ("incoming", "moving") and arrives
 
     @property
     def _at_wall(self) -> bool:
-        return float(self.opening.displacements[0]) == 0.0
+        return self.opening.gap == 0.0
 
     def tell_moving_start(self, masses: NDArray[np.float64], impact_velocity: float) -> None:
         """Look again at a first frame that shows no collision's start, with what is known now."""
         if self.start.kind != "late":
+            return
+        if self.layout.targets:  # the impact velocity is that of this frame
+            self.start = replace(self.start, kind="moving")
             return
         v = self.opening.velocities
         # Printed velocities, each rounded by as much; and the additions of all.

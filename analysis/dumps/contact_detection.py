@@ -4,9 +4,10 @@ Find the contacts in a sequence of frames.
 Bonds cannot change the momentum of the chain, only the wall can: a contact with incoming speed
 v_q adds exactly 2 m_1 v_q, and nothing ever takes momentum towards the wall. So a step in the
 momentum between two frames is proof of a contact, and half of it over m_1 is the incoming speed if
-there was only one. A second frame written right after a contact, with particle 1 at the wall at
-just that speed, shows the contact itself. Else when it happened, and whether there was only one,
-is found in one of the two ways of ``contact_times``.
+there was only one. Of a free target the same holds with the reduced mass of the two particles that
+meet in place of m_1, and their closing speed. A second frame written right after a contact, with
+particle 1 at the wall at just that speed, shows the contact itself. Else when it happened, and
+whether there was only one, is found in one of the two ways of ``contact_times``.
 """
 
 from dataclasses import dataclass, field
@@ -84,12 +85,19 @@ class ContactDetector:
         Half-width of the interval that a printed velocity of the size of v0 stands for.
     masses : ndarray of shape (n,) or None
         Particle masses, particle 1 first; 1 by default.
+    target_masses : ndarray of shape (M,)
+        Those of a free target, from the contact outward; empty for a wall.
+    soft : bool
+        Whether the bodies overlap when they meet: then only the momentum is watched.
     """
 
     impact_velocity: float
     bond: Potential | None = None
     velocity_resolution: float = 0.0
     masses: NDArray[np.float64] | None = None
+    target_masses: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    soft: bool = False
+    last_time: float | None = None
     _previous: ChainState | None = None
     _times: list[float] = field(default_factory=list)
     _speeds: list[float] = field(default_factory=list)
@@ -104,6 +112,7 @@ class ContactDetector:
 
     def add_known(self, time: float, speed: float) -> None:
         """Record a contact that is known without detection, with its incoming speed."""
+        self.last_time = time
         self._times.append(time)
         self._speeds.append(speed)
 
@@ -114,16 +123,20 @@ class ContactDetector:
             self.masses = np.ones(state.velocities.size)
         if before is None:
             return
-        # In units of the mass of particle 1: what its velocity must have changed by.
-        given = float(np.sum(self.masses * (state.velocities - before.velocities)) / self.masses[0])
+        # In units of the contact's mass: what the closing speed must have changed by.
+        change = float(np.sum(self.masses * (state.velocities - before.velocities)))
+        given = change / self.contact_mass
         slack = self._threshold(self.masses, before, state)
         self._watch_for_falls(given, slack)
         if given <= slack:
             return
         duration = state.time - before.time
+        if self.soft:
+            self.last_time = state.time
+            return
         # A frame written right after a contact shows when it was, and how fast.
         speed = 0.5 * given
-        if state.displacements[0] == 0.0 and abs(state.velocities[0] - speed) <= slack:
+        if state.gap == 0.0 and abs(state.opening - speed) <= slack:
             self.add_known(state.time, speed)
             return
         self._largest_gap = max(self._largest_gap, duration)
@@ -138,7 +151,7 @@ class ContactDetector:
         return DetectedContacts(
             np.array(self._times),
             np.array(self._speeds),
-            "interpolation" if self.bond is None else "reintegration",
+            "none" if self.soft else "interpolation" if self.bond is None else "reintegration",
             self._unresolved,
             self._worst_miss,
             self._total_miss,
@@ -148,9 +161,11 @@ class ContactDetector:
         )
 
     @property
-    def last_time(self) -> float | None:
-        """Time of the last contact found so far."""
-        return self._times[-1] if self._times else None
+    def contact_mass(self) -> float:
+        """Mass of particle 1, or its reduced mass with the target's that it meets."""
+        assert self.masses is not None
+        own = float(self.masses[0])
+        return own if not self.target_masses.size else own / (1.0 + own / self.target_masses[0])
 
     def _threshold(
         self, masses: NDArray[np.float64], before: ChainState, after: ChainState
@@ -160,7 +175,7 @@ class ContactDetector:
         decades = np.floor(np.log10(max(largest, self.impact_velocity)))
         coarser = 10.0 ** (decades - np.floor(np.log10(self.impact_velocity)))
         # Rounding errors of n velocities in two frames add up like a random walk.
-        spread = np.sqrt(np.sum((masses / masses[0]) ** 2))
+        spread = np.sqrt(np.sum((masses / self.contact_mass) ** 2))
         rounding = 8.0 * coarser * self.velocity_resolution * spread
         return max(2.0 * _SMALLEST_SPEED * self.impact_velocity, float(rounding))
 
@@ -170,7 +185,7 @@ class ContactDetector:
         self._peak = max(self._peak, self._momentum)
         fall = self._peak - self._momentum
         if fall > slack:
-            total = float(np.sum(self.masses)) / float(self.masses[0]) * self.impact_velocity
+            total = float(np.sum(self.masses)) / self.contact_mass * self.impact_velocity
             self._largest_fall = max(self._largest_fall, fall / total)
 
     def _interpolate(self, before: ChainState, after: ChainState, speed: float) -> None:
@@ -186,10 +201,13 @@ class ContactDetector:
 
     def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
         assert self.bond is not None
+        assert self.masses is not None
         # A frame written at a contact may hold either side of it: look a little beyond, and let
         # the momentum say which contacts at the very end belong to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
-        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond, self.masses)
+        times, speeds = reintegrate_contacts(
+            before, after.time + margin, self.bond, (self.masses, self.target_masses)
+        )
         doubtful = sum(time > after.time - margin for time in times)
         counts = range(len(times) - doubtful, len(times) + 1)
         count = min(counts, key=lambda k: abs(2.0 * sum(speeds[:k]) - given))
@@ -201,12 +219,12 @@ class ContactDetector:
             self._interpolate(before, after, 0.5 * given)
             self._unresolved += 1
             return
-        self._times += times
-        self._speeds += speeds
+        for known in zip(times, speeds, strict=True):
+            self.add_known(*known)
 
 
 def _out_of_reach(before: ChainState, after: ChainState, speed: float) -> bool:
     """Tell whether particle 1 cannot have been at the wall between two frames."""
-    way = max(float(before.displacements[0]), 0.0) + max(float(after.displacements[0]), 0.0)
-    speeds = np.abs(np.concatenate((before.velocities, after.velocities, [speed])))
+    way = max(before.gap, 0.0) + max(after.gap, 0.0)
+    speeds = np.abs(np.concatenate((before.all_velocities, after.all_velocities, [speed])))
     return way > _FASTEST * float(np.max(speeds)) * (after.time - before.time)

@@ -11,6 +11,9 @@ mean of its two velocities. The two sides must fill the time between the frames;
 there was more than one contact and the frames are too far apart to tell.
 """
 
+import itertools
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,10 +38,10 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
     right. Neither is longer than ten times that, also where particle 1 does not move towards the
     wall.
     """
-    closing = 0.5 * (speed - before.velocities[0])
-    leaving = 0.5 * (speed + after.velocities[0])
-    ahead = max(float(before.displacements[0]), 0.0) / closing if closing > 0.0 else np.inf
-    since = max(float(after.displacements[0]), 0.0) / leaving if leaving > 0.0 else np.inf
+    closing = 0.5 * (speed - before.opening)
+    leaving = 0.5 * (speed + after.opening)
+    ahead = max(before.gap, 0.0) / closing if closing > 0.0 else np.inf
+    since = max(after.gap, 0.0) / leaving if leaving > 0.0 else np.inf
     duration = after.time - before.time
     return min(ahead, 10.0 * duration), min(since, 10.0 * duration)
 
@@ -47,33 +50,42 @@ def reintegrate_contacts(
     state: ChainState,
     end_time: float,
     bond: Potential,
-    masses: NDArray[np.float64] | None = None,
+    masses: Sequence[NDArray[np.float64]] = (),
 ) -> tuple[list[float], list[float]]:
     """
     Integrate from a frame to a later time and return the contacts on the way.
 
-    Only the particles whose motion can reach the wall in that time are followed.
+    Only the particles whose motion can reach the contact in that time are followed. `masses` are
+    those of the chain and of a free target, each from the contact outward; 1 by default.
 
-    Returns times and incoming speeds in order, empty if the integration fails.
+    Returns times and closing speeds in order, empty if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
-    m = np.ones(state.velocities.size) if masses is None else masses
-    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(m)))
-    count = int(pace * (end_time - state.time))
-    count = min(count + _MORE_PARTICLES, state.velocities.size)
-    u, v = state.displacements[:count].copy(), state.velocities[:count].copy()
+    near = [
+        _near(body, end_time, bond, m)
+        for body, m in itertools.zip_longest(state.bodies, masses)
+        if body is not None
+    ]
+    counts = [m.size for _, _, m in near]
+    count, first = sum(counts), [0, *counts[:-1]]
+    m = np.concatenate([m for _, _, m in near])
+    u = np.concatenate([u for u, _, _ in near])
+    v = np.concatenate([v for _, v, _ in near])
     size = float(np.max(np.abs(v)))
+    # In a mirror a target is a chain: the gap is the sum of the first displacements.
+    front = np.array(first)
+    contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
     def motion(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        pull = -bond.force(np.diff(y[:count]))
         acceleration = np.zeros(count)
-        acceleration[:-1] += pull
-        acceleration[1:] -= pull
-        return np.concatenate((y[count:], acceleration / m[:count]))
+        for begin, many in zip(first, counts, strict=True):
+            body = slice(begin, begin + many)
+            acceleration[body] = np.diff(bond.force(np.diff(y[body])), prepend=0.0, append=0.0)
+        return np.concatenate((y[count:], -acceleration / m))
 
     def distance(_time: float, y: NDArray[np.float64]) -> float:
-        return y[0]
+        return float(np.sum(y[front]))
 
     distance.terminal = True  # type: ignore[attr-defined]
     distance.direction = -1  # type: ignore[attr-defined]
@@ -82,11 +94,12 @@ def reintegrate_contacts(
     speeds: list[float] = []
     time = state.time
     while True:
-        # At a contact the position is zero but for rounding, which must not count as another.
-        if u[0] <= 1e-14 * size and v[0] < 0.0:
+        gap, closing = float(np.sum(u[front])), -float(np.sum(v[front]))
+        # At a contact the gap is zero but for rounding, which must not count as another.
+        if gap <= 1e-14 * size and closing > 0.0:
             times.append(time)
-            speeds.append(-float(v[0]))
-            v[0] = -v[0]
+            speeds.append(closing)
+            v[front] += 2.0 * contact_mass * closing / m[front]
         if time >= end_time:
             return times, speeds
         with np.errstate(all="ignore"):
@@ -104,6 +117,17 @@ def reintegrate_contacts(
         u, v = path.y[:count, -1], path.y[count:, -1]
         time = float(path.t[-1])
         if path.status == 1:
-            u[0] = 0.0
+            u[0] -= float(np.sum(u[front]))
         elif path.status == 0:
             return times, speeds
+
+
+def _near(
+    body: ChainState, end_time: float, bond: Potential, masses: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return displacements, velocities and masses of particles that the contact may feel."""
+    m = np.ones(body.velocities.size) if masses is None else masses
+    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(m)))
+    count = int(pace * (end_time - body.time))
+    count = min(count + _MORE_PARTICLES, body.velocities.size)
+    return body.displacements[:count], body.velocities[:count], m[:count]

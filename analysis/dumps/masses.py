@@ -68,6 +68,31 @@ def find_masses(
     return masses
 
 
+def masses_of_bodies(
+    frame: DumpFrame,
+    layout: ChainLayout,
+    *,
+    given: ArrayLike | None = None,
+    declared: DeclaredMasses | None = None,
+) -> list[NDArray[np.float64]]:
+    """
+    Return the masses of the chain, and of a free target, each from the contact outward.
+
+    As :func:`find_masses` finds them, 1 where nothing tells them. Raises InputError as that does,
+    and where masses are given beside a free target.
+    """
+    if not layout.targets:
+        found = find_masses(frame, layout, given=given, declared=declared)
+        return [np.ones(layout.particles) if found is None else found]
+    if given is not None:
+        raise InputError(
+            "masses are given, and there is a free target; expected the masses of both bodies in a "
+            "column 'mass' of the dump, or in the data file: drop --masses"
+        )
+    found = find_masses(frame, layout.by_ids, declared=declared)
+    return layout.by_body(np.ones(layout.by_ids.particles) if found is None else found)
+
+
 def mass_resolution(
     frame: DumpFrame, layout: ChainLayout, masses: NDArray[np.float64]
 ) -> NDArray[np.float64]:

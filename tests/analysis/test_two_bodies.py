@@ -5,8 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from chaincor.analysis.job_folder import Job
-from chaincor.analysis.two_bodies.job import analyze_two_bodies, count_targets, find_two_bodies
+from chaincor.analysis.dumps.other_trajectories import open_trajectory
+from chaincor.analysis.frame_analysis import Bodies
+from chaincor.analysis.job_folder import Job, analyze_job, bodies_of
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
@@ -69,30 +70,34 @@ FULL = ("id", "mol", "x", "vx", "v_displacement", "v_time", "mass")
 MASSES = np.concatenate((SCENE.line.chain_masses, SCENE.line.target_masses))
 
 
+def told(job, given=None):
+    return bodies_of(job, open_trajectory(job.dump).first(), given)
+
+
 def check(found, result):
     assert found.restitution == pytest.approx(result.restitution, rel=1e-10)
     assert found.kinematic_restitution == pytest.approx(result.kinematic_restitution, rel=1e-10)
     assert found.velocity_after == pytest.approx(result.velocity_after, rel=1e-10)
-    assert found.target_velocity_after == pytest.approx(result.target_velocity_after, rel=1e-10)
-    assert found.target_masses.tolist() == SCENE.line.target_masses.tolist()
+    assert found.target.velocity_after == pytest.approx(result.target_velocity_after, rel=1e-10)
+    assert found.target.masses.tolist() == SCENE.line.target_masses.tolist()
     assert found.momentum_residual < 1e-13
     # 17 digits are printed, of which the first frame shows 15 or more.
     assert found.data_error < 1e-11
     # Modes of harmonic frequency exchange energy in a Toda chain, but not the translation.
     assert found.mode_energies[0] == pytest.approx(result.translational_energy, rel=1e-9)
-    assert found.target_mode_energies[0] == pytest.approx(
+    assert found.target.mode_energies[0] == pytest.approx(
         result.target_translational_energy, rel=1e-9
     )
 
 
 def test_our_own_dump(result, states, tmp_path):
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
-    assert count_targets(job) == 4
-    found = analyze_two_bodies(job, 4, bond=SCENE.bond)
+    assert told(job) == Bodies(4)
+    found = analyze_job(job, target_particles=4, bond=SCENE.bond)
     check(found, result)
     assert abs(found.energy_drift) < 1e-7
-    assert found.energy.vibration == pytest.approx(result.vibrational_energy, rel=1e-6)
-    assert found.target_energy.vibration == pytest.approx(
+    assert found.energy_end.vibration == pytest.approx(result.vibrational_energy, rel=1e-6)
+    assert found.target.energy_end.vibration == pytest.approx(
         result.target_vibrational_energy, rel=1e-6
     )
 
@@ -103,26 +108,26 @@ def test_a_dump_of_bodies_told_by_their_places_alone(result, states, tmp_path):
     job = write_dump(
         tmp_path / "d", states, ("id", "x", "vx", "mass"), shift=0.5, order=order, masses=MASSES
     )
-    assert count_targets(job) is None
-    assert count_targets(job, 4) == 4
-    found = analyze_two_bodies(job, 4)
+    assert told(job) == Bodies()
+    assert told(job, 4) == Bodies(4)
+    found = analyze_job(job, target_particles=4)
     check(found, result)
-    assert found.energy is None
-    assert any("potential is not known" in caveat for caveat in found.caveats)
-    # No time is carried: whether the collision is over is not told.
-    assert not found.finished
-    assert found.quiet is None
+    assert found.energy_end is None
+    assert any("the bond is not known" in caveat for caveat in found.caveats)
+    # No time is carried: a step is told by the flight of the chain's last particle, which flies
+    # free but for what sound, arriving, has changed of its velocity by a 1e-5th.
+    assert found.timestep == pytest.approx(0.5, rel=1e-6)
 
 
 def test_what_cannot_be_told_is_refused(states, tmp_path):
     job = write_dump(tmp_path / "d", states, ("id", "x", "vx", "mass"), masses=MASSES)
     with pytest.raises(InputError, match=r"both bodies are at x = 0 in the first frame"):
-        analyze_two_bodies(job, 4)
+        analyze_job(job, target_particles=4)
     with pytest.raises(InputError, match="has 9 particles and the dump 9; expected fewer"):
-        analyze_two_bodies(job, 9)
+        analyze_job(job, target_particles=9)
     job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
     with pytest.raises(InputError, match=r"--target-particles 3, column mol of the dump 4"):
-        count_targets(job, 3)
+        told(job, 3)
     backwards = states.until(np.inf)
     last = write_dump(
         tmp_path / "e",
@@ -131,7 +136,7 @@ def test_what_cannot_be_told_is_refused(states, tmp_path):
         masses=MASSES,
     )
     with pytest.raises(InputError, match=r"move apart with .* in the first frame"):
-        analyze_two_bodies(last, 4)
+        analyze_job(last, target_particles=4)
 
 
 def test_a_dump_that_begins_after_the_first_contact_is_not_that_of_the_scene(states, tmp_path):
@@ -139,36 +144,88 @@ def test_a_dump_that_begins_after_the_first_contact_is_not_that_of_the_scene(sta
     job = write_dump(tmp_path / "d", late, FULL, masses=MASSES)
     (tmp_path / "scene.toml").write_text(SCENE.to_toml())
     with pytest.raises(InputError, match=r"come together with .* in the first frame, .* with"):
-        analyze_two_bodies(Job(job.dump, scene=tmp_path / "scene.toml"), 4)
+        analyze_job(Job(job.dump, scene=tmp_path / "scene.toml"), target_particles=4)
 
 
 def test_a_run_cut_short_says_so(states, tmp_path):
     job = write_dump(tmp_path / "d", states.until(3.0), FULL, masses=MASSES)
-    found = analyze_two_bodies(job, 4)
+    found = analyze_job(job, target_particles=4)
     assert not found.finished
-    assert any("another contact may follow" in caveat for caveat in found.caveats)
+    assert any("the collision is not over" in caveat for caveat in found.caveats)
 
 
-def test_the_command(result, states, tmp_path, capsys):
+@pytest.mark.parametrize("bond", [SCENE.bond, None], ids=["known", "not known"])
+def test_contacts_are_those_of_the_run(result, states, tmp_path, bond):
+    job = write_dump(tmp_path / "d", states, FULL, masses=MASSES)
+    found = analyze_job(job, bond=bond)
+    if bond is None:
+        # Frames half a time unit apart tell of some pairs only that there was a contact.
+        assert found.contact_statistics.count <= result.contacts
+        return
+    assert found.contacts == result.contacts
+    assert found.detection.method == "reintegration"
+    # Reintegrated to 1e-12 of states good to the run's own tolerance of 1e-8.
+    assert found.contact_times == pytest.approx(result.contact_times, abs=1e-6)
+    assert found.contact_speeds == pytest.approx(result.contact_speeds, rel=1e-5, abs=1e-7)
+
+
+def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, capsys):
     write_dump(tmp_path / "d.lammpstrj", states, FULL, masses=MASSES)
+    out, xyz = tmp_path / "out", tmp_path / "motion.xyz"
     words = ["analyze", str(tmp_path), "--potential", "toda"]
-    for extra, status in (([], 0), (["--json"], 0), (["-o", "out"], 2), (["--masses", "1"], 2)):
+    written = ["-o", str(out), "--xyz", str(xyz)]
+    for extra, status in ((written, 0), (["--json"], 0), (["--masses", "1"], 2)):
         with pytest.raises(SystemExit) as left:
             main([*words, *extra])
-        out, err = capsys.readouterr()
+        said, err = capsys.readouterr()
         assert left.value.code == status, err
         if extra == ["--json"]:
-            found = json.loads(out)
+            found = json.loads(said)
             assert found["restitution"] == pytest.approx(result.restitution, rel=1e-10)
             assert len(found["target_mode_energies"]) == 4
-            assert found["contacts"] is None
+            assert found["contacts"] == result.contacts
         elif status == 0:
-            assert "target                 velocity -" in out
-            assert "contacts               not told" in out
+            assert "target                 velocity -" in said
+            assert f"contacts               {result.contacts}, the last" in said
         else:
             assert err.count("\n") == 1
-            assert "expected none of them" in err
+            assert "expected the masses of both bodies" in err
+    drawn = {path.stem for path in out.glob("*.png")}
+    assert {"trajectories", "contacts", "energy", "target_spectrum"} <= drawn
+    assert "a free target of 4" in (out / "analysis.html").read_text(encoding="utf-8")
+    # Energy of the bodies against each other: eta of that at impact, after the last contact.
+    rows = np.genfromtxt(out / "history.csv", delimiter=",", names=True)
+    before = 0.5 * SCENE.line.reduced_mass * SCENE.impact_velocity**2
+    assert rows["translation"][-1] == pytest.approx(result.restitution * before, rel=1e-9)
+    assert xyz.read_text().startswith("9\n")
 
 
-def test_a_chain_and_a_wall_are_none_of_this(tmp_path):
-    assert find_two_bodies(tmp_path, None, None, None) is None
+@pytest.mark.parametrize("targets", [None, 3])
+def test_soft_bodies_have_no_contacts_to_count(tmp_path, capsys, targets):
+    scene = Scene(
+        potential="toda",
+        particles=4,
+        target_particles=targets,
+        contact="power",
+        speed=0.3,
+        engine="reference",
+        tolerance=1e-8,
+    )
+    run = collide(scene)
+    write_dump(tmp_path / "d.lammpstrj", run.replay.record(0.5), FULL[:-1])
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    out = tmp_path / "out"
+    with pytest.raises(SystemExit) as left:
+        main(["analyze", str(tmp_path), "-o", str(out), "--json"])
+    said, err = capsys.readouterr()
+    assert left.value.code == 0, err
+    found = json.loads(said)
+    assert found["restitution"] == pytest.approx(run.restitution, rel=1e-10)
+    assert found["velocity_after"] == pytest.approx(run.velocity_after, rel=1e-10)
+    assert found["target_particles"] == (targets or 0)
+    assert found["contacts"] is None
+    assert found["contact_times"] == []
+    assert not any("momentum falls" in caveat for caveat in found["caveats"])
+    drawn = {path.stem for path in out.glob("*.png")}
+    assert "trajectories" in drawn
+    assert "contacts" not in drawn

@@ -8,7 +8,6 @@ import pytest
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_folder import analyze_job, find_job
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.two_bodies.job import analyze_two_bodies, find_two_bodies
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -49,16 +48,14 @@ def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     # The drawn state is in the data file, so that another velocity is another draw.
     refused = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     assert "OTHER VELOCITY" in refused.stdout
-    job, targets = find_two_bodies(tmp_path / "job", None, None, None) or (None, 0)
-    if targets:
-        found = analyze_two_bodies(job, targets)
+    found = analyze_job(find_job(tmp_path / "job"))
+    if found.target is not None:
         # The first frame is that of the draw.
         assert found.mode_energies_start == pytest.approx(chain_modes(scene), rel=1e-9, abs=1e-15)
-        assert found.target_mode_energies_start[0] == pytest.approx(0.0, abs=1e-20)
-        assert np.sum(found.target_mode_energies_start) > 1e-3
+        assert found.target.mode_energies_start[0] == pytest.approx(0.0, abs=1e-20)
+        assert np.sum(found.target.mode_energies_start) > 1e-3
         assert found.restitution == pytest.approx(eta_of(scene, driven), abs=SAME)
         return
-    found = analyze_job(find_job(tmp_path / "job"))
     assert found.contacts == len(driven.contact_times)
     assert found.restitution == pytest.approx(eta_of(scene, driven), abs=SAME)
     assert found.mode_energies_start == pytest.approx(chain_modes(scene), rel=1e-9, abs=1e-15)

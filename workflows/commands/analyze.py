@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.commands.scene_options import NamedNumbers, WordChoice
+from chaincor.lammps_inputs.scene_parts.rules import OWNERS
+from chaincor.workflows.commands.scene_options import bond_options
 from chaincor.workflows.json_output import json_text
 
 if TYPE_CHECKING:
@@ -36,19 +36,13 @@ if TYPE_CHECKING:
     help="simulated time per step, for dumps without the time [default: from log or script]",
 )
 @click.option(
-    "--potential",
-    type=WordChoice(POTENTIAL_NAMES),
-    help="bond potential [default: that of scene.toml]",
+    "--scene",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="scene of the job: bonds, speed, target; its bonds may be given by the options of "
+    "'chaincor run', too, as --potential toda [default: scene.toml in DIR]",
 )
-@click.option("--toda-b", type=float, metavar="B", help="steepness b of the toda bond")
-@click.option("--morse-a", type=float, metavar="A", help="inverse width a of the morse bond")
-@click.option("--power-order", type=int, metavar="R", help="order of the power bond")
-@click.option("--power-c", type=float, metavar="C", help="coefficient of the power bond")
-@click.option("--bond-file", type=click.Path(path_type=Path), help="bond table, for table")
-@click.option("--energy", metavar="TEXT", help="U as a formula of s or r, for formula")
-@click.option(
-    "--parameters", type=NamedNumbers(), metavar="NAME=X,...", help="its other names' values"
-)
+@bond_options
 @click.option(
     "--velocity",
     type=click.FloatRange(min=0.0, min_open=True),
@@ -103,23 +97,11 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 def analyze(
     folder: Path,
-    data: Path | None,
-    dump: Path | None,
-    timestep: float | None,
-    velocity: float | None,
-    masses: str | None,
-    target_particles: int | None,
-    wall: float | None,
-    direction: str | None,
-    length: str | None,
-    mass: float | None,
-    stiffness: float | None,
-    units: str | None,
     output: Path | None,
     animation: Path | None,
     xyz: Path | None,
     as_json: bool,
-    **bond_options: Any,
+    **options: Any,
 ) -> None:
     """
     Turn the dump of a LAMMPS job into restitution, contacts, modes and plots.
@@ -132,8 +114,8 @@ def analyze(
     Where DIR holds, in folders of their own, jobs of the same collision at different steps, the
     finest is analysed and the others tell its error.
 
-    Of a free target or a soft wall the velocities, energies and modes of both bodies are told;
-    contacts are not.
+    A free target is analysed as the chain is. Of soft bodies contacts are not told: they have none
+    at a time of its own.
 
     The exit status is 1 where the numbers contradict physics: restitution above what the energy of
     the first frame allows, which is 1 for a cold chain, or momentum that no wall explains. A note
@@ -142,48 +124,32 @@ def analyze(
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
     from chaincor.analysis.job_folder import open_dump
-    from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis.analyze import analyze_found
     from chaincor.workflows.job_analysis.description import (
         describe,
-        describe_bodies,
         describe_in_units,
     )
     from chaincor.workflows.job_analysis.page import PAGE, write_analysis_page
 
-    wanted = {"length": length, "mass": mass, "stiffness": stiffness, "style": units}
-    drawn: dict[str, Any] = {"output": output, "animation": animation, "xyz": xyz}
-    drawn |= {"wall": wall, "direction": direction, "length": length}
-    drawn |= {"mass": mass, "stiffness": stiffness, "units": units}
-    see = cache(lambda job: _view(job, wanted, wall, direction))
+    see = cache(lambda job: _view(job, options))
     job, analysis = analyze_found(
         folder,
-        data=data,
-        dump=dump,
-        bond=_bond(bond_options),
-        velocity=velocity,
-        timestep=timestep,
-        masses=None if masses is None else _read_masses(masses),
-        target_particles=target_particles,
-        for_walls=[name for name, value in drawn.items() if value is not None],
+        **{name: options[name] for name in ("data", "dump", "scene", "timestep")},
+        bond=_bond({name: options[name] for name in ("potential", *OWNERS)}),
+        impact_velocity=options["velocity"],
+        masses=None if options["masses"] is None else _read_masses(options["masses"]),
+        target_particles=options["target_particles"],
         watch=_progress,
         see=see,
     )
     known = see(job).units
-    if isinstance(analysis, TwoBodyAnalysis):
-        bodies = analysis.to_dict()
-        text = describe_bodies(analysis)
-        if known != CHAIN_UNITS:
-            bodies["units"] = known.to_dict()
-            text += f"\n{describe_in_units(analysis, known)}"
-        click.echo(json_text(bodies, _scene_of(job)) if as_json else text)
-        return
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
         seen = open_dump(job, see(job))
-        write_extended_xyz(seen, xyz, analysis.timestep or 1.0, analysis.masses)
+        both = [analysis.masses, *([analysis.target.masses] if analysis.target else [])]
+        write_extended_xyz(seen, xyz, analysis.timestep or 1.0, *both)
     if output is not None:
         more = {animation: "moving picture", xyz: "the motion, for viewers of atoms"}
         beside = {path: what for path, what in more.items() if path is not None}
@@ -207,9 +173,7 @@ def analyze(
         click.get_current_context().exit(1)
 
 
-def _view(
-    job: "Job", wanted: dict[str, Any], wall: float | None, direction: str | None
-) -> "DumpView":
+def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     """Return how to see a dump: as the options say, or as the file beside it does."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.analysis.dumps.view import DumpView
@@ -217,6 +181,9 @@ def _view(
     from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
     view = view_of(job)
+    wall, direction = options["wall"], options["direction"]
+    wanted = {name: options[name] for name in ("length", "mass", "stiffness")}
+    wanted["style"] = options["units"]
     given = {name: value for name, value in wanted.items() if value is not None}
     auto = given.get("length") == "auto"
     if given:
@@ -276,17 +243,20 @@ def _read_masses(text: str) -> list[float]:
 
 
 def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
+    from chaincor.analysis.analysis_files import along_the_line
     from chaincor.analysis.analysis_files import describe as caption
     from chaincor.analysis.figures.animation import animate_collision
 
     history = analysis.history
     # A little beyond the last contact there is nothing more to see.
     shown = history.times <= 1.25 * (analysis.contact_statistics.last_time or history.times[-1])
+    displacements, velocities = along_the_line(analysis)
     animate_collision(
         history.times[shown],
-        history.displacements[shown],
-        history.velocities[shown],
+        displacements[shown],
+        velocities[shown],
         path,
+        targets=0 if analysis.target is None else analysis.target.masses.size,
         impact_velocity=analysis.velocity,
         title=caption(analysis),
     )

@@ -87,7 +87,7 @@ class NamedNumbers(click.ParamType):
         return numbers
 
 
-def _option(name: str) -> Callable[[Callable], Callable]:
+def _option(name: str, hidden: bool = False) -> Callable[[Callable], Callable]:
     field = Scene.model_fields[name]
     kind, *words = _plain_types(field.annotation)
     text = field.description or ""
@@ -98,10 +98,12 @@ def _option(name: str) -> Callable[[Callable], Callable]:
         )
     dashed = name.replace("_", "-")
     if kind is bool:
-        return click.option(f"--{dashed}/--no-{dashed}", name, default=None, help=text)
+        return click.option(
+            f"--{dashed}/--no-{dashed}", name, default=None, help=text, hidden=hidden
+        )
     choices = POTENTIAL_NAMES if name == "potential" else get_args(kind)
     if name == "potential" or get_origin(kind) is Literal:
-        return click.option(f"--{dashed}", name, type=WordChoice(choices), help=text)
+        return click.option(f"--{dashed}", name, type=WordChoice(choices), help=text, hidden=hidden)
     types_and_names: dict[type, tuple[click.ParamType | None, str]] = {
         int: (click.INT, "N"),
         float: (click.FLOAT, "X"),
@@ -117,7 +119,16 @@ def _option(name: str) -> Callable[[Callable], Callable]:
     if name == "save":
         metavar = "DIR"
     # Paths stay text here: the scene turns them into paths and says what is wrong with them.
-    return click.option(f"--{dashed}", name, type=option_type, metavar=metavar, help=text)
+    return click.option(
+        f"--{dashed}", name, type=option_type, metavar=metavar, help=text, hidden=hidden
+    )
+
+
+def bond_options(command: Callable) -> Callable:
+    """Give a command the options of a scene's bonds, which its help leaves to ``--scene``."""
+    for name in reversed(("potential", *OWNERS)):
+        command = _option(name, hidden=True)(command)
+    return command
 
 
 # Groups of options, each up to and with the field named.

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import eta_of_dump
-from chaincor.analysis.two_bodies.results import TwoBodyAnalysis
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 # A chain whose inner motion is more than so much of its energy came warm.
@@ -26,7 +25,8 @@ def heading(analysis: CollisionAnalysis) -> str:
     if bond is not None and bond.natural_speed is not None:
         speed += f" = {analysis.velocity / bond.natural_speed:.6g} v*"
     name = "unknown" if bond is None else bond.name
-    return f"{analysis.particles} particles, {name} bonds, {speed}, {analysis.frames} frames"
+    who = f"{analysis.particles} particles{analysis.against}"
+    return f"{who}, {name} bonds, {speed}, {analysis.frames} frames"
 
 
 def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
@@ -37,23 +37,28 @@ def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     found = [
         ("restitution (energy)", f"eta = {eta}"),
         ("restitution (speed)", f"e   = {analysis.kinematic_restitution:.6g}"),
-        ("contacts", f"{contacts}, the last at t = {_number(statistics.last_time)}"),
-        ("f/n", f"{statistics.per_particle:.4g}"),
     ]
+    if analysis.soft:
+        found.append(("contacts", "not told"))
+    else:
+        found += [
+            ("contacts", f"{contacts}, the last at t = {_number(statistics.last_time)}"),
+            ("f/n", f"{statistics.per_particle:.4g}"),
+        ]
     if statistics.mean_interval is not None:
         text = f"{statistics.mean_interval:.6g} on average, median {statistics.median_interval:.6g}"
         found.append(("interval", text))
-    found += [
-        ("incoming speed", f"{_number(statistics.mean_speed)} v0 on average"),
-        ("momentum residual", f"{analysis.momentum_residual:.1e} of that at impact"),
-    ]
-    if analysis.energy_end is not None:
+    if not analysis.soft:
+        found.append(("incoming speed", f"{_number(statistics.mean_speed)} v0 on average"))
+    found.append(("momentum residual", f"{analysis.momentum_residual:.1e} of that at impact"))
+    if analysis.target is not None or analysis.soft:
+        found += _of_bodies(analysis)
+    elif analysis.energy_end is not None:
         share = 100.0 * float(analysis.energy_end.vibration / analysis.energy_end.total)
         left_out = f"anharmonic remainder {analysis.anharmonic_remainder:.3g}"
-        found += [
-            ("energy drift", f"{analysis.energy_drift:.1e}"),
-            ("vibration", f"{share:.4g} % of the energy, {left_out}"),
-        ]
+        found.append(("vibration", f"{share:.4g} % of the energy, {left_out}"))
+    if analysis.energy_drift is not None:
+        found.append(("energy drift", f"{analysis.energy_drift:.1e}"))
     if analysis.particles > 1:
         if analysis.restitution_bound is None or analysis.restitution_bound > _WARM:
             found.append(("strongest at first", _strongest(analysis.mode_energies_start)))
@@ -64,43 +69,27 @@ def rows(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     return found
 
 
-def describe_in_units(analysis: CollisionAnalysis | TwoBodyAnalysis, units: UnitSystem) -> str:
+def describe_in_units(analysis: CollisionAnalysis, units: UnitSystem) -> str:
     """Say the main results in the user's units."""
-    last = None
-    if isinstance(analysis, CollisionAnalysis):
-        last = analysis.contact_statistics.last_time
+    last = analysis.contact_statistics.last_time
     text = f"in units {units.style}: v0 = {analysis.velocity * units.speed:.6g}"
     if last is not None:
         text += f", the last contact at t = {last * units.time:.6g}"
     return f"{text}; lengths x {units.length:g}, times x {units.time:.6g}"
 
 
-def describe_bodies(found: TwoBodyAnalysis) -> str:
-    """Describe two bodies for people."""
-    targets, bond = found.target_masses.size, found.bond
-    other = f"a free target of {targets}" if targets else "a soft wall"
-    eta = eta_of_dump(found.restitution, found.restitution_error, found.data_error)
-    lines = [
-        f"{found.masses.size} particles and {other}, {'unknown' if bond is None else bond.name} "
-        f"bonds, v0 = {found.velocity:.6g}, {found.frames} frames",
-        "",
-        f"restitution (energy)   eta = {eta}",
-        f"restitution (speed)    e   = {found.kinematic_restitution:.6g}",
-        "contacts               not told",
-    ]
-    bodies = [("chain", found.velocity_after, found.energy)]
-    if targets:
-        bodies.append(("target", found.target_velocity_after, found.target_energy))
+def _of_bodies(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
+    """Return velocity and energy of the chain, and of a free target."""
+    bodies = [("chain", analysis.velocity_after, analysis.energy_end)]
+    if analysis.target is not None:
+        bodies.append(("target", analysis.target.velocity_after, analysis.target.energy_end))
+    found = []
     for name, velocity, energy in bodies:
-        text = f"{name:22} velocity {velocity:.6g}"
+        text = f"velocity {velocity:.6g}"
         if energy is not None:
             text += f", translation {energy.translation:.6g}, vibration {energy.vibration:.6g}"
-        lines.append(text)
-    if found.energy_drift is not None:
-        lines.append(f"energy drift           {found.energy_drift:.1e}")
-    if targets:
-        lines.append(f"momentum residual      {found.momentum_residual:.1e} M v0")
-    return "\n".join([*lines, "", *(f"note: {caveat}" for caveat in found.caveats)])
+        found.append((name, text))
+    return found
 
 
 def _strongest(energies: NDArray[np.float64]) -> str:

@@ -48,9 +48,17 @@ FIGURES = {
         "Vibration j after the last frame, the longest wave first. The line is what contacts that "
         "are all alike would leave (Basile and Dumont).",
     ),
+    "target_spectrum": (
+        "Energy of the target's modes",
+        "Vibration j of the free target after the last frame, the longest wave first.",
+    ),
     "mode_heat_map": (
         "Energy of the modes in time",
         "How each contact feeds the vibrations, the longest waves at the bottom.",
+    ),
+    "target_mode_heat_map": (
+        "Energy of the target's modes in time",
+        "The same of the free target.",
     ),
 }
 

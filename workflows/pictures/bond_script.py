@@ -129,7 +129,8 @@ def _statement(statement: ast.stmt, result: str) -> list[str]:
         case ast.Expr(value=ast.Constant()):
             return []  # a docstring
         case ast.Assign(targets=[ast.Name(id=name)], value=value):
-            return [f"const {name} = {_expression(value)};"]
+            text = _expression(value)
+            return [] if text == name else [f"const {name} = {text};"]
         case ast.Return(value=ast.expr() as value):
             return [result.format(_expression(value))]
         case ast.If(test=test, body=body, orelse=[]):

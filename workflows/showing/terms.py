@@ -41,6 +41,8 @@ OF_DUMPS = {
     "incoming speed": "speed of particle 1 just before a contact, in units of v0, the speed of the "
     "chain before the first",
     "vibration": "share of the energy in the last frame that is not translation of the chain",
+    "chain": "velocity of its centre of mass in the last frame, and its energy there",
+    "target": "the same of the free target",
     "anharmonic remainder": "bond energy in the last frame that the modes, which are those of "
     "springs, leave out",
     "strongest modes": "the three vibrations with most energy in the last frame, and their shares "

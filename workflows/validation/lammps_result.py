@@ -7,7 +7,6 @@ from pathlib import Path
 
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
 from chaincor.analysis.job_folder import find_job
-from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.job_analysis.analyze import analyze
@@ -88,7 +87,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         scene,
         analysis.restitution,
         analysis.restitution_error,
-        analysis.contacts if isinstance(analysis, CollisionAnalysis) else None,
+        analysis.contacts,
         analysis.data_error,
     )
 

@@ -133,11 +133,25 @@ def test_a_page_warns_of_what_is_impossible(job, tmp_path, capsys):
     assert "Contradicted." in words_of(read_page(out / "analysis.html"))
 
 
+def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, capsys):
+    scene = Scene(potential="harmonic", particles=2, velocity=0.1)
+    (tmp_path / "mine.toml").write_text(scene.to_toml())
+    status, out, err = run(capsys, job, "--scene", tmp_path / "mine.toml", "--json")
+    assert (status, err) == (0, "")
+    assert json.loads(out)["potential"] == "harmonic"
+    other = scene.replace(particles=3)
+    (tmp_path / "mine.toml").write_text(other.to_toml())
+    status, out, err = run(capsys, job, "--scene", tmp_path / "mine.toml")
+    assert (status, out) == (2, "")
+    assert "holds 2 particles" in err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--dump", "none"], "cannot read the dump none"),
         (["--data", "none"], "cannot read none"),
+        (["--scene", "none"], "cannot read none: no such file"),
         (["--potential", "toda", "--toda-b", "-1"], "toda_b"),
         (["--toda-b", "3"], "without --potential"),
         (["--velocity", "0.2"], "the dump starts with the impact speed 0.1"),

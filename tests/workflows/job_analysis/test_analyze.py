@@ -44,12 +44,21 @@ def test_an_analysis_shows_itself_in_three_lines(folder):
     assert third.startswith("e = ")
 
 
-def test_of_two_bodies_nothing_is_taken_that_is_not_used(tmp_path):
+def test_a_dump_that_begins_right_after_two_bodies_met(tmp_path):
     scene = HARMONIC.replace(target_particles=3)
-    collide(scene.replace(dump=tmp_path / "chain.dump"))
-    (tmp_path / "scene.toml").write_text(scene.to_toml())
-    with pytest.raises(InputError, match=r"^masses, velocity: of a free target"):
-        analyze(tmp_path, masses=np.ones(6), velocity=0.1)
+    run = collide(scene.replace(dump=tmp_path / "chain.dump"))
+    # The first frame of the in-house engine is that after the first contact.
+    for beside in (False, True):
+        if beside:
+            (tmp_path / "scene.toml").write_text(scene.to_toml())
+        found = analyze(tmp_path, bond=scene.bond)
+        assert found.velocity == pytest.approx(scene.impact_velocity, rel=1e-12)
+        assert found.restitution == pytest.approx(run.restitution, rel=1e-10)
+        assert found.contacts == run.contacts
+    with pytest.raises(InputError, match=r"^masses are given, and there is a free target"):
+        analyze(tmp_path, masses=np.ones(6))
+    with pytest.raises(InputError, match=r"come together with 0\.05 in the first frame"):
+        analyze(tmp_path, velocity=0.2)
 
 
 def test_a_folder_that_is_none_is_refused(tmp_path):

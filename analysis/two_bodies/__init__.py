@@ -1,1 +1,0 @@
-"""Dumps of two bodies: a chain and the free target that it hits, or a soft wall."""
