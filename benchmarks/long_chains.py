@@ -21,7 +21,7 @@ import numpy as np
 
 from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 SCHEME, STEP = "extrapolated14", 0.6
 # Bonds times steps of one timed run: a third of a second.
@@ -33,9 +33,9 @@ def scene_of(particles: int) -> Scene:
     return Scene(potential="lj", particles=particles, speed=0.4, engine="reference")
 
 
-def leap_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Chain]:
+def leap_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
     """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
-    chain = Chain.at_first_contact(scene, stepper.scheme)
+    chain = Motion.at_start(scene, stepper.scheme)
     chain.ledger.active = scene.particles - 1
     chain.ledger.argue_after = chain.ledger.patience = math.inf
     started, used = time.perf_counter(), time.process_time()
@@ -43,7 +43,7 @@ def leap_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float,
     return time.perf_counter() - started, time.process_time() - used, chain
 
 
-def is_same(one: Chain, other: Chain) -> bool:
+def is_same(one: Motion, other: Motion) -> bool:
     """Return whether two chains are the same to the last bit."""
     states = zip(
         one.arrays.now + one.arrays.last, other.arrays.now + other.arrays.last, strict=True
@@ -55,10 +55,10 @@ def is_same(one: Chain, other: Chain) -> bool:
 def compare(particles: int, cores: list[int], repeats: int) -> None:
     """Print a row for each number of cores."""
     scene = scene_of(particles)
-    stepper = Stepper.of(scene.bond, SCHEME, STEP)
+    stepper = Stepper.of(scene.line, scene.bond, SCHEME, STEP)
     steps = max(32, int(WORK / particles))
     best = dict.fromkeys(cores, (math.inf, math.inf))
-    chains: dict[int, Chain] = {}
+    chains: dict[int, Motion] = {}
     for _ in range(repeats + 1):  # the first loads the loops
         for count in cores:
             os.environ["OMP_NUM_THREADS"] = str(count)

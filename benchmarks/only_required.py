@@ -21,8 +21,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import converge
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
-from chaincor.workflows.engines.in_house.chain import Chain
-from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house.moving import Motion
 from chaincor.workflows.engines.lammps import engine as lammps
 
 # Of the table's force: a thousandth of what v0 = 1e-3 and eta to 1e-9 need.
@@ -66,14 +66,14 @@ def step_to_the_end(scene: Scene) -> float:
 @contextlib.contextmanager
 def everything_moves() -> Iterator[None]:
     """Let all bonds be stepped from the start, those that no sound has reached too."""
-    begin = Chain.at_first_contact
+    begin = Motion.at_start
 
     def all_active(*arguments):  # type: ignore[no-untyped-def]
         chain = begin(*arguments)
         chain.ledger.active = len(chain.strain)
         return chain
 
-    with patch.object(Chain, "at_first_contact", all_active):
+    with patch.object(Motion, "at_start", all_active):
         yield
 
 

@@ -59,9 +59,19 @@ class Line:
         return still and bool(np.all(chain == chain[0]))
 
     @cached_property
+    def unit(self) -> bool:
+        """Whether all masses of the chain are 1."""
+        return bool(np.all(self.chain_masses == 1.0))
+
+    @cached_property
+    def at_wall(self) -> bool:
+        """Whether the chain hits a hard, rigid wall: a place, and no particle."""
+        return self.rigid and not self.soft
+
+    @cached_property
     def plain(self) -> bool:
         """Whether this is a cold chain of unit masses before a hard, rigid wall."""
-        return self.rigid and not self.soft and self.cold and bool(np.all(self.chain_masses == 1.0))
+        return self.at_wall and self.cold and self.unit
 
     @property
     def smooth(self) -> bool:

@@ -138,13 +138,11 @@ FLOORS_WITHIN = {
         {"loop"},
     ],
     "workflows/engines/in_house/lines": [
-        {"following"},
-        {"ensemble", "running"},
-        {"bodies"},
+        {"ensemble"},
         {"compiled"},
         {"ensemble_loop", "modal"},
-        {"loop", "modal_bodies"},
-        {"body_modes", "lanes", "many_states", "modal_loop", "verlet"},
+        {"modal_bodies"},
+        {"body_modes", "lanes", "many_states", "modal_loop"},
     ],
     "workflows/engines/in_house/loops": [
         {"kept_loops"},

@@ -21,7 +21,7 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Loga
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.lines.bodies import LineInMotion
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 _BONDS = {"lj": LennardJones(), "harmonic": Harmonic(), "log": Logarithmic()}
 _LOOKS = 60
@@ -54,18 +54,22 @@ def draw_state(seed: int, index: int) -> tuple[str, Line]:
 def find_proof(law: str, line: Line) -> Line | None:
     """Return the state in which the end is first proved."""
     bond = _BONDS[law]
-    moving = LineInMotion.of(line, bond, "order8", _STEP, line.strains, line.velocities)
+    stepper = Stepper.of(line, bond, "order8", _STEP)
+    state = line.strains, line.velocities
+    moving = Motion.in_state(line, bond, stepper.scheme, *state, 0.1)
+    ledger = moving.ledger
+    ledger.argue_first = ledger.patience = np.inf
     particles = max(line.first, len(line.chain_masses))
     stiffness = 1.0 / line.mean_mass
     for _ in range(_LOOKS):
         watch = EndWatch(particles, bond, stiffness)
-        if not moving.ledger.touching and moving.strains[line.gap] > 0.0:
-            ending = watch.look_at(moving.time, moving.time, moving.bodies())
+        if not ledger.touching and moving.gap > 0.0:
+            now = float(ledger.steps) * _STEP
+            ending = watch.look_at(now, now, moving.bodies(bond))
             if ending == Ending("proved"):
-                return Line(line.masses, line.first, moving.strains, moving.velocities)
-        if moving.advance(
-            moving.steps_until(moving.time + 0.1 * (particles + 5.0) / stiffness**0.5)
-        ):
+                return Line(line.masses, line.first, *moving.along_x())
+        interval = 0.1 * (particles + 5.0) / stiffness**0.5
+        if moving.advance(stepper, int(ledger.steps) + max(1, round(interval / _STEP))):
             return None
     return None
 

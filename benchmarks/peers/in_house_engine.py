@@ -36,7 +36,7 @@ from benchmarks.peers.integrators import Dop853Chain, HeyokaChain, coarsest, lj_
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.outcome import Outcome
 
 ERROR = 1e-11
@@ -66,8 +66,8 @@ def run_ours(scene: Scene, step: float, scheme: str = "order8") -> Outcome:
 
 def seconds_to_last_contact(scene: Scene, step: float, scheme: str, last: float) -> float:
     """Return the time the stepping engine takes up to a time, without arguing the end."""
-    stepper = Stepper.of(scene.bond, scheme, step)
-    chain = Chain.at_first_contact(scene, stepper.scheme)
+    stepper = Stepper.of(scene.line, scene.bond, scheme, step)
+    chain = Motion.at_start(scene, stepper.scheme)
     chain.ledger.patience = chain.ledger.argue_after = np.inf
     return timed(lambda: chain.advance(stepper, math.ceil(last / step)))
 

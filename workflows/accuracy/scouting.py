@@ -9,9 +9,8 @@ from chaincor.workflows.accuracy.convergence import Converged, converge, exact_m
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
-from chaincor.workflows.engines.in_house.lines.following import line_bonds_in_flight
 from chaincor.workflows.engines.in_house.modal import serves
+from chaincor.workflows.engines.in_house.motion_coast import bonds_in_flight
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.errors import RunError
 
@@ -95,8 +94,7 @@ def scouting_from(found: Converged, scene: Scene, fly_on: float | None = None) -
             fly_on = _ASKED_WITHIN * PATIENCE / scene.slow_stiffness**0.5
             if scene.dump is not None and scene.dump_frames != "contacts":
                 fly_on = max(fly_on, quiet_time(scene.span, scene.slow_stiffness))
-        flight = bonds_in_flight if scene.line.plain else line_bonds_in_flight
-        low, high = flight(scene, outcome, fly_on)
+        low, high = bonds_in_flight(scene, outcome, fly_on)
         shortest, longest = min(shortest, low), max(longest, high)
     return Scouting(
         bond_min=outcome.bond_min,

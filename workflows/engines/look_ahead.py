@@ -12,12 +12,9 @@ sound has had the time to cross them and come back, and coarsely from then on.
 import math
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import EndWatch, look_interval
+from chaincor.workflows.engines.end_watch import Body, EndWatch, look_interval
 from chaincor.workflows.engines.ending import Ending
 
 # Verlet steps in units of the stiffest bond's 1/frequency. While particle 1 is still near the wall
@@ -30,7 +27,7 @@ LEAST_CLEARANCE = 0.1
 
 
 class Coast(Protocol):
-    """A chain that flies ahead with coarse steps."""
+    """Bodies that fly ahead with coarse steps."""
 
     time: float
     """Time since the first contact."""
@@ -38,11 +35,11 @@ class Coast(Protocol):
     def fly(self, duration: float) -> bool:
         """Fly on for at least `duration`; return False where the coarse motion stops counting."""
 
-    def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-        """Return distance of particle 1 from the true wall, strains and velocities."""
+    def bodies(self) -> list[Body]:
+        """Return the bodies as the end of a collision looks at them."""
 
 
-def coarse_step(bond: Potential, shortest: float) -> float:
+def coarse_step(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
     """
     Return the Verlet step for looking ahead.
 
@@ -52,14 +49,16 @@ def coarse_step(bond: Potential, shortest: float) -> float:
         The bonds' potential.
     shortest : float
         Smallest strain so far: with it the steps shrink.
+    lightest : float
+        Mass of the lightest particle.
 
     Returns
     -------
     float
-        A tenth of 1/sqrt(U'') of the stiffest bond.
+        A tenth of sqrt(m/U'') of the stiffest bond.
     """
     stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
-    return COARSE_STEP / math.sqrt(stiffest)
+    return COARSE_STEP / math.sqrt(stiffest / lightest)
 
 
 def required_clearance(scene: Scene, distance: float) -> float | None:
@@ -71,7 +70,7 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
     scene : Scene
         The collision.
     distance : float
-        Distance of particle 1 from the wall as it is looked ahead from.
+        Between the bodies, as it is looked ahead from.
 
     Returns
     -------
@@ -79,7 +78,7 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
         Half that distance; None where it is too short to tell a coarse motion from a contact.
     """
     clearance = CLEARANCE * distance
-    least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.bond.stiffness)
+    least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.slow_stiffness)
     return clearance if clearance >= least else None
 
 
@@ -101,11 +100,11 @@ def find_end(scene: Scene, coast: Coast, last_contact: float) -> Ending | None:
     Ending or None
         None where the motion came near the wall, or to a bond's breaking.
     """
-    particles, stiffness = scene.particles, scene.bond.stiffness
-    watch = EndWatch(particles, scene.bond)
+    particles, stiffness = scene.span, scene.slow_stiffness
+    watch = EndWatch(particles, scene.bond, stiffness)
     interval = look_interval(particles, stiffness)
     while True:
-        ending = watch.look(coast.time, last_contact, *coast.state())
+        ending = watch.look_at(coast.time, last_contact, coast.bodies())
         if ending is not None:
             return ending
         later = watch.next_look(coast.time, last_contact) - coast.time

@@ -97,7 +97,7 @@ class StepScheme(Protocol):
         Returns
         -------
         callable
-            ``leap(wall_distance, old, new, trial, bonds, wanted, step, rule)``: writes the `State`
+            ``leap(position, old, new, trial, bonds, wanted, step, rule)``: writes the `State`
             after a step from `old` into `new` and returns the new distance of particle 1 from the
             wall; `trial` is scratch. Of the `bonds` in motion the first `wanted` are needed: each
             stage before the last moves one more.
@@ -176,7 +176,7 @@ class Split:
         first, further, drift = stages.start, stages.stage, stages.drift
 
         def leap(
-            wall_distance: float,
+            position: float,
             old: Any,
             new: Any,
             trial: Any,
@@ -189,16 +189,16 @@ class Split:
             parameters = rule.parameters
             strain, velocity = new
             count = kicks.shape[0]
-            wall_distance += drifts[0] * step * old.velocity[0]
+            position += drifts[0] * step * old.velocity[0]
             reach = min(bonds, wanted + count)
             first(old, strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters)
             for k in range(1, count):
-                wall_distance += drifts[k] * step * velocity[0]
+                position += drifts[k] * step * velocity[0]
                 reach = min(bonds, wanted + count - k)
                 further(strain, velocity, reach, drifts[k] * step, kicks[k] * step, parameters)
-            wall_distance += drifts[-1] * step * velocity[0]
+            position += drifts[-1] * step * velocity[0]
             drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
-            return wall_distance
+            return position
 
         return leap
 
@@ -277,7 +277,7 @@ class Extrapolated:
         first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
 
         def leap(
-            wall_distance: float,
+            position: float,
             old: Any,
             new: Any,
             trial: Any,
@@ -307,7 +307,7 @@ class Extrapolated:
                 # out.
                 mix(trial, old, new, wanted, half, weight)
                 moved += weight * distance
-            return wall_distance + moved
+            return position + moved
 
         return leap
 

@@ -31,7 +31,7 @@ def certain_at(
     last_contact: float,
 ) -> float:
     """
-    Return from when on energy keeps a chain of unit masses off the wall, if it stays off till then.
+    Return from when on energy keeps a plain chain off the wall, if it stays off till then.
 
     Parameters
     ----------

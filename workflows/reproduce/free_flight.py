@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.analysis.pair_theory import compressed_strain
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.follow import STEP
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 
@@ -117,10 +117,11 @@ class _Flight:
         # collision, as short as when the chain was at the wall.
         shortest = max(answer.result["bond_min"] - 1.0, compressed_strain(bond, inner))
         stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
-        self._stepper = Stepper.of(bond, "order8", STEP / math.sqrt(stiffest))
-        self._chain = Chain.in_flight(
-            point.scene, self._stepper.scheme, arrays["displacements"], arrays["velocities"]
-        )
+        line, speed = point.scene.line, point.scene.impact_velocity
+        self._stepper = Stepper.of(line, bond, "order8", STEP / math.sqrt(stiffest))
+        state = np.append(0.0, strains), np.append(0.0, velocities)
+        self._chain = Motion.in_state(line, bond, self._stepper.scheme, *state, speed)
+        self._chain.ledger.argue_first = self._chain.ledger.patience = math.inf
         self._hits_wall = False
 
     def _reach(self, time: float) -> bool:
@@ -128,7 +129,7 @@ class _Flight:
         goal = math.ceil(time / self._stepper.step)
         if not self._hits_wall and goal > 0:
             status = self._chain.advance(self._stepper, goal)
-            self._hits_wall = status != motion.DONE or bool(self._chain.ledger.contacts > 1)
+            self._hits_wall = status != motion.DONE or bool(self._chain.ledger.contacts > 0)
         return not self._hits_wall
 
     def average(self, duration: float) -> tuple[Array, float]:
@@ -150,7 +151,7 @@ class _Flight:
     def find(self) -> Pieces:
         """Find the pieces of the present state."""
         chain = self._chain
-        distance = float(chain.ledger.wall_distance)
+        distance = float(chain.ledger.position)
         return find_pieces(distance, chain.strain, chain.velocity, self._bond)
 
 

@@ -19,8 +19,8 @@ from chaincor.workflows.engines.ending import (
     return_risk,
 )
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.follow import follow
+from chaincor.workflows.engines.in_house.motion_coast import LookAhead
 from chaincor.workflows.engines.pieces import find_pieces
 
 LJ = LennardJones()
@@ -204,10 +204,10 @@ def test_the_ends_of_a_broken_bond_are_bound_to_pieces_of_their_own():
     strains, velocities = np.array([0.5, 0.0]), np.array([0.001, 0.30, -0.25])
     for silence in (0.0, LONG):
         assert argue_end(0.05, strains, velocities, silence, LJ) is None
-    displacements = np.cumsum(np.append(0.05, strains))
     scene = Scene(potential="lj", particles=3, velocity=0.1)
+    state = np.append(0.05, strains), np.append(0.0, velocities)
     for now in (100.0, 200.0):
-        found = follow(scene, displacements, velocities, now=now, last_contact=100.0, shortest=0.9)
+        found = follow(scene, *state, now=now, last_contact=100.0, shortest=0.9)
         assert found.ending is None
         # The judge (benchmarks/judge/judge.py) says 3.819; steps of order 8 are good to 1e-6.
         assert found.time == pytest.approx(now + 3.819, abs=1e-3)
@@ -293,7 +293,7 @@ SCENES = [
 def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     # Let the engine go on exactly for eight sound crossings after the first verdict, and watch.
     scene = Scene(**fields)
-    look, seen = EndWatch.look, []
+    look, seen = EndWatch.look_at, []
 
     def patient(self, now, last_contact, *state):
         ending = look(self, now, last_contact, *state)
@@ -310,14 +310,14 @@ def test_no_hit_follows_once_the_end_was_seen(fields, monkeypatch):
     def patiently_off(self, until):
         # What energy alone rules out, from some time on.
         off, time, evaluations = keeps_off(self, until)
-        ledger = self._chain.ledger
+        ledger = self._moving.ledger
         now, last_contact = ledger.steps * self._stepper.step, float(ledger.last_contact)
         if off and not seen:
             seen.append((now, last_contact))
         long = seen and now > seen[0][0] + 8.0 * scene.particles
         return off and long, time if long else now, evaluations
 
-    monkeypatch.setattr(EndWatch, "look", patient)
+    monkeypatch.setattr(EndWatch, "look_at", patient)
     monkeypatch.setattr(LookAhead, "keeps_off", patiently_off)
     monkeypatch.setattr(LookAhead, "settle", lambda self: None)
     step = 0.02 if scene.velocity is None and scene.speed > 2.0 else 0.05

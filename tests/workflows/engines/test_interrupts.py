@@ -12,9 +12,9 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import interrupts
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
-from chaincor.workflows.engines.in_house import chain as chain_module
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
+from chaincor.workflows.engines.in_house import moving as chain_module
 from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -63,9 +63,9 @@ def test_no_call_does_more_work_than_it_may(monkeypatch):
     scene = Scene(potential="lj", particles=200_001, speed=0.4)
     scheme = STEP_SCHEMES["order4"]
     kernels = Counted(kernels_for(scene.bond, scheme))
-    chain = Chain.at_first_contact(scene, scheme)
+    chain = Motion.at_start(scene, scheme)
     goal = 4 * interrupts.WORK_AT_ONCE // (scheme.evaluations * 200_000)
-    chain.advance(Stepper(kernels, scheme, 1e-3), goal)
+    chain.advance(Stepper(kernels, kernels.parameters, scheme, 1e-3), goal)
     assert sum(kernels.steps) == goal
     assert max(kernels.steps) * scheme.evaluations * 200_000 <= interrupts.WORK_AT_ONCE
     assert len(kernels.steps) == 4

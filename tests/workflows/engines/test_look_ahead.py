@@ -9,10 +9,10 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.engines import look_ahead
-from chaincor.workflows.engines.end_watch import longest_collision
+from chaincor.workflows.engines.end_watch import Body, longest_collision
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.chain_coast import LookAhead
+from chaincor.workflows.engines.in_house.motion_coast import LookAhead
 from chaincor.workflows.errors import RunError
 
 LJ = Scene(potential="lj", particles=100, speed=0.4)
@@ -33,7 +33,7 @@ def random_scene(random):
 
 
 def only_now(self, until):
-    ledger = self._chain.ledger
+    ledger = self._moving.ledger
     now = float(ledger.steps * self._stepper.step)
     return until <= now, now, int(ledger.evaluations)
 
@@ -115,8 +115,8 @@ class Drifting:
         self.looks.append(self.time)
         return self.time < self._near_at
 
-    def state(self):
-        return self._distance, np.array([-0.2]), self._velocities
+    def bodies(self):
+        return [Body(self._distance, np.array([-0.2]), self._velocities)]
 
 
 def test_the_wall_comes_near():

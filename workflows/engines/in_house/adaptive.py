@@ -281,10 +281,8 @@ class _Flight:
             return ending
         # What has fallen apart and flown for so long is followed with fixed steps.
         shortest = float(self._bond.length_of(bonds.min()))
-        displacements = displacements_from(first, strains)
-        ahead = follow(
-            scene, displacements, velocities, now=now, last_contact=last, shortest=shortest
-        )
+        along_x = np.append(first, strains), np.append(0.0, velocities)
+        ahead = follow(scene, *along_x, now=now, last_contact=last, shortest=shortest)
         self._not_before = ahead.time
         return ahead.ending
 

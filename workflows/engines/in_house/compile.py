@@ -123,7 +123,7 @@ class LoopCompiler:
     _foreign: list[tuple[Callable, str]] = field(default_factory=list, init=False)
 
     @classmethod
-    def for_force(cls, force: ScalarForce) -> "LoopCompiler":
+    def for_force(cls, force: ScalarForce, kind: str = "") -> "LoopCompiler":
         """
         Return the compiler for loops around a force.
 
@@ -131,6 +131,8 @@ class LoopCompiler:
         ----------
         force : ScalarForce
             The force.
+        kind : str
+            Names the kind of line, where loops of several are compiled.
 
         Returns
         -------
@@ -138,7 +140,7 @@ class LoopCompiler:
             With a label of its own.
         """
         function = force.function
-        return cls(f"{function.__module__}.{function.__qualname__}", force.keep)
+        return cls(f"{function.__module__}.{function.__qualname__}{kind}", force.keep)
 
     def register(self, function: Callable) -> Callable:
         """

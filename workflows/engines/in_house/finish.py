@@ -34,32 +34,38 @@ _NEAR_END = 0.95
 @dataclass(frozen=True)
 class LastContact:
     """
-    The chain right after its last contact, with particle 1 at the wall, and all contacts so far.
+    The bodies right after their last contact, where they meet, and all contacts so far.
 
     Attributes
     ----------
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,)
-        Velocities, positive away from the wall.
+    strains : ndarray of shape (N - 1,)
+        Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle.
+    velocities : ndarray of shape (N,)
+        Along x: positive away from the wall.
     contact_times, contact_speeds : ndarray of shape (contacts,)
-        Times since the first contact and incoming speeds.
+        Times since the first contact and closing speeds.
+    impulses : ndarray of shape (contacts,) or None
+        Momentum given to the chain; None for what a wall gives a particle of mass 1.
+    position : float
+        Displacement of the first particle along x.
     """
 
     strains: NDArray[np.float64]
     velocities: NDArray[np.float64]
     contact_times: NDArray[np.float64]
     contact_speeds: NDArray[np.float64]
+    impulses: NDArray[np.float64] | None = None
+    position: float = 0.0
 
 
-def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
+def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Return u_i = x_i - (i - 1).
 
     Parameters
     ----------
-    wall_distance : float
-        x of particle 1.
+    position : float
+        Displacement of the first particle.
     strains : ndarray of shape (n - 1,)
         Bond lengths less one.
 
@@ -68,7 +74,7 @@ def displacements_from(wall_distance: float, strains: NDArray[np.float64]) -> ND
     ndarray of shape (n,)
         Displacements.
     """
-    return np.cumsum(np.concatenate(([wall_distance], strains)))
+    return np.cumsum(np.concatenate(([position], strains)))
 
 
 def finish(
@@ -111,36 +117,56 @@ def finish(
     TimestepError
         If the chain has gained energy as only unstable steps can.
     """
-    speed = scene.impact_velocity
-    energy_start = 0.5 * scene.particles * speed**2
+    bond, line = scene.bond, scene.line
+    energy_start, energy_last = _energies(scene, last)
     if energy_end is None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            energy_end = kinetic_energy(last.velocities)
-            energy_end += float(np.sum(scene.bond.energy(last.strains)))
+        energy_end = energy_last
     refuse_growth(scene, energy_start, energy_end)
     low, high = bond_range
+    displacements = displacements_from(last.position, last.strains)
+    first, targets = (0, 0) if line.at_wall else (line.first, line.targets)
+    strains, velocities = last.strains[first:], last.velocities[first:]
+    masses = None if line.plain else line.chain_masses
+    impulses = 2.0 * last.contact_speeds if last.impulses is None else last.impulses
     return Outcome(
         engine="reference",
         wall="event",
         scheme=scheme,
         timestep=timestep,
-        displacements=displacements_from(0.0, last.strains),
-        velocities=last.velocities,
+        displacements=displacements[first:],
+        velocities=velocities.copy() if first else velocities,
         contact_times=last.contact_times,
         contact_speeds=last.contact_speeds,
-        impulses=2.0 * last.contact_speeds,
+        impulses=impulses,
         ending=ending,
         duration=duration,
         bond_min=low,
         bond_max=high,
         energy_start=energy_start,
         energy_end=energy_end,
-        fragments=count_fragments(last.strains, last.velocities, scene.bond),
+        fragments=count_fragments(strains, velocities, bond, masses),
         seconds=seconds,
         force_evaluations=force_evaluations,
         crossed=low < 0.0,
         frames=frames,
+        target_displacements=displacements[:targets][::-1],
+        target_velocities=last.velocities[:targets][::-1].copy(),
     )
+
+
+def _energies(scene: Scene, last: LastContact) -> tuple[float, float]:
+    """Return all energy at the start, and after the last contact."""
+    line, bond = scene.line, scene.bond
+    with np.errstate(over="ignore", invalid="ignore"):
+        if line.plain:
+            energy_end = kinetic_energy(last.velocities)
+            energy_end += float(np.sum(bond.energy(last.strains)))
+            return 0.5 * scene.particles * scene.impact_velocity**2, energy_end
+        strains, velocities = last.strains, last.velocities
+        if line.at_wall:
+            strains, velocities = np.append(0.0, strains), np.append(0.0, velocities)
+        start = line.energy(bond, line.strains, line.velocities)
+        return start, line.energy(bond, strains, velocities)
 
 
 def kinetic_energy(velocities: NDArray[np.float64]) -> float:
@@ -184,7 +210,10 @@ def run_single_particle(
         frames = Frames(np.zeros(1), np.zeros((1, 1)), velocities.reshape(1, 1).copy())
     return finish(
         scene,
-        LastContact(np.empty(0), velocities, np.zeros(1), velocities.copy()),
+        LastContact(
+            *(np.empty(0), velocities, np.zeros(1), velocities.copy()),
+            impulses=2.0 * scene.line.contact_mass * velocities,
+        ),
         scheme=scheme,
         timestep=timestep,
         ending=Ending("proved"),

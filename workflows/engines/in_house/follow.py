@@ -1,4 +1,4 @@
-"""What a chain in flight does next, by the in-house integrator: hit the wall again, or never."""
+"""What bodies in flight do next, by the in-house integrator: meet again, or never."""
 
 import math
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
-from chaincor.workflows.engines.in_house.chain_coast import LookAhead
 from chaincor.workflows.engines.in_house.finish import strain_error, unfinished_error
+from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 # Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
 STEP = 0.3
@@ -40,7 +40,7 @@ class Flight:
 
 def follow(
     scene: Scene,
-    displacements: NDArray[np.float64],
+    strains: NDArray[np.float64],
     velocities: NDArray[np.float64],
     *,
     now: float,
@@ -48,16 +48,18 @@ def follow(
     shortest: float,
 ) -> Flight:
     """
-    Follow a chain in flight to its next contact, or to the end of its collision.
+    Follow bodies in flight to their next contact, or to the end of their collision.
 
     Parameters
     ----------
     scene : Scene
-        The collision; at least two particles.
-    displacements, velocities : ndarray of shape (n,)
-        The state.
+        The collision; at least one bond.
+    strains : ndarray of shape (N - 1,)
+        Of all bonds along x, with the gap.
+    velocities : ndarray of shape (N,)
+        Along x.
     now, last_contact : float
-        Its time, and that of the last contact, since the first.
+        The state's time, and when the last contact ended, since the first.
     shortest : float
         Shortest bond so far: with it the steps shrink.
 
@@ -71,20 +73,22 @@ def follow(
     RunError
         As the stepping engine.
     """
-    bond = scene.bond
+    line, bond = scene.line, scene.bond
     stiffest = max(float(bond.curvature(shortest - 1.0)), bond.stiffness)
-    step = STEP / math.sqrt(stiffest)
-    stepper = Stepper.of(bond, "order8", step)
-    chain = Chain.in_flight(scene, stepper.scheme, displacements, velocities)
-    chain.ledger["last_contact"] = last_contact - now
-    chain.ledger["strain_min"] = shortest - 1.0
-    look_ahead = LookAhead(scene, chain, stepper, chain.copy().copy, start=now)
-    watch = EndWatch(scene.particles, bond)
+    step = STEP / math.sqrt(stiffest / line.lightest)
+    stepper = Stepper.of(line, bond, "order8", step)
+    strains = strains.copy()
+    strains[line.gap] = max(float(strains[line.gap]), 0.0)
+    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
+    ledger = moving.ledger
+    ledger["patience"] = ledger["argue_first"] = math.inf
+    ledger["last_contact"] = last_contact - now
+    ledger["strain_min"] = shortest - 1.0
+    look_ahead = LookAhead(scene, moving, stepper, moving.copy().copy, start=now)
+    watch = EndWatch(scene.span, bond, scene.slow_stiffness)
     time = now
     while True:
-        ending = watch.look(
-            time, last_contact, float(chain.ledger["wall_distance"]), chain.strain, chain.velocity
-        )
+        ending = watch.look_at(time, last_contact, moving.bodies(bond))
         if ending is not None:
             return Flight(time, look_ahead.doubt_about(ending))
         settled = look_ahead.settle()
@@ -95,11 +99,11 @@ def follow(
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.
         until = max(watch.next_look(time, last_contact), time + step) - now
-        status = chain.advance(stepper, math.ceil(until / step))
-        if chain.ledger["contacts"] > 1:
-            return Flight(now + float(chain.contact_times[1]), None, look_ahead.doubt)
+        status = moving.advance(stepper, math.ceil(until / step))
+        if ledger["contacts"] > 0:
+            return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
         if status != motion.DONE:
-            low, high = float(chain.ledger["strain_min"]), float(chain.ledger["strain_max"])
+            low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
             remedy = f"take a smaller timestep than {step:g}, or a lower speed"
             raise strain_error(scene, low, high, time, remedy)
-        time = now + float(chain.ledger["steps"] * step)
+        time = now + float(ledger["steps"] * step)

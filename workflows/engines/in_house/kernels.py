@@ -1,9 +1,10 @@
-"""The loops of the stepping engine for one bond potential, compiled where that can be done."""
+"""The loops of the stepping engine for one potential and kind of line, compiled where it can be."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from threading import Event
+from typing import Any
 
 import numpy as np
 
@@ -17,20 +18,26 @@ from chaincor.workflows.engines.in_house.compile import (
     as_it_is,
     scalar_force,
 )
+from chaincor.workflows.engines.in_house.contact import build_contact
+from chaincor.workflows.engines.in_house.line_stages import (
+    PLAIN,
+    Kind,
+    array_line_stages,
+    looped_line_stages,
+)
 from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
-from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
 
 
 @dataclass(frozen=True)
 class Kernels:
     """
-    The loops for one potential.
+    The loops for one potential and kind of line.
 
     Attributes
     ----------
     advance : callable
-        Carries a chain over many steps; see ``motion``.
+        Carries a line over many steps; see ``motion``.
     coast : callable
         Carries it over coarse steps; see ``motion``.
     parameters : NamedTuple
@@ -51,7 +58,7 @@ class Kernels:
     loaded: Event = field(default_factory=Event, compare=False)
 
 
-def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
+def kernels_for(bond: Potential, scheme: StepScheme, kind: Kind = PLAIN) -> Kernels:
     """
     Return the loops for a bond potential, compiled once per process and cached on disk.
 
@@ -62,52 +69,63 @@ def kernels_for(bond: Potential, scheme: StepScheme) -> Kernels:
         function is tried, and if that cannot be compiled NumPy steps the chain.
     scheme : StepScheme
         Of what kind steps are.
+    kind : Kind
+        Of the line: of what it does not have, its loops know nothing.
 
     Returns
     -------
     Kernels
         The loops.
     """
-    return _kernels_for(bond, scheme.build_leap)
+    return _kernels_for(bond, scheme.build_leap, kind)
 
 
 @lru_cache(maxsize=KEPT)
-def _kernels_for(bond: Potential, build_leap: Callable) -> Kernels:
+def _kernels_for(bond: Potential, build_leap: Callable, kind: Kind) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
-        advance = _compile(force.function, force.keep, build_leap)
-        coast = _compile_coast(force.function, force.keep)
-        load_move = partial(_compile_move, force.function, force.keep, build_leap)
+        of = force.function, force.keep, kind
+        load_move = partial(_compile_move, *of, build_leap)
+        advance, coast = _compile(*of, build_leap), _compile_coast(*of)
         return Kernels(advance, coast, force.parameters, True, load_move)
 
     def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
-    stages = array_stages(bond)
-    advance = build_motion(first_force, build_leap(stages), stages, as_it_is)
-    return Kernels(advance, build_coast(stages), bond.parameters, compiled=False)
+    stages = array_line_stages(bond, kind)
+    advance = build_motion(first_force, build_leap(stages), stages, as_it_is, kind)
+    coast = build_coast(first_force, stages, as_it_is, kind)
+    return Kernels(advance, coast, bond.parameters, compiled=False)
 
 
-@lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: Keep, build_leap: Callable) -> Callable:
+def _compiler_of(function: Callable, keep: Keep, kind: Kind) -> tuple[LoopCompiler, Callable, Any]:
     # Per function, not per bond: toda bonds of any steepness share their loops.
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), _name_of(kind))
+    kernel = compiler.register(function)
+    return compiler, kernel, looped_line_stages(kernel, compiler.register, kind)
+
+
+def _name_of(kind: Kind) -> str:
+    return "" if kind == PLAIN else f".{kind.contact}"
+
+
+@lru_cache(maxsize=KEPT)
+def _compile(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
+    compiler, kernel, stages = _compiler_of(function, keep, kind)
     register = compiler.register
-    kernel = register(function)
-    stages = looped_stages(kernel, register)
-    return compiler.compile(build_motion(kernel, register(build_leap(stages)), stages, register))
+    leap = register(build_leap(stages))
+    return compiler.compile(build_motion(kernel, leap, stages, register, kind))
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_coast(function: Callable, keep: Keep) -> Callable:
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
-    stages = looped_stages(compiler.register(function), compiler.register)
-    return compiler.compile(build_coast(stages))
+def _compile_coast(function: Callable, keep: Keep, kind: Kind) -> Callable:
+    compiler, kernel, stages = _compiler_of(function, keep, kind)
+    return compiler.compile(build_coast(kernel, stages, compiler.register, kind))
 
 
 @lru_cache(maxsize=KEPT)
-def _compile_move(function: Callable, keep: Keep, build_leap: Callable) -> Callable:
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
-    stages = looped_stages(compiler.register(function), compiler.register)
+def _compile_move(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
+    compiler, kernel, stages = _compiler_of(function, keep, kind)
     leap = compiler.register(build_leap(stages))
-    return compiler.compile(build_move(leap, stages))
+    contact = build_contact(kernel, compiler.register, kind)
+    return compiler.compile(build_move(leap, stages, contact))

@@ -1,4 +1,12 @@
-"""The loops that move a chain: exact steps with the contacts inside them, and coarse ones."""
+r"""
+The loops that move the bodies of a line: exact steps with the contacts inside them, coarse ones.
+
+Hard bodies exchange the momentum :math:`2 \mu w` where their gap closes with the speed w; at a
+rigid wall that reverses particle 1. Soft ones overlap for a while: a step is cut where they touch
+and where they part, as the force has no derivatives there. Next to such a moment the force grows as
+a power that need not be whole, which no order of a scheme resolves: steps away from it double from
+a small part of the usual one, and steps towards it halve.
+"""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -6,8 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.workflows.engines.in_house.contact import build_contact, strains_of
 from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
-from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
+from chaincor.workflows.engines.in_house.line_stages import PLAIN, Kind
+from chaincor.workflows.engines.in_house.stages import Array, Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
 # Why `advance` came back: all steps done, the end may be near, no room for more contacts, more
@@ -28,18 +38,28 @@ FRONT_MARGIN = 16
 FRONT_THRESHOLD = 1e-24
 # The front takes up as many bonds at once as a vector holds: rests are done one by one.
 FRONT_BLOCK = 8
-# A contact within a step is likely where the parabola that particle 1 follows at first ends lower
+# A contact within a step is likely where the parabola that the gap follows at first ends lower
 # than this part of the way that the impact velocity would take it.
 LIKELY = 0.05
+# Shortest step next to a moment of touching or parting, in parts of the usual one. The momentum
+# there is the integral of a power q of the time: what such a step misses falls as its power q + 1,
+# and steps that double miss about as much.
+SHORTEST_SHARE = 2.0**-8
 
 LEDGER = np.dtype(
     [
-        ("wall_distance", "f8"),  # x of particle 1
+        ("position", "f8"),  # x of the first particle; before a hard wall the gap
+        ("last_position", "f8"),  # the same when the last contact ended
         ("impact_velocity", "f8"),  # v0
-        ("momentum", "f8"),  # of the chain, from the impulses
-        ("last_contact", "f8"),  # when particle 1 left the wall
+        ("contact_mass", "f8"),  # reduced mass of the particles that meet
+        ("momentum", "f8"),  # of the relative motion of the bodies, from the impulses
+        ("chain_momentum", "f8"),  # of the chain when soft bodies touched
+        ("first_contact", "f8"),  # when the bodies first met
+        ("last_contact", "f8"),  # when the last contact ended
         ("argue_after", "f8"),  # the end is argued when so much time has passed since then
+        ("argue_first", "f8"),  # the same after the first contact
         ("patience", "f8"),  # and that is so many mean intervals between contacts
+        ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
         ("strain_min", "f8"),  # smallest and largest strain met
         ("strain_max", "f8"),
         ("contact_min", "f8"),  # the same up to the last contact
@@ -48,6 +68,7 @@ LEDGER = np.dtype(
         ("strain_ceiling", "f8"),
         ("steps", "i8"),  # full steps done
         ("contacts", "i8"),
+        ("touching", "i8"),  # whether soft bodies overlap
         ("active", "i8"),  # bonds that have begun to move
         ("evaluations", "i8"),  # of all bond forces
         ("step_evaluations", "i8"),  # of one step
@@ -63,14 +84,18 @@ class Arrays(NamedTuple):
     Attributes
     ----------
     now : State
-        The chain, with the ledger's distance of particle 1 from the wall.
+        The line, with the ledger's position of its first particle.
     last : State
         The same right after the last contact.
     kept, near, trial : State
-        Scratch: before a step, of the particles near the wall while a contact is searched, and of
+        Scratch: before a step, of the particles near the contact while one is searched, and of
         what a step tries.
-    contacts : ndarray of shape (2, capacity)
-        Times and incoming speeds.
+    contacts : ndarray of shape (3, capacity)
+        Times and closing speeds, and the momentum given to the chain.
+    masses : ndarray of shape (N,)
+        Of the chain's particles; 0 for those of a target.
+    window : ndarray of shape (2,)
+        First and last but one of the particles near the contact.
     log : ndarray of shape (2, capacity)
         Of each leap its duration, and whether a contact ends it. Mostly without room, and not kept.
     """
@@ -81,26 +106,32 @@ class Arrays(NamedTuple):
     near: State
     trial: State
     contacts: NDArray[np.float64]
+    masses: NDArray[np.float64]
+    window: NDArray[np.int64]
     log: NDArray[np.float64]
 
     def unnamed(self) -> tuple:
         """Return plain tuples: named ones cost a compiled function 5 us more at each call."""
-        now, last, kept, near, trial, contacts, log = self
-        states = tuple(now), tuple(last), tuple(kept), tuple(near), tuple(trial)
-        return *states, contacts, log
+        now, last, kept, near, trial, *others = self
+        return *(tuple(state) for state in (now, last, kept, near, trial)), *others
 
 
 class Search(NamedTuple):
-    """What the search for a contact works on; the step begins where the ledger has particle 1."""
+    """What the search for a contact works on: particles near it before a step, and how many."""
 
-    ledger: np.record
+    position: float
+    sign: float
+    bonds: int
+    wanted: int
     kept: State
     near: State
     trial: State
     rule: Rule
 
 
-def build_motion(force: Callable, leap: Callable, stages: Stages, register: Callable) -> Callable:
+def build_motion(
+    force: Callable, leap: Callable, stages: Stages, register: Callable, kind: Kind = PLAIN
+) -> Callable:
     """
     Put the loops of the stepping engine together.
 
@@ -109,31 +140,95 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
     force : callable
         -dU/dr of one strain, ``force(strain, parameters)``.
     leap : callable
-        One step away from the wall, as in ``schemes``.
+        One step without a contact, as in ``schemes``.
     stages : Stages
         What it is made of.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
+    kind : Kind
+        Of the line.
 
     Returns
     -------
     callable
         ``advance(ledger, arrays, goal, step, fractions, parameters)``: take steps until `goal` of
         them are done or something needs the caller. `arrays` are those of `Arrays.unnamed`,
-        `fractions` of the scheme, unnamed as well, `parameters` of the potential. With a log it
+        `fractions` of the scheme, unnamed as well, `parameters` those of the line. With a log it
         also comes back, with `DONE`, when there may be no room for the leaps of another step.
     """
-    copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
+    copy = stages.copy
+    contact = build_contact(force, register, kind)
+    named, around, opening = contact.named, contact.around, contact.opening
+    closing_speed, close, bounce = contact.closing, contact.close, contact.bounce
+    count_outside, extremes = strains_of(stages, register, kind)
+    wall, soft = kind.contact == "wall", kind.contact == "soft"
 
     @register
     def probe(time: float, search: Search) -> PathPoint:
-        # Particle 1 after a step of any size; of the bonds only the first matters.
-        ledger, near, rule = search.ledger, search.near, search.rule
-        x0, bonds = ledger.wall_distance, ledger.active
-        x = leap(x0, search.kept, near, search.trial, bonds, 1, time, rule)
-        return x, near.velocity[0], -force(near.strain[0], rule.parameters)
+        # The gap after a step of any size; of the bonds only those next to it matter.
+        position, sign, bonds, wanted, kept, near, trial, rule = search
+        position = leap(position, kept, near, trial, bonds, wanted, time, rule)
+        x, v, a = opening(position, near, rule.parameters)
+        return sign * x, sign * v, sign * a
 
     find_contact = build_contact_search(probe=probe, register=register)
+
+    @register
+    def momentum_of(masses: Array, velocity: Array) -> float:
+        total = 0.0
+        for i in range(masses.shape[0]):
+            total += masses[i] * velocity[i]
+        return total
+
+    @register
+    def widen(ledger: Any, strain: Array, bonds: int, parameters: Any) -> bool:
+        # Note the strains; return whether they are allowed.
+        if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max, parameters) > 0:
+            low, high = extremes(strain, bonds, parameters)
+            ledger.strain_min = min(ledger.strain_min, low)
+            ledger.strain_max = max(ledger.strain_max, high)
+            return low > ledger.strain_floor and high < ledger.strain_ceiling
+        return True
+
+    @register
+    def touch(ledger: Any, contacts: Array, velocity: Array, masses: Array, speed: float) -> None:
+        # Soft bodies begin to overlap.
+        ledger.touching = 1
+        ledger.chain_momentum = momentum_of(masses, velocity)
+        contacts[1, ledger.contacts] = speed
+        ledger.contacts += 1
+
+    @register
+    def part(ledger: Any, contacts: Array, velocity: Array, masses: Array) -> None:
+        ledger.touching = 0
+        given = momentum_of(masses, velocity) - ledger.chain_momentum
+        contacts[2, ledger.contacts - 1] = given
+        ledger.momentum += given
+
+    @register
+    def collide(ledger: Any, contacts: Array, velocity: Array, speed: float, rule: Rule) -> None:
+        given = 2.0 * ledger.contact_mass * speed
+        bounce(velocity, given, rule.parameters)
+        contacts[1, ledger.contacts] = speed
+        contacts[2, ledger.contacts] = given
+        ledger.momentum += given
+        ledger.contacts += 1
+
+    @register
+    def leave(ledger: Any, arrays: tuple, now: float, bonds: int, parameters: Any) -> None:
+        # A contact has ended.
+        strain, velocity = arrays[0]
+        ledger.last_contact = now
+        ledger.last_position = ledger.position
+        if ledger.contacts == 1:
+            ledger.argue_after = ledger.argue_first
+        else:
+            lasted = now - ledger.first_contact
+            ledger.argue_after = ledger.patience * lasted / (ledger.contacts - 1)
+        copy(strain, velocity, State(arrays[1][0], arrays[1][1]), bonds)
+        low, high = extremes(strain, bonds, parameters)
+        ledger.contact_min = min(ledger.strain_min, low)
+        ledger.contact_max = max(ledger.strain_max, high)
 
     def advance(
         ledger: Any,
@@ -143,13 +238,17 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
         fractions: tuple,
         parameters: Parameters,
     ) -> int:
-        now, last, kept, near, trial, contacts, log = arrays
-        kept, now, last = State(kept[0], kept[1]), State(now[0], now[1]), State(last[0], last[1])
+        now, _, kept, near, trial, contacts, masses, window, log = arrays
+        kept, now = State(kept[0], kept[1]), State(now[0], now[1])
         near, trial = State(near[0], near[1]), State(trial[0], trial[1])
         strain, velocity = now
+        begin, end = window[0], window[1]
+        parameters = named(parameters)
         rule = Rule(fractions, parameters)
-        search = Search(ledger, kept, near, trial, rule)
+        near_rule = Rule(fractions, around(parameters, begin, end))
+        kept_near = State(kept[0][begin : end - 1], kept[1][begin:end])
         threshold = FRONT_THRESHOLD * ledger.impact_velocity
+        shortest = ledger.shortest_share * step
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL
@@ -157,64 +256,85 @@ def build_motion(force: Callable, leap: Callable, stages: Stages, register: Call
                 return DONE
             # After this the step is done, contacts within it included; the grid of steps is kept,
             # which keeps the motion reversible in time.
-            begin = ledger.steps * step
+            since = ledger.steps * step
             bonds = ledger.active
             left = step
+            # Steps double from the moment at which soft bodies touched or parted.
+            limit = step
             while left > 0.0:
                 if ledger.contacts == contacts.shape[1]:
                     return CROWDED
+                ahead = min(left, limit)
+                sign = 1.0
+                if soft and ledger.touching:
+                    sign = -1.0
                 copy(strain, velocity, kept, bonds)
-                x0 = ledger.wall_distance
-                start = (x0, velocity[0], -force(strain[0], parameters))
-                # Where a contact is likely, the few particles that act on particle 1 are moved
-                # first: it costs less than to move the chain and to take that back.
-                ahead = x0 + left * (start[1] + 0.5 * left * start[2])
-                likely = ahead < LIKELY * left * ledger.impact_velocity
+                x0 = ledger.position
+                x, v, a = opening(x0, now, parameters)
+                start = (sign * x, sign * v, sign * a)
+                around_bonds = end - begin - 1
+                wanted = around_bonds
+                if wall:
+                    around_bonds = min(bonds, around_bonds)
+                    wanted = 1
+                search = Search(x0, sign, around_bonds, wanted, kept_near, near, trial, near_rule)
+                # Where a contact is likely, the few particles that act on the gap are moved first:
+                # it costs less than to move all and to take that back.
+                reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
+                likely = reached < LIKELY * ahead * ledger.impact_velocity
+                x1 = x0
                 if likely:
-                    end = probe(left, search)
+                    stop = probe(ahead, search)
                 else:
-                    x1 = leap(x0, kept, now, trial, bonds, bonds, left, rule)
+                    x1 = leap(x0, kept, now, trial, bonds, bonds, ahead, rule)
                     ledger.evaluations += ledger.step_evaluations
-                    end = (x1, velocity[0], -force(strain[0], parameters))
-                time = find_contact(left, start, end, search)
-                moved = time if time >= 0.0 else left
+                    x, v, a = opening(x1, now, parameters)
+                    stop = (sign * x, sign * v, sign * a)
+                time = find_contact(ahead, start, stop, search)
+                meets = time >= 0.0
+                moved = time if meets else ahead
+                if soft and meets and ledger.touching and time > shortest:
+                    # Towards parting by halves.
+                    meets = False
+                    moved = 0.5 * time
                 if log.shape[1] > 0:
                     if ledger.leaps == log.shape[1]:
                         return CROWDED
-                    log[0, ledger.leaps], log[1, ledger.leaps] = moved, time >= 0.0
+                    log[0, ledger.leaps], log[1, ledger.leaps] = moved, meets
                     ledger.leaps += 1
-                if likely or time >= 0.0:
+                if likely or moved != ahead or meets:
                     x1 = leap(x0, kept, now, trial, bonds, bonds, moved, rule)
                     ledger.evaluations += ledger.step_evaluations
-                if time < 0.0:
-                    ledger.wall_distance = x1
-                    break
-                speed = abs(velocity[0])
-                velocity[0] = speed
-                left -= time
-                ledger.wall_distance = 0.0
-                ledger.momentum += 2.0 * speed
-                ledger.last_contact = begin + (step - left)
-                ledger.argue_after = ledger.patience * ledger.last_contact / ledger.contacts
-                copy(strain, velocity, last, bonds)
-                low, high = extremes(strain, bonds)
-                ledger.contact_min = min(ledger.strain_min, low)
-                ledger.contact_max = max(ledger.strain_max, high)
-                contacts[0, ledger.contacts] = ledger.last_contact
-                contacts[1, ledger.contacts] = speed
-                ledger.contacts += 1
+                ledger.position = x1
+                left -= moved
+                if not meets:
+                    if soft:
+                        limit = moved if moved != ahead else 2.0 * limit
+                    continue
+                ledger.position = close(strain, x1, parameters)
+                moment = since + (step - left)
+                speed = closing_speed(velocity, parameters)
+                if soft:
+                    limit = shortest
+                if soft and ledger.touching:
+                    part(ledger, contacts, velocity, masses)
+                else:
+                    contacts[0, ledger.contacts] = moment
+                    if ledger.contacts == 0:
+                        ledger.first_contact = moment
+                    if soft:
+                        touch(ledger, contacts, velocity, masses, speed)
+                        continue
+                    collide(ledger, contacts, velocity, abs(speed), rule)
+                leave(ledger, arrays, moment, bonds, parameters)
             ledger.steps += 1
-            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
-                low, high = extremes(strain, bonds)
-                ledger.strain_min = min(ledger.strain_min, low)
-                ledger.strain_max = max(ledger.strain_max, high)
-                if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
-                    return OUTSIDE
+            if not widen(ledger, strain, bonds, parameters):
+                return OUTSIDE
             while bonds < strain.shape[0] and abs(strain[bonds - FRONT_MARGIN]) > threshold:
                 bonds = min(strain.shape[0], bonds + FRONT_BLOCK)
             ledger.active = bonds
             away = ledger.steps * step - ledger.last_contact
-            if ledger.momentum > 0.0 and away >= ledger.argue_after:
+            if ledger.momentum > 0.0 and away >= ledger.argue_after and not ledger.touching:
                 return ARGUE
         return DONE
 
@@ -232,7 +352,7 @@ class Glide(NamedTuple):
     step : float
         Their size.
     clearance : float
-        How near to the wall particle 1 may come.
+        How small the gap may get.
     first, last : bool
         Whether it is the first and the last part: the state is half a step off between parts.
     """
@@ -244,45 +364,56 @@ class Glide(NamedTuple):
     last: bool
 
 
-def build_coast(stages: Stages) -> Callable:
+def build_coast(
+    force: Callable, stages: Stages, register: Callable, kind: Kind = PLAIN
+) -> Callable:
     """
     Return the loop over coarse steps.
 
     Parameters
     ----------
+    force : callable
+        -dU/dr of one strain, ``force(strain, parameters)``.
     stages : Stages
         What they are made of.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
+    kind : Kind
+        Of the line.
 
     Returns
     -------
     callable
         ``coast(ledger, state, glide, parameters)``: takes the Verlet steps of a `Glide` and
-        returns how many, fewer than asked for where particle 1 comes too near to the wall or a
-        strain is not allowed; the state is half a step off then. State and glide are unnamed.
+        returns how many, fewer than asked for where the gap gets too small or a strain is not
+        allowed; the state is half a step off then. State and glide are unnamed.
     """
-    stage, drift, extremes = stages.stage, stages.drift, stages.extremes
-    count_outside = stages.count_outside
+    stage, drift = stages.stage, stages.drift
+    contact = build_contact(force, register, kind)
+    named, gap_of = contact.named, contact.gap
+    count_outside, extremes = strains_of(stages, register, kind)
 
     def coast(ledger: Any, state: tuple, glide: tuple, parameters: Parameters) -> int:
         strain, velocity = state
         steps, step, clearance, first, last = glide
+        parameters = named(parameters)
         bonds = strain.shape[0]
         ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
         for taken in range(steps):
-            ledger.wall_distance += ahead * velocity[0]
+            ledger.position += ahead * velocity[0]
             stage(strain, velocity, bonds, ahead, step, parameters)
             ahead = step
             ledger.evaluations += 1
-            if not ledger.wall_distance > clearance:
+            if not gap_of(ledger.position, strain, parameters) > clearance:
                 return taken
-            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max) > 0:
-                low, high = extremes(strain, bonds)
+            if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max, parameters) > 0:
+                low, high = extremes(strain, bonds, parameters)
                 ledger.strain_min = min(ledger.strain_min, low)
                 ledger.strain_max = max(ledger.strain_max, high)
                 if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
                     return taken
         if last:
-            ledger.wall_distance += 0.5 * step * velocity[0]
+            ledger.position += 0.5 * step * velocity[0]
             drift(strain, velocity, bonds, 0.5 * step)
         return steps
 

@@ -9,7 +9,6 @@ from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.follow import Flight, follow
-from chaincor.workflows.engines.in_house.lines.following import follow_line
 from chaincor.workflows.engines.pieces import count_fragments
 
 # So much more is waited than bodies can take to meet.
@@ -59,7 +58,8 @@ class Bodies:
 
     def follow(self, displacements: Array, velocities: Array, **times: float) -> Flight:
         """Ask the in-house integrator what comes next, see :func:`follow`."""
-        return follow(self.scene, displacements, velocities, **times)
+        strains = np.diff(np.append(0.0, displacements))
+        return follow(self.scene, strains, np.append(0.0, velocities), **times)
 
     def split(self, displacements: Array, velocities: Array) -> dict[str, Any]:
         """Return a state as an :class:`Outcome` has it, or a moment of :class:`Frames`."""
@@ -116,7 +116,7 @@ class LineBodies(Bodies):
     def follow(self, displacements: Array, velocities: Array, **times: float) -> Flight:
         """Ask the in-house integrator what comes next."""
         strains = self._strains_along(displacements)
-        return follow_line(self.scene, strains, self._velocities_along(velocities), **times)
+        return follow(self.scene, strains, self._velocities_along(velocities), **times)
 
     def split(self, displacements: Array, velocities: Array) -> dict[str, Any]:
         """Return a state as an :class:`Outcome` has it, or a moment of :class:`Frames`."""

@@ -24,8 +24,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.chain_coast import bonds_in_flight
-from chaincor.workflows.engines.in_house.lines.following import line_bonds_in_flight
+from chaincor.workflows.engines.in_house.motion_coast import bonds_in_flight
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.engines.lammps.meeting import grading
@@ -157,7 +156,6 @@ def _range_in_flight(
     low, high = float(table.lengths[0]), table.longest
     if outcome is None or scene.span == 1:
         return low, high
-    flight = bonds_in_flight if scene.line.plain else line_bonds_in_flight
-    shortest, longest = flight(scene, outcome, flown_on(scene))
+    shortest, longest = bonds_in_flight(scene, outcome, flown_on(scene))
     # Coarse steps, and steps of the script's own, may see other bonds.
     return min(low, 1.0 - _MARGIN * (1.0 - shortest)), max(high, 1.0 + _MARGIN * (longest - 1.0))

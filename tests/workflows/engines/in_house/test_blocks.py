@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.engines import interrupts
-from chaincor.workflows.engines.in_house import chain, motion, stepping
+from chaincor.workflows.engines.in_house import motion, moving, stepping
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.errors import TimestepError
@@ -32,7 +32,7 @@ def in_blocks(monkeypatch):
     """Return a function that sets how chains are cut, however short they are."""
 
     def cut(count, leaps=4, aligned=1):
-        monkeypatch.setattr(chain, "cores", lambda: count)
+        monkeypatch.setattr(moving, "cores", lambda: count)
         monkeypatch.setattr(running, "LEAST_ACTIVE", 80)
         monkeypatch.setattr(running, "LEAST_MARGINS", 1)
         monkeypatch.setattr(running, "LEAPS", leaps)
@@ -124,7 +124,7 @@ def test_bonds_that_fail_are_named_alike(in_blocks, moved, monkeypatch):
     numerics = Numerics(scheme="order6", timestep=0.2)
     in_blocks(1)
     longest = stepping.run(LJ, numerics).bond_max - 1.0
-    monkeypatch.setattr(chain, "allowed_strains", lambda bond: (-1.0, 0.999 * longest))
+    monkeypatch.setattr(moving, "allowed_strains", lambda bond: (-1.0, 0.999 * longest))
     reasons = []
     for count in (1, 2):
         in_blocks(count)
@@ -149,8 +149,8 @@ SESSION = """
 import signal, threading
 signal.signal(signal.SIGINT, signal.default_int_handler)
 from chaincor import Scene, collide
-from chaincor.workflows.engines.in_house import chain
-chain.cores = lambda: 3
+from chaincor.workflows.engines.in_house import moving
+moving.cores = lambda: 3
 scene = Scene(particles=20000, engine="reference", scheme="order8", timestep=0.1)
 print("BEGINS", flush=True)
 try:

@@ -149,9 +149,10 @@ for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
     compiler = LoopCompiler.for_force(force)
     register = compiler.register
-    coast = compiler.compile(build_coast(looped_stages(register(force.function), register)))
+    kernel = register(force.function)
+    coast = compiler.compile(build_coast(kernel, looped_stages(kernel, register), register))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
-    ledger.wall_distance, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
+    ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
     strain, velocity = np.full(4, -0.1), np.zeros(5)
     assert coast(ledger, (strain, velocity), (3, 0.1, 0.0, True, True), force.parameters) == 3
     print(velocity.tobytes().hex(), coast.compiled)

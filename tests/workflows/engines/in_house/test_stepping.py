@@ -9,8 +9,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import motion, stepping
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
 from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import (
     BarrierError,
@@ -83,8 +83,8 @@ def test_order_of_convergence(scheme, steps):
 def test_time_reversal(scheme, potential):
     scene = Scene(potential=potential, particles=30, speed=0.5)
     step = {"verlet": 0.0125, "order4": 0.05, "order6": 0.1, "order8": 0.1, "srkn14": 0.1}[scheme]
-    stepper = Stepper.of(scene.bond, scheme, step)
-    chain = Chain.at_first_contact(scene, stepper.scheme)
+    stepper = Stepper.of(scene.line, scene.bond, scheme, step)
+    chain = Motion.at_start(scene, stepper.scheme)
     chain.ledger.argue_after = np.inf
     chain.ledger.patience = np.inf
     chain.ledger.active = 29
@@ -105,7 +105,7 @@ def test_time_reversal(scheme, potential):
     v0 = scene.impact_velocity
     assert np.abs(back.velocity + early.velocity).max() < allowed * v0
     assert np.abs(back.strain - early.strain).max() < allowed * v0
-    assert back.ledger.wall_distance == pytest.approx(early.ledger.wall_distance, abs=allowed * v0)
+    assert back.ledger.position == pytest.approx(early.ledger.position, abs=allowed * v0)
     backward = goal * step - back.contact_times[1:][::-1]
     assert np.abs(backward - forward).max() < 10.0 * allowed
 
@@ -156,10 +156,10 @@ def test_frames_change_nothing(interval):
 
 def test_particles_ahead_of_the_front_may_be_left_out():
     scene = Scene(potential="lj", particles=300, speed=0.5)
-    stepper = Stepper.of(scene.bond, "order8", 0.1)
+    stepper = Stepper.of(scene.line, scene.bond, "order8", 0.1)
     states = []
     for active in (None, 299):
-        chain = Chain.at_first_contact(scene, stepper.scheme)
+        chain = Motion.at_start(scene, stepper.scheme)
         if active is not None:
             chain.ledger.active = active
         chain.advance(stepper, 1000)
@@ -253,12 +253,12 @@ def test_bonds_of_users(force, compiled, scheme):
 
 def test_a_chain_after_its_last_contact_goes_the_same_way():
     scene = Scene(potential="lj", particles=48, speed=1.3505)
-    stepper = Stepper.of(scene.bond, "order8", 0.02)
-    chain = Chain.at_first_contact(scene, stepper.scheme)
+    stepper = Stepper.of(scene.line, scene.bond, "order8", 0.02)
+    chain = Motion.at_start(scene, stepper.scheme)
     assert chain.advance(stepper, 10**6) == motion.ARGUE
     last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
     again = chain.after_last_contact()
-    assert (again.ledger["contacts"], again.ledger["wall_distance"]) == (1, 0.0)
+    assert (again.ledger["contacts"], again.ledger["position"]) == (1, 0.0)
     kept = chain.strain.copy()
     count = 100
     again.ledger["argue_after"] = np.inf
@@ -266,5 +266,5 @@ def test_a_chain_after_its_last_contact_goes_the_same_way():
     # Both are good to 1e-10 by then.
     assert again.strain == pytest.approx(chain.strain, abs=1e-9)
     assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)
-    assert again.ledger["wall_distance"] == pytest.approx(chain.ledger["wall_distance"], abs=1e-9)
+    assert again.ledger["position"] == pytest.approx(chain.ledger["position"], abs=1e-9)
     assert np.array_equal(chain.strain, kept)

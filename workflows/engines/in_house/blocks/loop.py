@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.workflows.engines.in_house.contact import Contact
 from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
@@ -14,7 +15,7 @@ from chaincor.workflows.engines.schemes import Rule
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
-def build_move(leap: Callable, stages: Stages) -> Callable:
+def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
     """
     Return the loop that carries one block of a chain through many leaps.
 
@@ -28,6 +29,8 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
         One step away from the wall, as in ``schemes``.
     stages : Stages
         What it is made of.
+    contact : Contact
+        That of a hard wall.
 
     Returns
     -------
@@ -41,6 +44,7 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
         `found`.
     """
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
+    named, around = contact.named, contact.around
 
     def move(
         old: tuple,
@@ -60,7 +64,8 @@ def build_move(leap: Callable, stages: Stages) -> Callable:
         one, another, spare = scratch
         here, there = State(one[0], one[1]), State(another[0], another[1])
         trial = State(spare[0], spare[1])
-        rule = Rule(fractions, parameters)
+        particles = old[1].shape[0]
+        rule = Rule(fractions, around(named(parameters), begin, particles))
         bonds, own = stop - begin, first - begin
         total = old_strain.shape[0]
         last_contact = -1

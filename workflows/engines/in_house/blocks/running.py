@@ -134,7 +134,10 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
 
 
 # What the head of a chain knows of the whole.
-_OF_HEAD = ("wall_distance", "momentum", "last_contact", "argue_after", "steps", "contacts")
+_OF_HEAD = (
+    *("position", "momentum", "first_contact", "last_contact", "argue_after"),
+    *("steps", "contacts"),
+)
 _COUNTED = "evaluations"
 
 
@@ -149,8 +152,8 @@ class _Head:
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
         self._now = now
-        self._arrays = motion.Arrays(
-            now, last, kept, arrays.near, trial, arrays.contacts, self._log
+        self._arrays = arrays._replace(
+            now=now, last=last, kept=kept, trial=trial, log=self._log
         ).unnamed()
         self._ledger = ledger.copy()
 

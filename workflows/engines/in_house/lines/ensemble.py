@@ -9,11 +9,14 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN, allowed_strains
-from chaincor.workflows.engines.in_house.lines import loop
-from chaincor.workflows.engines.in_house.lines.bodies import unnamed
-from chaincor.workflows.engines.in_house.lines.compiled import LineKernels, ensemble_kernels_for
+from chaincor.workflows.engines.in_house.line_stages import LineParameters
+from chaincor.workflows.engines.in_house.lines.compiled import (
+    EnsembleKernels,
+    ensemble_kernels_for,
+)
 from chaincor.workflows.engines.in_house.lines.ensemble_loop import (
     DUE,
     MOVING,
@@ -27,7 +30,6 @@ from chaincor.workflows.engines.in_house.lines.many_states import (
     chain_energies,
     each_sum,
 )
-from chaincor.workflows.engines.in_house.lines.verlet import LineParameters
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.engines.parting import bodies_of
@@ -43,7 +45,7 @@ from chaincor.workflows.errors import RunError
 Array = NDArray[np.float64]
 
 # Contacts are listed until there are so many; then only their number is kept.
-_LISTED = 2 * loop.SPARE_CONTACTS
+_LISTED = 2 * motion.SPARE_CONTACTS
 # Bounds are worked out down to this part of the largest energy.
 _LEAST_ENERGY = 1e-4
 # Collisions of n particles take about this long.
@@ -75,7 +77,7 @@ class ManyCollisions:
         self._scheme = STEP_SCHEMES[scheme]
         kernels = ensemble_kernels_for(bond, self._scheme)
         assert kernels is not None, "serves() says so"
-        self._kernels: LineKernels = kernels
+        self._kernels: EnsembleKernels = kernels
         self._stiffness = bond.stiffness / line.mean_mass
         self._parameters = tuple(LineParameters.of(line, kernels.parameters))
         self._bounds: dict[int, EndBounds] = {}
@@ -153,21 +155,23 @@ class _Group:
         self.argued = np.zeros(count, bool)
         self.ledgers = self._ledgers(count)
         reach = of._scheme.reach
-        end = min(n + 1, self._line.first + reach + 1)
+        end = min(n, reach + 1)
         self._scratch = (
-            (np.empty(n), np.empty(n + 1)),
-            (np.empty(n), np.empty(n + 1)),
+            (np.empty(n - 1), np.empty(n)),
             (np.empty(end - 1), np.empty(end)),
-            (np.empty(end - 1), np.empty(end)),
-            np.concatenate(([0.0], self._line.chain_masses)),
+            (np.empty(n - 1), np.empty(n)),
+            self._line.chain_masses.copy(),
             np.array([0, end]),
+            np.empty((2, 0)),
         )
-        self._lanes = unnamed(Lanes.of(self._line.inverse_masses))
+        self._lanes = Lanes.of(self._line.inverse_masses).unnamed()
         self.untils = np.zeros(count)
 
     def _ledgers(self, count: int) -> NDArray:
-        ledgers = np.zeros(count, loop.LINE_LEDGER)
+        ledgers = np.zeros(count, motion.LEDGER)
         ledgers["shortest_share"] = 1.0
+        ledgers["active"] = self.strains.shape[1] - 1
+        ledgers["patience"] = ledgers["argue_first"] = ledgers["argue_after"] = np.inf
         ledgers["contact_mass"] = self._line.contact_mass
         ledgers["strain_floor"], ledgers["strain_ceiling"] = allowed_strains(self._bond)
         bonds = self.strains[:, 1:]
@@ -187,7 +191,7 @@ class _Group:
             *(self.contacts, self.counts, self.firsts, self.energies),
             *(self.untils, self.statuses),
         )
-        of._kernels.advance(
+        of._kernels.carry(
             self.ledgers,
             states,
             self._scratch,
@@ -238,7 +242,7 @@ class _Group:
         while np.any(self.statuses == MOVING):
             self._carry()
             for s in np.flatnonzero(self.statuses == DUE).tolist():
-                now, last = float(self._now[s]), float(self.ledgers["parted"][s])
+                now, last = float(self._now[s]), float(self.ledgers["last_contact"][s])
                 if self._number[s] == 0:
                     self.untils[s] = now + interval + approach[s]
                     self.statuses[s] = MOVING
@@ -280,7 +284,7 @@ class _Group:
             proved=~self.argued if known is None else known.proved,
             speeds=each_sum(self.last_velocities[:, 1:] * masses) / whole,
             contacts=self._number,
-            last_contact_times=self.ledgers["parted"] - self.firsts,
+            last_contact_times=self.ledgers["last_contact"] - self.firsts,
             silent=self._silent(),
             bond_min=1.0 + self.ledgers["contact_min"],
             bond_max=1.0 + self.ledgers["contact_max"],

@@ -2,7 +2,7 @@ r"""
 The loop that carries many collisions with a wall side by side, without Python in between.
 
 They fly in lanes (``lines.lanes``); a step in which particle 1 may meet the wall is done by the
-loop of ``lines.loop``. What comes out of one does not depend on which others are there. Most ends
+loop of ``motion``. What comes out of one does not depend on which others are there. Most ends
 are proved here, by energy and momentum: with all energy that is not in the motion of its centre of
 mass the chain cannot stretch back to the wall (``ending``). What that does not rule out is left to
 Python.
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.lines import loop
+from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.lines.lanes import LANES
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN
@@ -116,7 +116,7 @@ def build_carry(
     force : callable
         -dU/dr of one strain, ``force(strain, parameters)``.
     advance : callable
-        See ``lines.loop``: it does the steps in which particle 1 may meet the wall.
+        See ``motion``: it does the steps in which particle 1 may meet the wall.
     leap : callable
         See ``lines.lanes``: it does all others.
     over : callable
@@ -131,7 +131,7 @@ def build_carry(
         moves each collision until its end is proved or its time is up, or until `stopped[0]`.
         `states` are arrays with a row each: strains, velocities, both after the last contact,
         contacts, counts of contacts that have left that list, times of the first one, energies,
-        times until which to move, and why it was left. `scratch` is that of ``lines.loop``,
+        times until which to move, and why it was left. `scratch` is that of ``motion``,
         `lanes` the fields of `Lanes`.
     """
 
@@ -145,15 +145,15 @@ def build_carry(
         ledger = ledgers[s]
         if counts[s] == 0 and ledger.contacts > 0:
             firsts[s] = contacts[s, 0, 0]
-        if status == loop.FULL:
+        if status == motion.FULL:
             # Only how many there were is asked for.
             counts[s] += ledger.contacts
             ledger.contacts = 0
             return False
-        if status != loop.DONE:
+        if status != motion.DONE:
             statuses[s] = UNRESOLVED
             return True
-        quiet = ledger.contacts + counts[s] > 0 and ledger.parted <= begun * step
+        quiet = ledger.contacts + counts[s] > 0 and ledger.last_contact <= begun * step
         if quiet and over(strains[s], velocities[s], 1, energies[s], bounds):
             statuses[s] = PROVED
             return True
@@ -169,7 +169,7 @@ def build_carry(
         now = ledger.steps * step
         since = 0.0
         if ledger.contacts + counts[s] > 0:
-            since = _LATER_LOOKS * (now - ledger.parted)
+            since = _LATER_LOOKS * (now - ledger.last_contact)
         later = min(now + max(_FIRST_LOOK * bounds.interval, since), untils[s])
         return max(ledger.steps + 1, int(np.ceil(later / step)))
 
@@ -223,23 +223,25 @@ def build_carry(
         parameters: Any,
         bounds: EndBounds,
     ) -> int:
-        kept, trial, near, near_trial, masses, window = scratch
+        kept, near, trial, masses, window, log = scratch
         arrays = (
-            (states[0][s], states[1][s]),
-            (states[2][s], states[3][s]),
+            (states[0][s, 1:], states[1][s, 1:]),
+            (states[2][s, 1:], states[3][s, 1:]),
             kept,
-            trial,
             near,
-            near_trial,
+            trial,
             states[4][s],
             masses,
             window,
+            log,
         )
         ledger = ledgers[s]
         goal = ledger.steps + 1
+        ledger.position = states[0][s, 0]
         while True:
             status = advance(ledger, arrays, goal, step, fractions, parameters)
-            if status != loop.FULL:
+            if status != motion.FULL:
+                states[0][s, 0] = ledger.position
                 return status
             look(s, ledgers, states, step, bounds, 0, status)
 
@@ -282,7 +284,7 @@ def build_carry(
                 if s < 0:
                     continue
                 ledger = ledgers[s]
-                status = loop.DONE
+                status = motion.DONE
                 if may_meet(old, new, k, step, weights, bond):
                     unload(s, k, states, old)
                     status = step_alone(
@@ -293,8 +295,8 @@ def build_carry(
                     ledger.steps += 1
                     ledger.strain_min, ledger.strain_max = low[k], high[k]
                 if not (ledger.strain_floor < low[k] and high[k] < ledger.strain_ceiling):
-                    status = loop.OUTSIDE
-                if ledger.steps < goals[k] and status == loop.DONE:
+                    status = motion.OUTSIDE
+                if ledger.steps < goals[k] and status == motion.DONE:
                     continue
                 unload(s, k, states, new)
                 if not look(s, ledgers, states, step, bounds, begun[k], status):

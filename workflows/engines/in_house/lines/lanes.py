@@ -3,7 +3,7 @@ Steps of many chains side by side, one in each lane of the processor's vector un
 
 A chain of ten is too short for them: its loops begin and end more than they run. Here chains of one
 step H lie interleaved, number i of lane k at :math:`i L + k`, and loops run over all of them; the
-motion is that of ``lines.verlet`` before a rigid wall, away from contacts.
+motion is that of ``line_stages`` before a rigid wall, away from contacts.
 """
 
 from collections.abc import Callable
@@ -47,6 +47,10 @@ class Lanes(NamedTuple):
         bonds = (len(inverse) - 1) * LANES
         old, new, trial = (State(np.zeros(bonds), np.zeros(bonds + LANES)) for _ in range(3))
         return cls(old, new, trial, np.zeros(bonds), np.repeat(inverse, LANES))
+
+    def unnamed(self) -> tuple:
+        """Return plain tuples, as compiled functions take them sooner."""
+        return *(tuple(state) for state in self[:3]), *self[3:]
 
 
 def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callable:

@@ -45,5 +45,7 @@ def coasts_for(bond: Potential) -> Callable | None:
 @lru_cache(maxsize=KEPT)
 def _compile_coasts(function: Callable, keep: Keep) -> Callable:
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep))
-    stages = looped_stages(compiler.register(function), compiler.register)
-    return compiler.compile(build_coasts(compiler.register(build_coast(stages))))
+    register = compiler.register
+    kernel = register(function)
+    coast = register(build_coast(kernel, looped_stages(kernel, register), register))
+    return compiler.compile(build_coasts(coast))

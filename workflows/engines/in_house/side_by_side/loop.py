@@ -80,7 +80,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
             lane[0][i * LANES + k] = states[0][s, i]
         for i in range(lane[1].shape[0] // LANES):
             lane[1][i * LANES + k] = states[1][s, i]
-        lane[2][k] = ledgers[s].wall_distance
+        lane[2][k] = ledgers[s].position
 
     @register
     def note(s: int, k: int, strains: Array, velocities: Array, lane: LaneState) -> None:
@@ -92,7 +92,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
     @register
     def unload(s: int, k: int, ledgers: Any, states: tuple, lane: LaneState) -> None:
         note(s, k, states[0], states[1], lane)
-        ledgers[s].wall_distance = lane[2][k]
+        ledgers[s].position = lane[2][k]
 
     @register
     def park(k: int, lane: LaneState, steps: Array) -> None:
@@ -139,7 +139,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
                 continue
             begin_step(ledgers[last], last, steps[last], trips)
             speed, push = states[1][last, 0], -force(states[0][last, 0], bond)
-            start = (ledgers[last].wall_distance, speed, push)
+            start = (ledgers[last].position, speed, push)
             if not wait_if_likely(last, start, ledgers, trips):
                 return last, last
         return -1, last
@@ -218,6 +218,7 @@ def build_carry(force: Callable, leap: Callable, register: Callable) -> Callable
         ledger.contact_max = max(ledger.strain_max, high[k])
         contacts[0, ledger.contacts] = ledger.last_contact
         contacts[1, ledger.contacts] = speed
+        contacts[2, ledger.contacts] = 2.0 * speed
         ledger.contacts += 1
 
     @register

@@ -11,11 +11,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
-from chaincor.workflows.engines.in_house.chain_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.lines.many_states import Rows
+from chaincor.workflows.engines.in_house.motion_coast import coarse_ceiling
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.side_by_side.compiled import carry_for, coasts_for
 from chaincor.workflows.engines.in_house.side_by_side.lanes import Lanes
 from chaincor.workflows.engines.in_house.side_by_side.trips import MOVING, Room
@@ -51,8 +50,8 @@ class ManyRuns(Rows):
         Of all bond forces.
     strains, velocities : ndarray of shape (runs, n - 1) and (runs, n)
         Right after the last contact.
-    contacts : ndarray of shape (runs, 2, capacity)
-        Times and incoming speeds.
+    contacts : ndarray of shape (runs, 3, capacity)
+        Times and incoming speeds, and the momentum given.
     counts : ndarray of shape (runs,)
         How many contacts there were.
     bond_min, bond_max : ndarray of shape (runs,)
@@ -109,7 +108,7 @@ class ChainRunner:
     def __init__(self, scene: Scene, scheme: str) -> None:
         self._scene, self._bond = scene, scene.bond
         self._scheme = STEP_SCHEMES[scheme]
-        self._kernels = kernels_for(self._bond, self._scheme)
+        self._stepper = Stepper.of(scene.line, self._bond, scheme, math.nan)
         n = self._particles = scene.particles
         self._coasts = coasts_for(self._bond)
         self._most = steps_at_once(self._scheme.evaluations * n)
@@ -165,7 +164,7 @@ class ChainRunner:
         """Follow a chain that may break to its end; None where it has to be carried out alone."""
         chain = group.chain(s)
         chain.ledger["active"] = self._particles - 1  # as lanes move all bonds
-        stepper = Stepper(self._kernels, self._scheme, float(group.steps[s]))
+        stepper = self._stepper.of_size(float(group.steps[s]))
         try:
             ending, group.durations[s], evaluations = follow_on(scene, chain, stepper)
         except RunError:
@@ -174,24 +173,23 @@ class ChainRunner:
         # Otherwise it has more contacts than a row has room for.
         return ending if chain.arrays.contacts.base is group.states[4] else None
 
-    def _started(self, scenes: list[Scene]) -> tuple[Chain, Array]:
-        first = Chain.at_first_contact(self._scene, self._scheme)
+    def _started(self, scenes: list[Scene]) -> tuple[Motion, Array]:
+        first = Motion.at_start(self._scene, self._scheme)
         return first, np.array([scene.impact_velocity for scene in scenes])
 
     def _carry(self, group: "_Group") -> None:
         """Take steps until something needs the caller, or Python has waited for long enough."""
         if self._in_lanes:
-            numbers = tuple(self._scheme.fractions), self._kernels.parameters
+            numbers = tuple(self._scheme.fractions), self._stepper.parameters
             assert self._carry_lanes is not None, "its force compiles"
             self._carry_lanes(
                 *(group.ledgers, group.states, self._near, self._lanes, group.steps),
                 *(group.goals, group.statuses, self._most, *numbers, Room.of(len(group.steps))),
             )
             return
-        stepper = Stepper(self._kernels, self._scheme, math.nan)
         for s in np.flatnonzero(group.statuses == MOVING).tolist():
             step, goal = float(group.steps[s]), int(group.goals[s])
-            group.statuses[s] = group.chain(s).advance(stepper.of_size(step), goal)
+            group.statuses[s] = group.chain(s).advance(self._stepper.of_size(step), goal)
 
     def _keep_off(
         self, scenes: list[Scene], group: "_Group", argued: NDArray[np.int64]
@@ -203,7 +201,7 @@ class ChainRunner:
         for place, s in enumerate(argued.tolist()):
             ledger = ledgers[s]
             now, last = float(ledger["steps"] * group.steps[s]), float(ledger["last_contact"])
-            distance = float(ledger["wall_distance"])
+            distance = float(ledger["position"])
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
             strains = group.states[0][s]
             certain = certain_at(bond, speed, momentum, distance, strains, now, last)
@@ -236,7 +234,7 @@ class ChainRunner:
         assert self._coasts is not None, "its force compiles"
         self._coasts(
             *(ledgers, strains, velocities, counts, np.array(steps), np.array(clearances)),
-            *(done, self._kernels.parameters),
+            *(done, self._stepper.parameters),
         )
         whole, ends = (done == counts).tolist(), (np.array(now) + done * np.array(steps)).tolist()
         for place, off, end in zip(places, whole, ends, strict=True):
@@ -277,9 +275,9 @@ class _Seen:
 
 
 class _Group:
-    """Chains in motion: as ``Chain``, with a row for each."""
+    """Chains in motion: as ``Motion``, with a row for each."""
 
-    def __init__(self, started: tuple[Chain, Array], steps: Array) -> None:
+    def __init__(self, started: tuple[Motion, Array], steps: Array) -> None:
         first, speeds = started
         count = len(speeds)
         self.steps = np.asarray(steps, dtype=float)
@@ -292,7 +290,7 @@ class _Group:
         velocity = np.repeat(-speeds[:, None], n, axis=1)
         velocity[:, 0] = speeds
         contacts = np.zeros((count, *first.arrays.contacts.shape))
-        contacts[:, 1, 0] = speeds
+        contacts[:, 1, 0], contacts[:, 2, 0] = speeds, 2.0 * speeds
         self.states = strain, velocity, strain.copy(), velocity.copy(), contacts
         self._first = first
         self.goals = np.zeros(count, np.int64)
@@ -300,7 +298,7 @@ class _Group:
         self.durations = np.zeros(count)
         self.endings = np.full(count, None)
 
-    def chain(self, s: int) -> Chain:
+    def chain(self, s: int) -> Motion:
         """Return one of them, to be changed in place."""
         strains, velocities, last_strains, last_velocities, contacts = self.states
         arrays = self._first.arrays._replace(
@@ -308,4 +306,4 @@ class _Group:
             last=State(last_strains[s], last_velocities[s]),
             contacts=contacts[s],
         )
-        return Chain(self.ledgers[s], arrays)
+        return Motion(self._first.line, self.ledgers[s], arrays)

@@ -1,47 +1,47 @@
-"""Looking ahead with the stepping engine: a copy of the chain flies on with coarse steps."""
+"""Looking ahead with the stepping engine: a copy of the bodies flies on with coarse steps."""
 
 import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import Body
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.blocks.running import LEAST_ACTIVE
-from chaincor.workflows.engines.in_house.chain import Chain, Stepper
-from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
 from chaincor.workflows.engines.in_house.motion import Glide
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.look_ahead import coarse_step, find_end, required_clearance
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.pieces import find_pieces
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 
-class ChainCoast:
+class MotionCoast:
     """
-    A copy of a chain that flies ahead with coarse steps.
+    A copy of bodies in motion that flies ahead with coarse steps.
 
     Parameters
     ----------
-    chain : Chain
+    moving : Motion
         In flight; not changed.
-    kernels : Kernels
-        The loops.
+    bond : Potential
+        Its bonds.
+    stepper : Stepper
+        Has the loops.
     now : float
         Time since the first contact.
     step : float
         The Verlet step.
     clearance : float
-        How near to the wall particle 1 may come.
+        How small the gap may get.
     ceiling : float
         How far bonds may stretch.
 
     Attributes
     ----------
-    chain : Chain
+    moving : Motion
         The copy.
     time : float
         Time since the first contact.
@@ -49,18 +49,21 @@ class ChainCoast:
 
     def __init__(
         self,
-        chain: Chain,
-        kernels: Kernels,
+        moving: Motion,
+        bond: Potential,
+        stepper: Stepper,
         now: float,
         step: float,
         clearance: float,
         ceiling: float,
     ) -> None:
-        self.chain, self.time = chain.copy(), now
-        self.chain.ledger["strain_ceiling"] = ceiling
+        self.moving, self.time = moving.copy(), now
+        ledger = self.moving.ledger
+        ledger["strain_ceiling"] = ceiling
         # What has stretched before is looked at again.
-        self.chain.ledger["strain_max"] = float(np.max(chain.strain))
-        self._kernels, self._step, self._clearance = kernels, step, clearance
+        ledger["strain_max"] = longest_strain(moving)
+        self._bond, self._stepper = bond, stepper
+        self._step, self._clearance = step, clearance
 
     def fly(self, duration: float) -> bool:
         """
@@ -74,19 +77,19 @@ class ChainCoast:
         Returns
         -------
         bool
-            False where particle 1 comes nearer to the wall than allowed, or a bond gets longer
-            than allowed: the chain is there then.
+            False where the gap gets smaller than allowed, or a bond longer: the bodies are there
+            then.
         """
         steps = max(1, math.ceil(duration / self._step))
-        done, most = 0, steps_at_once(len(self.chain.strain))
+        done, most = 0, steps_at_once(len(self.moving.strain))
         for begin in range(0, steps, most):
             part = min(most, steps - begin)
             glide = Glide(part, self._step, self._clearance, begin == 0, begin + part == steps)
-            taken = self._kernels.coast(
-                self.chain.ledger,
-                tuple(self.chain.arrays.now),
+            taken = self._stepper.kernels.coast(
+                self.moving.ledger,
+                tuple(self.moving.arrays.now),
                 tuple(glide),
-                self._kernels.parameters,
+                self._stepper.parameters,
             )
             done += taken
             if taken < part:
@@ -94,16 +97,17 @@ class ChainCoast:
         self.time += done * self._step
         return bool(done == steps)
 
-    def state(self) -> tuple[float, NDArray[np.float64], NDArray[np.float64]]:
-        """
-        Return where the chain is.
+    def bodies(self) -> list[Body]:
+        """Return the bodies as the end of a collision looks at them."""
+        return self.moving.bodies(self._bond)
 
-        Returns
-        -------
-        tuple
-            Distance of particle 1 from the wall, strains and velocities.
-        """
-        return float(self.chain.ledger["wall_distance"]), self.chain.strain, self.chain.velocity
+
+def longest_strain(moving: Motion) -> float:
+    """Return the largest strain of all bonds, the gap left out."""
+    strain = moving.strain
+    if not moving.at_wall:
+        strain = np.delete(strain, moving.line.gap)
+    return float(np.max(strain, initial=-1.0))
 
 
 # A chain that broke is followed again and again, with so many times the step of the run; more often
@@ -133,14 +137,14 @@ class LookAhead:
     ----------
     scene : Scene
         The collision.
-    chain : Chain
-        The chain, which is not changed but for its count of force evaluations.
+    moving : Motion
+        The bodies, which are not changed but for their count of force evaluations.
     stepper : Stepper
-        Its steps: where coarse ones are no cheaper, they are not taken.
+        Their steps: where coarse ones are no cheaper, they are not taken.
     first : callable
-        Returns the chain as it was at step zero.
+        Returns the bodies as they were at step zero.
     start : float
-        Time of that, since the first contact.
+        Time of that, since the first contact, where that was before.
 
     Attributes
     ----------
@@ -151,63 +155,77 @@ class LookAhead:
     def __init__(
         self,
         scene: Scene,
-        chain: Chain,
+        moving: Motion,
         stepper: Stepper,
-        first: Callable[[], Chain],
+        first: Callable[[], Motion],
         start: float = 0.0,
     ) -> None:
-        self._scene, self._chain, self._start = scene, chain, start
-        self._stepper, self._kernels = stepper, stepper.kernels
-        self._long = scene.particles > _MOST_SAMPLED
-        self._quiet = quiet_time(scene.particles, scene.bond.stiffness)
+        self._scene, self._moving, self._start = scene, moving, start
+        self._bond, self._stepper = scene.bond, stepper
+        self._long = scene.span > _MOST_SAMPLED
+        self._quiet = quiet_time(scene.span, scene.slow_stiffness)
         self.not_before = 0.0
         self.doubt = 0.0
         self._first = first
         # Contacts so far, and the momentum of the next that all other motions came to.
         self._awaited = (0, 0.0)
 
+    def _times(self) -> tuple[float, float]:
+        """Return the time, and that of the last contact, since the first."""
+        ledger = self._moving.ledger
+        begun = self._start - float(ledger["first_contact"])
+        now = begun + float(ledger["steps"] * self._stepper.step)
+        return now, begun + float(ledger["last_contact"])
+
+    def _coarse_step(self) -> float:
+        shortest = float(self._moving.ledger["strain_min"])
+        return coarse_step(self._bond, shortest, self._scene.line.lightest)
+
+    def _coast(self, now: float, step: float, clearance: float, ceiling: float) -> MotionCoast:
+        moving, bond, stepper = self._moving, self._bond, self._stepper
+        return MotionCoast(moving, bond, stepper, now, step, clearance, ceiling)
+
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
-        ChainCoast(self._chain, self._kernels, 0.0, 1.0, -math.inf, math.inf).fly(0.0)
+        self._coast(0.0, 1.0, -math.inf, math.inf).fly(0.0)
 
     def doubt_about(self, ending: Ending) -> Ending:
         """Return the end of the run as what other motions did leaves it."""
         contacts, momentum = self._awaited
-        missed = contacts == self._chain.ledger["contacts"]
+        missed = contacts == self._moving.ledger["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
-    def settle(self) -> tuple[ChainCoast, Ending] | None:
+    def settle(self) -> tuple[MotionCoast, Ending] | None:
         """
         Look ahead from where the chain is.
 
         Returns
         -------
-        tuple of ChainCoast and Ending, or None
+        tuple of MotionCoast and Ending, or None
             The coarse motion at the end of the collision, and that end; None where another
             contact may come, or a bond may break.
         """
-        ledger, scene = self._chain.ledger, self._scene
-        now = self._start + float(ledger["steps"] * self._stepper.step)
-        last = self._start + float(ledger["last_contact"])
+        ledger, scene = self._moving.ledger, self._scene
+        now, last = self._times()
         if now < self.not_before:
             return None
         # What has fallen apart and flown for so long hardly depends on how it is followed.
         if now - last > self._quiet:
             # A longer one takes its own steps on all cores, coarse ones on one.
-            longest = scene.particles > LEAST_ACTIVE
+            longest = scene.span > LEAST_ACTIVE
             return None if longest else self._sample(now, last)
-        clearance = required_clearance(scene, float(ledger["wall_distance"]))
+        clearance = required_clearance(scene, self._moving.gap)
         ceiling = coarse_ceiling(scene.bond)
-        coarse = coarse_step(scene.bond, float(ledger["strain_min"]))
-        if clearance is None or np.max(self._chain.strain) >= ceiling:
+        coarse = self._coarse_step()
+        if clearance is None or longest_strain(self._moving) >= ceiling:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
-        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
+        coast = self._coast(now, coarse, clearance, ceiling)
         ending = find_end(scene, coast, last)
         if ending is not None:
             return coast, ending
-        ledger["evaluations"] = coast.chain.ledger["evaluations"]
+        ledger["evaluations"] = coast.moving.ledger["evaluations"]
         self.not_before = coast.time
         return None
 
@@ -226,20 +244,20 @@ class LookAhead:
             Whether; when that was seen, or until when nothing more is known; and the force
             evaluations so far.
         """
-        ledger, scene = self._chain.ledger, self._scene
-        now = self._start + float(ledger["steps"] * self._stepper.step)
+        ledger, scene = self._moving.ledger, self._scene
+        now, _ = self._times()
         evaluations = int(ledger["evaluations"])
         if until <= now:
             return True, now, evaluations
-        clearance = required_clearance(scene, float(ledger["wall_distance"]))
+        clearance = required_clearance(scene, self._moving.gap)
         if clearance is None:
             return False, now, evaluations
-        coarse = coarse_step(scene.bond, float(ledger["strain_min"]))
+        coarse = self._coarse_step()
         ceiling = coarse_ceiling(scene.bond)
-        coast = ChainCoast(self._chain, self._kernels, now, coarse, clearance, ceiling)
-        return coast.fly(until - now), coast.time, int(coast.chain.ledger["evaluations"])
+        coast = self._coast(now, coarse, clearance, ceiling)
+        return coast.fly(until - now), coast.time, int(coast.moving.ledger["evaluations"])
 
-    def _sample(self, now: float, last: float) -> tuple[ChainCoast, Ending] | None:
+    def _sample(self, now: float, last: float) -> tuple[MotionCoast, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
@@ -255,46 +273,53 @@ class LookAhead:
             # Where they do not agree, the run itself is one motion among many.
             self.doubt = max(self.doubt, *met)
         if met:
-            self._awaited = int(self._chain.ledger["contacts"]), max(met)
+            self._awaited = int(self._moving.ledger["contacts"]), max(met)
             self.not_before = math.inf
             return None
         if differ:
             self.doubt = max(self.doubt, *(ending.momentum_at_stake for _, ending in settled))
         return settled[0]
 
-    def _alike(self, coasts: list[ChainCoast]) -> bool:
+    def _alike(self, coasts: list[MotionCoast]) -> bool:
         """Return whether motions have come to the same end, by their first pieces."""
         bond, v0 = self._scene.bond, self._scene.impact_velocity
-        ends = [find_pieces(*coast.state(), bond) for coast in coasts]
-        sizes = {int(pieces.sizes[0]) for pieces in ends}
-        speeds = [float(pieces.speeds[0]) for pieces in ends]
-        energies = [float(pieces.energies[0]) for pieces in ends]
-        return (
-            len(sizes) == 1
-            and max(speeds) - min(speeds) <= _ALIKE * v0
-            and max(energies) - min(energies) <= _ALIKE * max(energies)
-        )
+
+        def agree(bodies: tuple[Body, ...]) -> bool:
+            ends = [find_pieces(*body[:3], bond, body.masses) for body in bodies]
+            sizes = {int(pieces.sizes[0]) for pieces in ends}
+            speeds = [float(pieces.speeds[0]) for pieces in ends]
+            energies = [float(pieces.energies[0]) for pieces in ends]
+            return (
+                len(sizes) == 1
+                and max(speeds) - min(speeds) <= _ALIKE * v0
+                and max(energies) - min(energies) <= _ALIKE * max(energies)
+            )
+
+        return all(map(agree, zip(*(coast.bodies() for coast in coasts), strict=True)))
 
     def _follow_again(
         self, share: float, now: float, last: float
-    ) -> tuple[ChainCoast, Ending] | float:
+    ) -> tuple[MotionCoast, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
-        whole = self._chain
-        if self._long and last > self._start:
-            chain, begin, contacts = whole.after_last_contact(), last, 1
+        whole = self._moving
+        since = whole.ledger["steps"] * self._stepper.step
+        if self._long and whole.ledger["last_contact"] > 0.0:
+            moving, contacts, since = whole.after_last_contact(), 1, now - last
         else:
-            chain = self._first().copy(room=whole.arrays.contacts.shape[1])
-            begin, contacts = self._start, int(whole.ledger["contacts"])
+            moving = self._first().copy(room=whole.arrays.contacts.shape[1])
+            contacts = int(whole.ledger["contacts"])
         stepper = self._stepper.of_size(share * self._stepper.step)
-        chain.ledger["argue_after"] = chain.ledger["patience"] = math.inf
-        chain.advance(stepper, math.ceil((now - begin) / stepper.step))
-        if chain.ledger["contacts"] != contacts:
-            return 2.0 * float(chain.contact_speeds[-1])
-        coarse = share * coarse_step(self._scene.bond, float(whole.ledger["strain_min"]))
-        coast = ChainCoast(chain, self._kernels, now, coarse, 0.0, math.inf)
+        moving.ledger["argue_after"] = moving.ledger["argue_first"] = math.inf
+        moving.ledger["patience"] = math.inf
+        moving.advance(stepper, math.ceil(since / stepper.step))
+        if moving.ledger["contacts"] != contacts:
+            return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
+        coast = MotionCoast(
+            moving, self._bond, stepper, now, share * self._coarse_step(), 0.0, math.inf
+        )
         ending = find_end(self._scene, coast, last)
         if ending is None:
-            return 2.0 * abs(float(coast.chain.velocity[0]))
+            return 2.0 * self._scene.line.contact_mass * abs(coast.moving.closing)
         return coast, ending
 
 
@@ -322,11 +347,18 @@ def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[fl
         Shortest and longest bond, good to some parts in 1e3 of their strains; flight ends early
         where a bond is as no bond may be.
     """
-    scheme = STEP_SCHEMES["verlet"]
-    chain = Chain.in_flight(scene, scheme, outcome.displacements, outcome.velocities)
-    step = coarse_step(scene.bond, outcome.bond_min - 1.0)
-    ceiling = float(chain.ledger["strain_ceiling"])
-    coast = ChainCoast(chain, kernels_for(scene.bond, scheme), 0.0, step, -math.inf, ceiling)
+    line, bond = scene.line, scene.bond
+    target = np.zeros(line.first), np.zeros(line.first)
+    if line.targets:
+        target = outcome.target_displacements[::-1], outcome.target_velocities[::-1]
+    strains = np.diff(np.concatenate((target[0], outcome.displacements)))
+    strains[line.gap] = 0.0
+    velocities = np.concatenate((target[1], outcome.velocities))
+    step = coarse_step(bond, outcome.bond_min - 1.0, line.lightest)
+    stepper = Stepper.of(line, bond, "verlet", step)
+    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
+    ceiling = float(moving.ledger["strain_ceiling"])
+    coast = MotionCoast(moving, bond, stepper, 0.0, step, -math.inf, ceiling)
     coast.fly(duration)
-    ledger = coast.chain.ledger
+    ledger = coast.moving.ledger
     return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])

@@ -1,16 +1,16 @@
 r"""
-One Verlet step of two bodies on a line, as loops for the compiler and as NumPy expressions.
+One Verlet step of bodies whose masses differ, or between which the contact lies.
 
-State is what :class:`chaincor.lammps_inputs.line.Line` begins with: the strains of all bonds along
-x, the gap g among them, and the velocities. The step is that of ``stages``,
+The step is that of ``stages``, with masses,
 
-.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
+.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)).
 
-in which the gap has the force :math:`K (-g)^q` where the bodies overlap, and none elsewhere.
+Two bodies, and a soft wall, have the gap among their strains: it has the force :math:`K (-g)^q`
+where the bodies overlap, and none elsewhere.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +26,45 @@ from chaincor.workflows.engines.in_house.stages import (
 )
 
 
+class Kind(NamedTuple):
+    """
+    What is known of a line when its loops are compiled: what it does not name costs nothing.
+
+    Attributes
+    ----------
+    contact : str
+        ``wall``: hard and rigid, and no particle; the gap is the position of particle 1.
+        ``pair``: two hard bodies. ``soft``: two that overlap, of which one may be the wall.
+    unit : bool
+        Whether all masses are 1, of a chain before a hard wall.
+    """
+
+    contact: Literal["wall", "pair", "soft"]
+    unit: bool
+
+    @classmethod
+    def of(cls, line: Line) -> "Kind":
+        """Return that of a line."""
+        if line.at_wall:
+            return cls("wall", line.unit)
+        return cls("soft" if line.soft else "pair", False)
+
+
+PLAIN = Kind("wall", True)
+
+
 class LineParameters(NamedTuple):
     """
-    What the forces on a line and their effect depend on.
+    What forces and their effect depend on, where masses differ or bodies are two.
 
     Attributes
     ----------
     bond : tuple of float
         Of the potential's kernel.
     inverse : ndarray of shape (N,)
-        1/m along x; 0 for a rigid wall.
+        1/m along x; 0 for a rigid wall that is a particle.
     gap : int
-        Where among the strains the gap is.
+        Where among the strains the gap is; -1 before a hard wall.
     stiffness, exponent : float
         K and q of the contact.
     """
@@ -51,8 +78,10 @@ class LineParameters(NamedTuple):
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
         """Return those of a line, with the parameters of its bonds' kernel."""
-        inverse, gap = line.inverse_masses.copy(), line.gap
-        return cls(bond, inverse, gap, line.contact_stiffness, line.contact_exponent)
+        inverse, gap = line.inverse_masses, line.gap
+        if Kind.of(line).contact == "wall":
+            inverse, gap = inverse[1:], -1
+        return cls(bond, inverse.copy(), gap, line.contact_stiffness, line.contact_exponent)
 
 
 def contact_force(gap: float, stiffness: float, exponent: float) -> float:
@@ -60,7 +89,7 @@ def contact_force(gap: float, stiffness: float, exponent: float) -> float:
     return stiffness * (-gap) ** exponent if gap < 0.0 else 0.0
 
 
-def looped_line_stages(force: Callable, register: Callable) -> Stages:
+def looped_line_stages(force: Callable, register: Callable, kind: Kind) -> Stages:
     """
     Return the stages as loops, for a compiler.
 
@@ -70,13 +99,17 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
         -dU/dr of one strain: ``force(strain, parameters)``; known to the compiler.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
+    kind : Kind
+        Of the line.
 
     Returns
     -------
     Stages
-        The loops; `parameters` are `LineParameters`.
+        The loops; `parameters` are those of the bond for unit masses, else `LineParameters`.
     """
     plain = looped_stages(force, register)
+    if kind.unit:
+        return plain
     push = register(contact_force)
 
     # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more than
@@ -104,7 +137,20 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
         return behind
 
     @register
-    def start(
+    def start_at_wall(
+        old: State,
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: LineParameters,
+    ) -> None:
+        behind = bonds_from(0, bonds, 0.0, old, strain, velocity, drift, kick, parameters)
+        velocity[bonds] = old[1][bonds] + kick * parameters.inverse[bonds] * behind
+
+    @register
+    def start_of_two(
         old: State,
         strain: Array,
         velocity: Array,
@@ -123,6 +169,8 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
         behind = bonds_from(gap + 1, bonds, ahead, old, strain, velocity, drift, kick, parameters)
         velocity[bonds] = old_velocity[bonds] + kick * inverse[bonds] * behind
 
+    start = start_at_wall if kind.contact == "wall" else start_of_two
+
     @register
     def stage(
         strain: Array,
@@ -137,7 +185,7 @@ def looped_line_stages(force: Callable, register: Callable) -> Stages:
     return plain._replace(start=start, stage=stage)
 
 
-def array_line_stages(bond: Potential) -> Stages:
+def array_line_stages(bond: Potential, kind: Kind) -> Stages:
     """
     Return the stages in NumPy, for forces that cannot be compiled.
 
@@ -145,6 +193,8 @@ def array_line_stages(bond: Potential) -> Stages:
     ----------
     bond : Potential
         Its `force` is called with arrays.
+    kind : Kind
+        Of the line.
 
     Returns
     -------
@@ -152,6 +202,9 @@ def array_line_stages(bond: Potential) -> Stages:
         The same as NumPy expressions.
     """
     plain = array_stages(bond)
+    if kind.unit:
+        return plain
+    two = kind.contact != "wall"
 
     def start(
         old: State,
@@ -175,13 +228,12 @@ def array_line_stages(bond: Potential) -> Stages:
     ) -> None:
         plain.drift(strain, velocity, bonds, time)
         gap = parameters.gap
-        forces = np.concatenate(
-            (
-                bond.force(strain[:gap]),
-                [contact_force(strain[gap], parameters.stiffness, parameters.exponent)],
-                bond.force(strain[gap + 1 : bonds]),
-            )
-        )
+        if two:
+            push = contact_force(strain[gap], parameters.stiffness, parameters.exponent)
+            parts = bond.force(strain[:gap]), [push], bond.force(strain[gap + 1 : bonds])
+            forces = np.concatenate(parts)
+        else:
+            forces = bond.force(strain[:bonds])
         pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
         velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
 

@@ -1,0 +1,366 @@
+"""The bodies of a line in motion, as the loops of the stepping engine need them."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.end_watch import Body
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.blocks import running
+from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
+from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
+from chaincor.workflows.engines.in_house.line_stages import Kind, LineParameters
+from chaincor.workflows.engines.in_house.loops.cores import cores
+from chaincor.workflows.engines.in_house.stages import State
+from chaincor.workflows.engines.interrupts import steps_at_once
+from chaincor.workflows.engines.parting import bodies_of
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
+from chaincor.workflows.engines.time_limit import check_time
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """
+    Steps of one kind and size for one line.
+
+    Attributes
+    ----------
+    kernels : Kernels
+        The loops.
+    parameters : tuple
+        What they are told of the bonds, and of masses and contact where these are not plain.
+    scheme : StepScheme
+        What a step is made of.
+    step : float
+        The whole step H.
+    """
+
+    kernels: Kernels
+    parameters: tuple
+    scheme: StepScheme
+    step: float
+
+    @classmethod
+    def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
+        """
+        Return the steps for a line.
+
+        Parameters
+        ----------
+        line : Line
+            The bodies.
+        bond : Potential
+            Its loops are compiled, or loaded, where they have not been yet.
+        scheme : str
+            Of ``schemes``.
+        step : float
+            The whole step H.
+
+        Returns
+        -------
+        Stepper
+            The steps.
+        """
+        kind, made_of = Kind.of(line), STEP_SCHEMES[scheme]
+        kernels = kernels_for(bond, made_of, kind)
+        parameters: tuple = kernels.parameters
+        if not kind.unit:
+            parameters = tuple(LineParameters.of(line, parameters))
+        return cls(kernels, parameters, made_of, step)
+
+    def of_size(self, step: float) -> "Stepper":
+        """Return steps of the same kind."""
+        return replace(self, step=step)
+
+
+@dataclass
+class Motion:
+    """
+    The bodies of a line in motion, with what their loops need to work on.
+
+    Attributes
+    ----------
+    line : Line
+        The bodies.
+    ledger : numpy.record
+        The scalars, see ``motion.LEDGER``.
+    arrays : Arrays
+        The line now and right after its last contact, the contacts, and scratch.
+    """
+
+    line: Line
+    ledger: np.record
+    arrays: motion.Arrays
+
+    @property
+    def strain(self) -> Array:
+        """Bond lengths less one, and between two bodies the gap; to be changed in place."""
+        return self.arrays.now.strain
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities along x of all particles; a hard wall is none. To be changed in place."""
+        return self.arrays.now.velocity
+
+    @property
+    def at_wall(self) -> bool:
+        """Whether the gap is the position of the first particle, and the wall no particle."""
+        return self.line.at_wall
+
+    @property
+    def gap(self) -> float:
+        """How far the bodies are apart."""
+        return float(self.ledger["position"] if self.at_wall else self.strain[self.line.gap])
+
+    @property
+    def closing(self) -> float:
+        """How fast the gap closes."""
+        if self.at_wall:
+            return -float(self.velocity[0])
+        return float(self.velocity[self.line.gap] - self.velocity[self.line.first])
+
+    @property
+    def contact_times(self) -> Array:
+        """When the bodies met, since the start."""
+        return self.arrays.contacts[0, : self.ledger["contacts"]]
+
+    @property
+    def contact_speeds(self) -> Array:
+        """How fast the gap closed."""
+        return self.arrays.contacts[1, : self.ledger["contacts"]]
+
+    @property
+    def impulses(self) -> Array:
+        """Momentum given to the chain at each contact."""
+        return self.arrays.contacts[2, : self.ledger["contacts"]]
+
+    @classmethod
+    def at_start(cls, scene: Scene, scheme: StepScheme) -> "Motion":
+        """
+        Return the bodies of a scene as they come, at t = 0; if they touch and approach, they met.
+
+        Parameters
+        ----------
+        scene : Scene
+            With at least one bond.
+        scheme : StepScheme
+            Which decides how far a step reaches.
+
+        Returns
+        -------
+        Motion
+            Of a cold chain at a hard wall only the bonds near that are in motion.
+        """
+        line, speed = scene.line, scene.impact_velocity
+        moving = cls.in_state(line, scene.bond, scheme, line.strains, line.velocities, speed)
+        moving._meet()
+        if moving.at_wall and line.cold:
+            reach = len(moving.arrays.near.strain)
+            blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
+            moving.ledger["active"] = min(len(moving.strain), blocks * motion.FRONT_BLOCK)
+        return moving
+
+    @classmethod
+    def in_state(
+        cls,
+        line: Line,
+        bond: Potential,
+        scheme: StepScheme,
+        strains: Array,
+        velocities: Array,
+        speed: float,
+    ) -> "Motion":
+        """
+        Return the bodies in any state, at t = 0, before any contact.
+
+        Parameters
+        ----------
+        line : Line
+            The bodies.
+        bond : Potential
+            Of all bonds.
+        scheme : StepScheme
+            Which decides how far a step reaches.
+        strains : ndarray of shape (N - 1,)
+            Of all bonds along x, as a line has them, with the gap.
+        velocities : ndarray of shape (N,)
+            Along x.
+        speed : float
+            v0, which tells where a contact is likely and where the front of a cold chain is.
+
+        Returns
+        -------
+        Motion
+            In which all bonds move.
+        """
+        at_wall = line.at_wall
+        # The target's first particle is at its place.
+        position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
+        ledger = np.zeros(1, motion.LEDGER).view(np.recarray)[0]
+        ledger["momentum"] = line.reduced_mass * line.separation(velocities)
+        bonds, masses = strains[1:], line.chain_masses
+        if at_wall:
+            strains, velocities = bonds, velocities[1:]
+        else:
+            bonds = np.delete(strains, line.gap)
+            masses = np.concatenate((np.zeros(line.first), masses))
+        gap = -1 if at_wall else line.gap
+        now = State.room(len(strains))
+        now.strain[:], now.velocity[:] = strains, velocities
+        begin = max(0, gap - scheme.reach)
+        end = min(len(velocities), gap + scheme.reach + 2)
+        ledger["position"] = position
+        ledger["impact_velocity"] = speed
+        ledger["contact_mass"] = line.contact_mass
+        ledger["patience"] = PATIENCE
+        ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * bond.stiffness / line.lightest)
+        ledger["argue_after"] = math.inf
+        ledger["shortest_share"] = 1.0 if line.smooth else motion.SHORTEST_SHARE
+        ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
+        ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)
+        ledger["strain_max"] = ledger["contact_max"] = max(float(np.max(bonds, initial=0.0)), 0.0)
+        ledger["step_evaluations"] = scheme.evaluations
+        ledger["active"] = len(strains)
+        last, kept, trial = (now.copied() for _ in range(3))
+        contacts = np.zeros((3, 2 * len(velocities) + 2 * motion.SPARE_CONTACTS))
+        arrays = motion.Arrays(
+            now=now,
+            last=last,
+            kept=kept,
+            near=State.room(end - begin - 1),
+            trial=trial,
+            contacts=contacts,
+            masses=masses,
+            window=np.array([begin, end]),
+            log=np.empty((2, 0)),
+        )
+        return cls(line, ledger, arrays)
+
+    def _meet(self) -> None:
+        """Let bodies that touch and approach have their contact."""
+        line, ledger, velocity = self.line, self.ledger, self.velocity
+        closing = self.closing
+        if self.gap != 0.0 or closing <= 0.0:
+            return
+        given = 2.0 * line.contact_mass * closing
+        if line.soft:
+            ledger["touching"] = 1
+            ledger["chain_momentum"] = float(line.chain_masses @ velocity[line.first :])
+        elif self.at_wall:
+            velocity[0] = closing
+        else:
+            velocity[line.gap] -= given * line.inverse_masses[line.gap]
+            velocity[line.first] += given * line.inverse_masses[line.first]
+        self.arrays.contacts[:, 0] = 0.0, closing, given
+        ledger["contacts"] = 1
+        ledger["argue_after"] = ledger["argue_first"]
+        ledger["last_position"] = ledger["position"]
+        if not line.soft:
+            ledger["momentum"] += given
+        np.copyto(self.arrays.last.strain, self.strain)
+        np.copyto(self.arrays.last.velocity, velocity)
+
+    def along_x(self) -> tuple[Array, Array]:
+        """Return strains, with the gap, and velocities, as a line has them."""
+        if not self.at_wall:
+            return self.strain, self.velocity
+        return np.append(self.gap, self.strain), np.append(0.0, self.velocity)
+
+    def bodies(self, bond: Potential) -> list[Body]:
+        """Return the bodies as the end of a collision looks at them."""
+        if not self.at_wall:
+            return bodies_of(self.line, bond, self.strain, self.velocity)
+        masses = None if self.line.unit else self.line.chain_masses
+        return [Body(self.gap, self.strain, self.velocity, masses)]
+
+    def copy(self, room: int = 2 * motion.SPARE_CONTACTS) -> "Motion":
+        """
+        Return a copy that can be moved without moving this one.
+
+        Parameters
+        ----------
+        room : int
+            For how many contacts.
+
+        Returns
+        -------
+        Motion
+            The same state, as after its first contact; scratch arrays are shared.
+        """
+        ledger = self.ledger.copy()
+        ledger["contacts"] = min(int(ledger["contacts"]), 1)
+        own = self.arrays._replace(
+            now=self.arrays.now.copied(),
+            last=self.arrays.last.copied(),
+            contacts=np.zeros((3, room)),
+        )
+        return Motion(self.line, ledger, own)
+
+    def after_last_contact(self) -> "Motion":
+        """Return a copy as it was right after its last contact, at t = 0 then."""
+        moving, last = self.copy(), self.arrays.last
+        moving.strain[:], moving.velocity[:] = last.strain, last.velocity
+        ledger = moving.ledger
+        ledger["position"] = ledger["last_position"]
+        ledger["first_contact"] = ledger["last_contact"] = 0.0
+        ledger["steps"] = 0
+        return moving
+
+    def make_room(self) -> None:
+        """Double the room for contacts."""
+        contacts = self.arrays.contacts
+        more = np.concatenate((contacts, np.zeros_like(contacts)), axis=1)
+        self.arrays = self.arrays._replace(contacts=more)
+
+    def advance(self, stepper: Stepper, goal: int) -> int:
+        """
+        Take steps.
+
+        Parameters
+        ----------
+        stepper : Stepper
+            Which steps.
+        goal : int
+            How many of them shall be done, from the start on.
+
+        Returns
+        -------
+        int
+            Why it came back, see ``motion``.
+        """
+        kernels, scheme, ledger = stepper.kernels, stepper.scheme, self.ledger
+        count = cores() if self.at_wall and len(self.strain) >= running.LEAST_ACTIVE else 1
+        loops = _block_loops(stepper) if count > 1 else None
+        most = steps_at_once(scheme.evaluations * len(self.strain))
+        arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
+        while True:
+            check_time()
+            steps = int(ledger["steps"])
+            if loops is not None and running.pays(int(ledger["active"]), goal - steps):
+                return running.advance(ledger, self.arrays, loops, goal, count)
+            until = min(goal, steps + most)
+            status = kernels.advance(
+                ledger, arrays, until, stepper.step, fractions, stepper.parameters
+            )
+            if status != motion.DONE or ledger["steps"] >= goal:
+                return int(status)
+
+
+def _block_loops(stepper: Stepper) -> running.Loops | None:
+    """Return what carries chains on several cores; None where NumPy does, on one."""
+    kernels, scheme = stepper.kernels, stepper.scheme
+    if kernels.load_move is None:
+        return None
+    move, fractions = kernels.load_move(), tuple(scheme.fractions)
+    loops = running.Loops(
+        kernels.advance, move, stepper.parameters, fractions, scheme.reach, stepper.step
+    )
+    running.load(loops)
+    return loops

@@ -1,0 +1,100 @@
+"""Snapshots of a motion at multiples of an interval after the first contact."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.finish import displacements_from
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.outcome import Frames
+
+Array = NDArray[np.float64]
+
+
+class Recorder:
+    """
+    Takes snapshots with copies of the motion, so that asking for them changes no result.
+
+    Parameters
+    ----------
+    moving : Motion
+        The motion, which is looked at after every part of it.
+    stepper : Stepper
+        Its steps.
+    interval : float or None
+        Time between snapshots; None for none.
+    """
+
+    def __init__(self, moving: Motion, stepper: Stepper, interval: float | None) -> None:
+        self._moving, self._stepper, self._interval = moving, stepper, interval
+        self._before: Motion | None = None
+        self._times: list[float] = []
+        self._states: list[tuple[Array, Array]] = []
+
+    def _next_time(self) -> float:
+        """Return when the next snapshot is due, since the start of the motion."""
+        ledger = self._moving.ledger
+        if self._interval is None or ledger["contacts"] == 0:
+            return math.inf
+        return float(ledger["first_contact"]) + len(self._times) * self._interval
+
+    def next_step(self) -> float:
+        """Return how many steps to take at most before :meth:`record` is called."""
+        if self._interval is None:
+            return math.inf
+        steps = int(self._moving.ledger["steps"])
+        if self._moving.ledger["contacts"] == 0:
+            self._before = self._moving.copy()
+            return steps + 1
+        return max(steps, self._next_time() // self._stepper.step)
+
+    def record(self) -> None:
+        """Take all snapshots in the step about to be done, or in the one with the first contact."""
+        begun = int(self._moving.ledger["steps"])
+        while self._next_time() // self._stepper.step <= begun:
+            now = self._next_time()
+            source = self._moving
+            if now < begun * self._stepper.step and self._before is not None:
+                source = self._before
+            self._take(source, now)
+
+    def _take(self, source: Motion, now: float) -> None:
+        copy = source.copy()
+        # One step of the size that is missing, contacts included.
+        missing = now - float(copy.ledger["steps"] * self._stepper.step)
+        copy.advance(self._stepper.of_size(max(missing, 0.0)), int(copy.ledger["steps"]) + 1)
+        self._times.append(now)
+        displacements = displacements_from(float(copy.ledger["position"]), copy.strain)
+        self._states.append((displacements, copy.velocity))
+
+    def record_until(self, end: float) -> None:
+        """Take all snapshots up to a time since the first contact; no other comes before it."""
+        ledger = self._moving.ledger
+        ledger["argue_after"] = math.inf
+        until = float(ledger["first_contact"]) + end
+        while self._next_time() <= until:
+            self._moving.advance(self._stepper, int(self.next_step()))
+            self.record()
+
+    def collected(self, until: float) -> Frames | None:
+        """Return the snapshots up to a time since the first contact, if any were asked for."""
+        if self._interval is None:
+            return None
+        begin = float(self._moving.ledger["first_contact"])
+        count = sum(moment - begin <= until for moment in self._times)
+        times = np.array(self._times[:count]) - begin
+        displacements, velocities = (
+            np.array(each) for each in zip(*self._states[:count], strict=True)
+        )
+        line = self._moving.line
+        if self._moving.at_wall:
+            return Frames(times, displacements, velocities)
+        first, targets = line.first, line.targets
+        return Frames(
+            times,
+            displacements[:, first:],
+            velocities[:, first:],
+            displacements[:, :targets][:, ::-1] if targets else None,
+            velocities[:, :targets][:, ::-1] if targets else None,
+        )
