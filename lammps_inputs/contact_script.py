@@ -108,15 +108,12 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
         "opening": opening,
         "bend": bend,
         "doubled_mass": _doubled(line, units),
-        "moment": "v_now" if wall == "event" else f"v_now+{gap}/v_speed",
         "chain": chain,
         "targets": targets,
         "place": place,
         "parting": "(vcm(chain,x)-vcm(target,x))" if targets else "vcm(all,x)",
         "displacement": displacement(n, not targets, units.length),
-        "columns": "id mol x vx v_displacement v_time"
-        if targets
-        else "id x vx v_displacement v_time",
+        "columns": f"id type x y z vx vy vz {'mol ' if targets else ''}v_displacement v_time",
         "soft": soft,
         "approaches": False,
         "given_velocities": scene.comes_moving,

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-_WIDTH = 96
+# For a slide.
+_WIDTH = 72
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,10 @@ def explain_script(script: str, others_own: bool = False) -> str:
     """
     lines: list[str] = [*_comment(_texts()["heading"]), ""]
     explained: set[Explanation] = set()
-    continued = False
+    continued = quoted = False
     for line in script.splitlines():
         command = line.strip()
-        if command and not command.startswith("#") and not continued:
+        if command and not command.startswith("#") and not continued and not quoted:
             try:
                 found: Explanation | None = explanation_of(command)
             except KeyError:
@@ -54,6 +55,7 @@ def explain_script(script: str, others_own: bool = False) -> str:
                     lines.append("")
                 lines += _comment(f"{found.text} [{found.page}]")
         continued = command.endswith("&")
+        quoted ^= command.count('"""') == 1
         lines.append(line)
     return "\n".join(lines) + "\n"
 

@@ -5,6 +5,7 @@ import math
 from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import ScoutedEnd, render_plain_template
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
@@ -46,7 +47,12 @@ def plain_scene(scene: Scene) -> Scene:
 
 
 def render_plain(
-    scene: Scene, table: BondTable | None, end: ScoutedEnd, approach: float, units: UnitSystem
+    scene: Scene,
+    table: BondTable | None,
+    end: ScoutedEnd,
+    approach: float,
+    units: UnitSystem,
+    template: OwnTemplate | None = None,
 ) -> str:
     """
     Render a script of some twenty commands for ``lmp -in``.
@@ -63,6 +69,8 @@ def render_plain(
         Time until the first contact.
     units : UnitSystem
         In which LAMMPS computes.
+    template : OwnTemplate or None
+        A whole script of the user's own, with the same values.
 
     Returns
     -------
@@ -76,8 +84,10 @@ def render_plain(
         scene,
         table,
         units,
+        template,
         step=number(units.time * scene.timestep),
         duration=number(units.time * steps * scene.timestep * (1.0 - 1e-9)),
+        steps=steps,
         every=max(steps // _LINES_OF_THERMO, 1),
         contacts=end.contacts,
         last=f"{units.time * (approach + end.last_contact_time):.6g}",

@@ -21,7 +21,6 @@ SCENE_FILE = "scene.toml"
 DUMP_FILE = "dump.lammpstrj"
 LOG_FILE = "log.lammps"
 CONTACTS_FILE = "contacts.txt"
-MOTION_FILE = "log.motion"
 RESTART_FILE = "chain.restart"
 STATE_FILE = "chain.state"
 
@@ -113,6 +112,33 @@ class ScriptedBar:
         return {k: None if v is None else number(v) for k, v in fields.items()}
 
 
+@dataclass(frozen=True)
+class Extras:
+    """
+    What a script does besides telling its number; each adds a block.
+
+    Attributes
+    ----------
+    restartable : bool
+        It writes restart files and goes on from them.
+    guards : bool
+        It refuses by name what it is not made for, and holds the momentum of the chain against what
+        its contacts gave.
+    contacts : bool
+        It lists its contacts in a file.
+    frame_time : float or "contacts" or None
+        Time between frames of a dump, or one after each contact; None for no dump.
+    """
+
+    restartable: bool = False
+    guards: bool = False
+    contacts: bool = False
+    frame_time: float | Literal["contacts"] | None = None
+
+
+NO_EXTRAS = Extras()
+
+
 @cache
 def _environment() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -137,6 +163,7 @@ def _setup_values(numerics: Numerics, table: BondTable | None, folder: str) -> d
         "tabulated": table is not None,
         "bond_style": "harmonic" if table is None else f"table {table.style} {table.rows}",
         "scripted": False,
+        "restartable": False,
         "units": "lj",
         "reduced": True,
         "cutoff": "3.0",
@@ -164,13 +191,31 @@ def render_setup(numerics: Numerics, table: BondTable | None, folder: str) -> st
 
 
 def render_plain_template(
-    scene: Scene, table: BondTable | None, units: UnitSystem, **values: Any
+    scene: Scene,
+    table: BondTable | None,
+    units: UnitSystem,
+    template: OwnTemplate | None = None,
+    **values: Any,
 ) -> str:
-    """Render the plain script with these values and those that all scripts of a scene share."""
+    """
+    Render the plain script with these values and those that all scripts of a scene share.
+
+    A `template` that is a whole script takes its place.
+    """
     shared = _setup_values(Numerics.from_scene(scene), table, ".") | _in_units(scene, units)
     given = scene.temperature is not None or scene.initial is not None
     values |= {"given_velocities": given}
-    return str(_environment().get_template("plain.in.j2").render(shared | values))
+    if template is None:
+        return str(_environment().get_template("plain.in.j2").render(shared | values))
+    values |= {
+        "particles": scene.particles,
+        "timestep": values["step"],
+        "wall": "fix wall all wall/reflect xlo 0.0",
+        "bond_coeff": shared["spring"] if table is None else f"{TABLE_FILE} {KEYWORDS[0]}",
+    }
+    if table is not None:
+        values["bond_table"] = TABLE_FILE
+    return template.render_whole(shared | values)
 
 
 def _in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
@@ -205,7 +250,7 @@ def render_job(
     cap: float,
     look: float,
     scouted: ScoutedEnd | None,
-    frame_time: float | Literal["contacts"] | None = None,
+    extras: Extras = NO_EXTRAS,
     steps: ScriptedSteps | None = None,
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
@@ -233,8 +278,8 @@ def render_job(
     scouted : ScoutedEnd or None
         How the same collision ended elsewhere: the script does not end before; None where that is
         not known.
-    frame_time : float or "contacts" or None
-        Time between frames of a dump, or one after each contact; None for no dump.
+    extras : Extras
+        What the script does besides.
     steps : ScriptedSteps or None
         How steps are composed; None for Verlet steps.
     bar : ScriptedBar or None
@@ -253,7 +298,7 @@ def render_job(
     str
         The script's text.
     """
-    composed = steps is not None
+    composed, frames = steps is not None, extras.frame_time
     heaviest = 1.0 if steps is None else max(map(abs, steps.weights))
     multiples = (1.0,) if bar is None else bar.multiples
     values = _setup_values(numerics, table, str(PurePosixPath(".")))
@@ -272,14 +317,16 @@ def render_job(
         "quiet": number(time * quiet),
         "cap": number(time * cap),
         "look": number(time * look),
-        "frame_time": number(time * frame_time) if isinstance(frame_time, float) else frame_time,
+        "frame_time": number(time * frames) if isinstance(frames, float) else frames,
+        "restartable": extras.restartable,
+        "guards": extras.guards,
+        "contacts_listed": extras.contacts,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
         "at_wall": number(1e-12 * units.length),
         "nowhere": number(1e-18 * units.length),
         "moment_of_time": number(1e-9 * time),
-        "motion_file": MOTION_FILE,
         "restart_file": RESTART_FILE,
         "state_file": STATE_FILE,
         "composed": composed,
@@ -287,8 +334,15 @@ def render_job(
         "bar": None if bar is None else bar.numbers(),
         "tolerance": None if tolerance is None else number(tolerance),
         "scouted": scouted,
-        "scouted_time": number(time * (0.0 if scouted is None else scouted.last_contact_time)),
     }
+    last = number(time * (0.0 if scouted is None else scouted.last_contact_time))
+    own = "" if values["given_velocities"] else f"*(v_velocity=={values['velocity']})"
+    values |= {
+        "scouted_time": last,
+        "scouted_until": last if scouted is None else last + own,
+        "now": "v_now" if values["approaches"] else "time",
+    }
+    values |= _kept(values)
     if steps is not None:
         values |= {
             "weights": [number(weight) for weight in steps.weights],
@@ -307,5 +361,23 @@ def render_job(
             }
     values["other_forces"] = template is not None and template.other_forces
     values["reports"] = template is not None and template.reports
-    text = _environment().get_template("job.in.j2").render(values)
+    text = str(_environment().get_template("job.in.j2").render(values))
     return text if template is None else template.render(values, text)
+
+
+def _kept(values: dict[str, Any]) -> dict[str, list[str]]:
+    """Return the names of what a script must keep to go on from a contact."""
+    results = ["restitution", "counted", "ended"]
+    running = ["contacts", "last"]
+    if values["guards"]:
+        results += ["changed", "pushed"]
+        running += ["impulse"]
+    if values["approaches"]:
+        running += ["begun"]
+    if values["soft"]:
+        running += ["touched"]
+    return {
+        "kept_choices": ["timestep"] if values["given_velocities"] else ["velocity", "timestep"],
+        "kept_results": results,
+        "kept": [*(["apart", *results] if values["bar"] else []), *running],
+    }

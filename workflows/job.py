@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.explain import explain_data, explain_script, explain
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.plain_script import plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, Extras
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
@@ -40,17 +40,21 @@ def job_files(
     template: OwnTemplate | None = None,
     units: UnitSystem = CHAIN_UNITS,
     plain: bool = False,
+    restartable: bool = False,
+    guards: bool = False,
+    contacts: bool = False,
 ) -> dict[str, str]:
     """
     Return the files of a job, by name.
 
     Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
     unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
-    the scene has a dump; `explain` says of every command and file what it is for; for `table_range`
-    see :func:`~chaincor.workflows.scripted.plan.plan_script`; LAMMPS computes in `units`, those of
-    the chain where its bodies are soft; `plain` is for the shortest script. Raises SceneError if
-    the scheme cannot be scripted or the template cannot be used, RunError if no numerics meet the
-    tolerance.
+    the scene has a dump; `restartable`, `guards` and `contacts` add what
+    :class:`~chaincor.lammps_inputs.script.Extras` says; `explain` says of every command and file
+    what it is for; for `table_range` see :func:`~chaincor.workflows.scripted.plan.plan_script`;
+    LAMMPS computes in `units`, those of the chain where its bodies are soft; `plain` is for the
+    shortest script, and so is a template that is a whole script. Raises SceneError if the scheme
+    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
     """
     if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
@@ -65,21 +69,33 @@ def job_files(
             "units are given and the bodies are soft; expected hard ones: a force between bodies "
             "is scripted in the chain's own units, so leave [units] out"
         )
+    whole = template if template is not None and template.whole else None
+    if plain and whole is not None:
+        raise InputError("--plain and a template that is a whole script; expected either")
+    plain = plain or whole is not None
     if plain:
-        wrong = [name for name, given in (("frames", dump), ("a template", template)) if given]
+        blocks = {"frames": dump, "a restartable job": restartable, "guards": guards}
+        blocks |= {"a list of contacts": contacts, "a template": template is not whole}
+        wrong = [name for name, given in blocks.items() if given]
         if wrong:
-            raise InputError(f"a plain script is asked for, and {wrong[0]}; expected either")
+            kind = "a template that is a whole script" if whole else "a plain script"
+            raise InputError(f"{kind} is asked for, and {wrong[0]}; expected either")
         scene = plain_scene(scene)
     plan = plan_script(scene, table_range)
     texts = {
-        SCRIPT_FILE: _plain_script(scene, plan, units)
+        SCRIPT_FILE: _plain_script(scene, plan, units, whole)
         if plain
         else job_script(
             scene,
             plan.numerics,
             plan.table,
             None if plan.scouting is None else plan.scouting.end,
-            _frame_time(scene) if dump or scene.dump is not None else None,
+            Extras(
+                restartable,
+                guards,
+                contacts,
+                _frame_time(scene) if dump or scene.dump is not None else None,
+            ),
             bar=plan.bar,
             tolerance=plan.tolerance,
             fastest=plan.fastest,
@@ -104,13 +120,15 @@ def job_files(
     return texts
 
 
-def _plain_script(scene: Scene, plan: ScriptPlan, units: UnitSystem) -> str:
+def _plain_script(
+    scene: Scene, plan: ScriptPlan, units: UnitSystem, whole: OwnTemplate | None
+) -> str:
     if plan.scouting is None:
         raise SceneError(
             "a plain script is asked for, and no in-house run tells how long this collision "
             "takes; leave --plain out: other scripts look for the end themselves"
         )
-    return render_plain(scene, plan.table, plan.scouting.end, approach_time(scene), units)
+    return render_plain(scene, plan.table, plan.scouting.end, approach_time(scene), units, whole)
 
 
 def _frame_time(scene: Scene) -> float | Literal["contacts"]:

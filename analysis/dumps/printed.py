@@ -8,8 +8,8 @@ from pathlib import Path
 _NUMBER = r"([-+.\deE]+|null|[-+]?(?:nan|inf))"
 # What LAMMPS, or a job, says when it stops without a result.
 _STOPPED = re.compile(
-    r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO STEP|OTHER VELOCITY|BEHIND THE WALL|MISMATCHED"
-    r"|BEGUN OTHERWISE): .*)$",
+    r"^(ERROR.*|(UNFINISHED|UNBALANCED|TOO FAST|NO VELOCITY|NO STEP|OTHER VELOCITY"
+    r"|BEHIND THE WALL|MISMATCHED|BEGUN OTHERWISE): .*)$",
     re.MULTILINE,
 )
 # Eta of a dump with all digits, and of its run as LAMMPS prints it, agree within this.

@@ -32,14 +32,13 @@ def write(folder: Path, particles: int) -> str:
     short = Scene(speed=0.4, scheme="verlet", timestep=TIMESTEP, error=False)
     write_job(short, folder)
     (folder / "chain.data").write_text(format_scene_data(short.replace(particles=particles)))
-    script = (folder / "in.chain").read_text()
-    return re.sub(r"(variable\s+particles\s+equal) \d+", rf"\1 {particles}", script)
+    return (folder / "in.chain").read_text()
 
 
 def seconds(folder: Path, script: str, steps: int, ranks: int, repeats: int) -> float:
     """Return the least seconds of a job of so many steps."""
-    for name, value in (("look", steps * TIMESTEP), ("cap", 0.9 * steps * TIMESTEP)):
-        script = re.sub(rf"(variable\s+{name}\s+equal) \S+", rf"\1 {value:g}", script)
+    script = re.sub(r"\$\(ceil\(\S+?/v_step\)\)", str(steps), script)
+    script = re.sub(r"(\$\(time\)) > \S+", rf'\1 > {0.9 * steps * TIMESTEP:g}"', script)
     (folder / "in.timed").write_text(script)
     bin_folder = Path(sys.executable).parent
     library = str(bin_folder.parent / "lib")

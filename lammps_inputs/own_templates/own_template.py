@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.own_templates.rules import check_commands
+from chaincor.lammps_inputs.own_templates.rules import check_commands, check_whole
 from chaincor.lammps_inputs.small_file import read_small_file
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}", re.ASCII)
@@ -18,12 +18,13 @@ _BASE = "job.in.j2"
 # Said by a template whose commands exert forces.
 _OTHER_FORCES = re.compile(r"\{%-?\s*set\s+other_forces\s*=\s*true\s*-?%\}")
 _REPORT = re.compile(r"\{%-?\s*block\s+report\b")
+_EXTENDS = re.compile(r"\{%-?\s*extends\b")
 
 
 @dataclass(frozen=True)
 class OwnTemplate:
     """
-    A template that extends ``job.in.j2``.
+    A template that extends ``job.in.j2``, or is a whole script.
 
     Attributes
     ----------
@@ -63,16 +64,31 @@ class OwnTemplate:
         """Whether the template prints results of its own."""
         return _REPORT.search(self.text) is not None
 
+    @property
+    def whole(self) -> bool:
+        """Whether the template is a script of its own, and extends nothing."""
+        return _EXTENDS.search(self.text) is None
+
     def render(self, values: dict[str, Any], plain: str) -> str:
         """
         Render the job with the template's blocks.
 
         `plain` is the job without them: every other command is the template's, and is checked.
-        Raises SceneError for a template that is no jinja2,
-        extends nothing, names what nobody gives, leaves the sandbox, or has a command that the job
-        cannot live with.
+        Raises SceneError for a template that is no jinja2, names a block or a value that does not
+        exist, leaves the sandbox, or has a command that the job cannot live with.
         """
-        from jinja2 import ChoiceLoader, DictLoader, PackageLoader, StrictUndefined, meta
+        text = self._render(values)
+        check_commands(text, plain, composed=values["composed"], other_forces=self.other_forces)
+        return text
+
+    def render_whole(self, values: dict[str, Any]) -> str:
+        """Render a whole script; raises SceneError as `render` does."""
+        text = self._render(values)
+        check_whole(text)
+        return text
+
+    def _render(self, values: dict[str, Any]) -> str:
+        from jinja2 import ChoiceLoader, DictLoader, PackageLoader, StrictUndefined, meta, nodes
         from jinja2.exceptions import SecurityError, TemplateError
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
@@ -92,11 +108,19 @@ class OwnTemplate:
         try:
             tree = environment.parse(self.text)
             named = meta.find_undeclared_variables(tree)
-            if list(meta.find_referenced_templates(tree)) != [_BASE]:
+            if list(meta.find_referenced_templates(tree)) != ([] if self.whole else [_BASE]):
                 raise SceneError(
                     f"the template extends or includes something else than {_BASE}; expected "
-                    f'{{% extends "{_BASE}" %}} as its first line, and nothing else'
+                    f'{{% extends "{_BASE}" %}} as its first line, or a whole script'
                 )
+            if not self.whole:
+                known = environment.get_template(_BASE).blocks
+                for block in tree.find_all(nodes.Block):
+                    if block.name not in known:
+                        raise SceneError(
+                            f"the template has a block {block.name[:40]!a}, line {block.lineno}, "
+                            f"which the job has not; expected one of {', '.join(sorted(known))}"
+                        )
             self._refuse_settings(named, values)
             text = environment.get_template(_OWN_NAME).render(self.settings | values)
         except SecurityError as error:
@@ -111,7 +135,6 @@ class OwnTemplate:
                 f"the template cannot be rendered{where}: {_one_line(error)}; correct it, or give "
                 "missing values by --set NAME=VALUE"
             ) from None
-        check_commands(text, plain, composed=values["composed"], other_forces=self.other_forces)
         return text
 
     def _refuse_settings(self, named: set[str], values: dict[str, Any]) -> None:

@@ -36,6 +36,7 @@ _REFUSED = {
     "next": "the runs for the error would be lost",
     "velocity": "the chain comes with the velocity of the job",
 }
+_OTHER_PROGRAMS = r"python.*|external|plumed|client.*|mdi.*"
 # By the style of a fix, as regular expressions.
 _REFUSED_FIXES = [
     (
@@ -50,7 +51,7 @@ _REFUSED_FIXES = [
     (r"halt", "the wall is seen by a `fix halt` of the job's own, and a second one stops its runs"),
     (r"deform|balance|adapt.*|dt/reset", "the job relies on a box and steps that stay"),
     (r"shake|rattle", "a chain of fixed bonds cannot be compressed"),
-    (r"python.*|external|plumed|client.*|mdi.*", "a job runs LAMMPS alone"),
+    (_OTHER_PROGRAMS, "a job runs LAMMPS alone"),
 ]
 _FORCES = (
     r"addforce|aveforce|setforce|efield|gravity|spring.*|momentum|recenter|heat|ehex|smd.*|drag"
@@ -79,6 +80,28 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
     for command in theirs:
         for part in (command, *_quoted(command)):
             _check(part, names, composed, other_forces)
+
+
+def check_whole(text: str) -> None:
+    """Refuse commands of a script by which it would do more than run LAMMPS; raises SceneError."""
+    commands = _commands(text)
+    if not any(command.split()[0] == "run" for command in commands):
+        raise SceneError(
+            "the template extends nothing and has no command run; expected "
+            '{% extends "job.in.j2" %} as its first line, or a whole script'
+        )
+    for command in commands:
+        for part in (command, *_quoted(command)):
+            words = part.split()
+            first = words[0].strip("\"'") if words else ""
+            if "$" in first:
+                _refuse(part, "which command it is must not depend on a variable")
+            if first in ("shell", "python", "plugin", "include"):
+                _refuse(part, _REFUSED[first])
+            if first == "jump" and words[1:2] != ["SELF"]:
+                _refuse(part, "a job is one file")
+            if first == "fix" and len(words) > 3 and re.fullmatch(_OTHER_PROGRAMS, words[3]):
+                _refuse(part, "a job runs LAMMPS alone")
 
 
 def _check(command: str, names: dict[str, set[str]], composed: bool, other_forces: bool) -> None:

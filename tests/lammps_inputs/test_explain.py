@@ -36,15 +36,19 @@ def test_explaining_changes_no_command(path):
 @pytest.mark.parametrize("path", JOBS, ids=lambda p: p.stem)
 def test_the_first_command_of_each_kind_has_its_comment_right_above(path):
     lines = explain_script(path.read_text()).splitlines()
-    seen = set()
+    seen, quoted = set(), False
     for above, line in pairwise(lines):
+        inside = quoted
+        quoted ^= line.count('"""') == 1
+        if inside:  # of a text that a command prints
+            continue
         if line and not line.strip().startswith("#") and not above.endswith("&"):
             explanation = explanation_of(line.strip())
             if explanation not in seen:
                 assert above.startswith("#")
                 assert above.endswith(f"[{explanation.page}]")
             seen.add(explanation)
-    assert len(seen) > 40
+    assert len(seen) > 30
 
 
 def test_a_command_without_an_explanation_is_an_error():

@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import (
+    Extras,
     ScoutedEnd,
     ScriptedBar,
     ScriptedSteps,
@@ -61,11 +62,15 @@ def test_golden_job(wall, kind, update_golden):
 
 
 def test_golden_job_with_a_dump(update_golden):
-    compare("event-harmonic-dump.in", render("event", "harmonic", frame_time=0.5), update_golden)
+    compare(
+        "event-harmonic-dump.in",
+        render("event", "harmonic", extras=Extras(frame_time=0.5)),
+        update_golden,
+    )
 
 
 def test_golden_job_with_a_dump_at_contacts(update_golden):
-    text = render("event", "harmonic", frame_time="contacts")
+    text = render("event", "harmonic", extras=Extras(contacts=True, frame_time="contacts"))
     compare("event-harmonic-dump-contacts.in", text, update_golden)
 
 
@@ -89,6 +94,10 @@ def test_golden_job_of_two_bodies(kind, update_golden):
     )
     text = render_job(scene, Numerics.from_scene(scene), None, **ENDING)
     compare(f"event-harmonic-{kind}.in", text, update_golden)
+    guarded = render_job(
+        scene, Numerics.from_scene(scene), None, **ENDING, extras=Extras(True, True, True)
+    )
+    compare(f"event-harmonic-{kind}-guarded.in", guarded, update_golden)
 
 
 STEPS = ScriptedSteps(
@@ -108,8 +117,16 @@ BAR = ScriptedBar(
 
 
 def test_golden_job_of_composed_steps(update_golden):
-    text = render("event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8, frame_time=0.5)
+    text = render("event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8)
     compare("event-lj-composed.in", text, update_golden)
+
+
+def test_golden_job_of_composed_steps_with_every_block(update_golden):
+    extras = Extras(restartable=True, guards=True, contacts=True, frame_time=0.5)
+    text = render(
+        "event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8, fastest=0.06, extras=extras
+    )
+    compare("event-lj-every-block.in", text, update_golden)
 
 
 def test_golden_job_of_graded_steps(update_golden):
@@ -122,7 +139,7 @@ def test_golden_job_of_graded_steps(update_golden):
 def test_a_job_without_scouting_says_so():
     text = render("event", "lj-spline", scouted=None)
     assert "# No in-house run could tell when the last contact comes" in text
-    assert "scouted    string 0.0" in text
+    assert "end proved" not in text
 
 
 @pytest.mark.parametrize("kind", ["harmonic", "lj-spline"])
@@ -132,12 +149,6 @@ def test_golden_setup_for_python(kind, update_golden):
     table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, 1001)
     text = render_setup(Numerics.from_scene(scene), table, "/tmp/folder")
     compare(f"setup-{kind}.in", text, update_golden)
-
-
-def test_a_student_finds_a_comment_at_every_set_up_line():
-    text = render("event", "lj-spline")
-    system = text[text.index("# ---- system") : text.index("# ---- looking one step")]
-    assert [line for line in system.splitlines() if line and "#" not in line] == []
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

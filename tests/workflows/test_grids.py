@@ -23,7 +23,7 @@ KILLER = """#!/bin/bash
 for name in $KILL; do
     if [ "$(basename "$PWD")" = "$name" ] && [ ! -e killed ]; then
         touch killed
-        sed "s/^print .*saved_at.*/&\\nshell sleep 600/" in.chain > in.slow
+        sed "s/^variable saved_at .*/&\\nshell sleep 600/" in.chain > in.slow
         setsid {lmp} -in in.slow -var restart 1 &
         until grep -qs saved_at chain.state; do sleep 0.01; done
         kill -9 -- -$!
@@ -78,7 +78,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(
 
     script = grid / names[broken - 1] / "in.chain"
     text = script.read_text()
-    script.write_text(text.replace("special_bonds ", "special_bands "))
+    script.write_text(text.replace("comm_modify ", "comm_modyfy "))
     assert submit(grid, *(names[k - 1] for k in killed)) == 1
     status, out, _ = chaincor(capsys, "collect", str(grid), "-o", str(store))
     assert status == 1

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import job_files, write_job
@@ -110,7 +110,7 @@ def test_a_drag_needs_steps_that_only_go_forward():
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("plain text", "extends or includes something else"),
+        ("plain text", "extends nothing and has no command run"),
         ('{% extends "other.j2" %}', "extends or includes something else"),
         (
             '{% extends "job.in.j2" %}{% block setup %}{% include "/etc/passwd" %}{% endblock %}',
@@ -165,3 +165,61 @@ def test_a_dry_run_prints_the_script_and_writes_nothing(capsys, tmp_path, monkey
     assert (status, err.count("\n")) == (2, 1)
     status, _, err = chaincor(capsys, "inputs", "--set", "every=50", "--dry-run")
     assert (status, err.count("\n")) == (2, 1)
+
+
+WHOLE = """\
+units {{ units }}
+boundary f f f
+atom_style bond
+comm_modify cutoff {{ cutoff }}
+bond_style {{ bond_style }}
+read_data {{ data_file }}
+bond_coeff 1 {{ bond_coeff }}
+velocity all set -{{ velocity }} 0 0
+fix motion all nve
+{{ wall }}
+timestep {{ timestep }}
+run {{ steps }}
+print "restitution = $((vcm(all,x)/{{ velocity }})^2:%.15g)"
+print "mine = {{ mine }}, until {{ duration }}"
+"""
+
+
+@pytest.mark.parametrize("potential", ["lj", "harmonic"])
+def test_a_whole_script_of_ones_own_gives_what_the_plain_one_gives(potential, tmp_path):
+    scene = Scene(particles=5, potential=potential)
+    write_job(scene, tmp_path / "plain", plain=True)
+    write_job(scene, tmp_path / "own", template=OwnTemplate(WHOLE, {"mine": "7"}))
+    plain, mine = run_lmp(tmp_path / "plain").stdout, run_lmp(tmp_path / "own").stdout
+    assert number(mine, "restitution") == number(plain, "restitution")
+    assert "mine = 7, until " in mine
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("shell ls", "'shell ls'; a job runs LAMMPS alone"),
+        ('if "1" then "python f invoke"', "'python f invoke'; a job runs LAMMPS alone"),
+        ("fix f all external pf/array 1", "a job runs LAMMPS alone"),
+        ("jump other.in", "a job is one file"),
+        ("${command} 1", "must not depend on a variable"),
+        ("run {{ stepz }}", "'stepz' is undefined"),
+        ('{% include "plain.in.j2" %}', "extends or includes something else"),
+    ],
+)
+def test_what_a_whole_script_may_not_do_is_refused(text, line):
+    with pytest.raises(SceneError, match=re.escape(line)):
+        job_files(Scene(particles=3), template=OwnTemplate(f"{text}\nrun 1\n"))
+
+
+def test_a_whole_script_is_of_a_rigid_wall_and_takes_no_blocks():
+    whole = OwnTemplate("run {{ steps }}")
+    with pytest.raises(SceneError, match="meets a free target"):
+        job_files(Scene(particles=3, target_particles=2), template=whole)
+    with pytest.raises(InputError, match="a template that is a whole script is asked for, and gua"):
+        job_files(Scene(particles=3), template=whole, guards=True)
+
+
+def test_a_block_that_the_job_has_not_is_refused():
+    with pytest.raises(SceneError, match=r"block 'typo', line 3, which the job has not; .*fixes"):
+        job_files(VERLET, template=own("typo", "fix mine all viscous 1"))

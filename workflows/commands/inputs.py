@@ -24,6 +24,9 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @click.option("--site", metavar="FILE", help="of a sweep file: lines for the head of that script")
 @click.option("--dry-run", is_flag=True, help="print the script and write nothing")
 @click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
+@click.option("--contacts", is_flag=True, help="also list the contacts, in contacts.txt")
+@click.option("--restartable", is_flag=True, help="go on by -var restart 20 and -var resume 1")
+@click.option("--guards", is_flag=True, help="refuse by name what the job is not made for")
 @click.option(
     "--table-range",
     nargs=2,
@@ -45,6 +48,9 @@ def inputs(
     site: str | None,
     dry_run: bool,
     frames: bool,
+    contacts: bool,
+    restartable: bool,
+    guards: bool,
     table_range: tuple[float, float] | None,
     plain: bool,
     explain: bool,
@@ -69,6 +75,9 @@ def inputs(
         raise InputError(f"--set {settings[0][:60]!a} is for a template; expected --template FILE")
     wishes: dict[str, Any] = {
         "dump": frames,
+        "contacts": contacts,
+        "restartable": restartable,
+        "guards": guards,
         "explain": explain,
         "plain": plain,
         "table_range": table_range,

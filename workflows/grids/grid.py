@@ -96,7 +96,7 @@ def _write_point(
 ) -> GridPoint:
     name = folder_name(scene, axes, number)
     try:
-        files = job_files(scene, **wishes)
+        files = job_files(scene, **wishes | {"restartable": True, "guards": True})
     except ChaincorError as error:
         return GridPoint(number, name, " ".join(str(error).split()))
     job = folder / name

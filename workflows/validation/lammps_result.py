@@ -22,7 +22,7 @@ _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
 # With what a log ends.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 # A job of chaincor's says its error last.
-_JOB = re.compile(r"^variable +restitution string ", re.MULTILINE)
+_JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
 
 @dataclass(frozen=True)

@@ -130,8 +130,11 @@ def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, ca
     write_job(Scene(particles=3, speed=0.3), tmp_path)
     script = tmp_path / "in.chain"
     text = script.read_text()
+    assert text.count('print           "restitution_error') == 1
     script.write_text(
-        text.replace("label           other_step", "quit\nlabel           other_step")
+        text.replace(
+            'print           "restitution_error', 'quit\nprint           "restitution_error'
+        )
     )
     assert run_lmp(tmp_path).returncode == 0
     assert "\nrestitution = " in (tmp_path / "log.lammps").read_text()

@@ -254,7 +254,7 @@ class LammpsChain:
         append = "yes" if self._dump_started else "no"
         self.commands(
             f'write_dump all custom "{(self.folder / DUMP_FILE).as_posix()}" '
-            f"id {'' if self._alone else 'mol '}x vx v_displacement v_time "
+            f"id type x y z vx vy vz {'' if self._alone else 'mol '}v_displacement v_time "
             f"modify sort id format float %.17g append {append}"
         )
         self._dump_started = True

@@ -1,7 +1,6 @@
 """The input script of a collision that the engine runs command by command, to be kept beside it."""
 
 from dataclasses import replace
-from typing import Literal
 
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
@@ -12,9 +11,11 @@ from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.field_types import Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
+    NO_EXTRAS,
     SCENE_FILE,
     SCRIPT_FILE,
     TABLE_FILE,
+    Extras,
     ScoutedEnd,
     ScriptedBar,
     ScriptedSteps,
@@ -42,7 +43,7 @@ def job_script(
     numerics: Numerics,
     table: BondTable | None,
     scouted: ScoutedEnd | None,
-    frame_time: float | Literal["contacts"] | None = None,
+    extras: Extras = NO_EXTRAS,
     bar: ScriptedBar | None = None,
     tolerance: float | None = None,
     fastest: float | None = None,
@@ -67,7 +68,7 @@ def job_script(
         cap=longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene),
         look=look,
         scouted=scouted,
-        frame_time=frame_time,
+        extras=extras,
         steps=_scripted_steps(scene, numerics),
         bar=bar,
         tolerance=tolerance,
