@@ -1,4 +1,4 @@
-"""Whether the advice of `tradeoff --script` keeps its promise: six scripts, followed afresh."""
+"""Whether the advice of `chaincor timestep` keeps its promise: six scripts, followed afresh."""
 
 import argparse
 import math
@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.tradeoff.scripts.script_run import list_files, run_script
-from chaincor.workflows.tradeoff.scripts.study import tradeoff_script
+from chaincor.workflows.scripts.rewriting import Change
+from chaincor.workflows.scripts.script_run import Asked, list_files, run_script
+from chaincor.workflows.scripts.study import timestep_study
 
 SCRIPTS = Path(__file__).parents[1] / "docs" / "examples" / "scripts"
 # Observable, ladder, seeds, tolerance, and how much finer than the ladder the judge is.
@@ -40,8 +41,10 @@ def row(name: str) -> str:
     word, vary, seeds, tolerance, finer = CASES[name]
     script, pattern = SCRIPTS / f"{name}.in", rf"^{word} = (\S+)$"
     phases = None if seeds else 8
-    study = tradeoff_script(script, pattern, vary, seeds=seeds, phases=phases, tolerance=tolerance)
-    (ladder,) = study.ladders
+    study = timestep_study(
+        script, observable=pattern, vary=vary, seeds=seeds, phases=phases, tolerance=tolerance
+    )
+    (ladder,) = study.ladders[0].numbers
     verdict, advice = ladder.verdict, ladder.advice
     order = "-" if verdict.order is None else f"{verdict.order:.2f} +- {verdict.order_error:.2f}"
     head = f"| {name} | {verdict.kind} | {order} | {tolerance:g} |"
@@ -52,27 +55,29 @@ def row(name: str) -> str:
         files = list_files(SCRIPTS)
 
         def run(step: float) -> float:
-            variables = {study.ladder.name: f"{step:.9g}"}
+            variables = {"timestep": f"{step:.9g}"}
             if seeds:
                 variables["seed"] = str(random.integers(10**7, 10**8))
             done = run_script(
                 script,
                 files,
-                variables,
-                pattern,
+                Asked(pattern, ()),
+                Change(variables=variables),
+                name="run",
                 lmp=find_lmp_command() or "lmp",
                 scratch=Path(scratch),
                 timeout=3600.0,
             )
-            assert done.observed is not None, done.failure
-            return done.observed.value
+            assert done.numbers, done.failure
+            return done.numbers[pattern].value
 
         def mean(step: float, runs: int) -> float:
             return float(np.mean([run(step * random.uniform(0.98, 1.0)) for _ in range(runs)]))
 
         # The truth of a scattering number is a mean; its own error counts for the tolerance.
         judged = [
-            mean(study.ladder.fine / finer, 1) for _ in range(4 * JUDGES if seeds else JUDGES)
+            mean(study.ladders[0].values[-1] / finer, 1)
+            for _ in range(4 * JUDGES if seeds else JUDGES)
         ]
         truth = float(np.mean(judged))
         bar = 2.0 * float(np.std(judged, ddof=1)) / math.sqrt(len(judged))
@@ -81,7 +86,7 @@ def row(name: str) -> str:
     many = "" if advice.runs == 1 else f", mean of {advice.runs} seeds"
     kept = "yes" if max(errors) <= tolerance + bar else "NO"
     return (
-        f"{head} {study.ladder.name} {advice.value:g}{many} | {truth:.8g} +- {bar:.1e} | "
+        f"{head} timestep {advice.value:g}{many} | {truth:.8g} +- {bar:.1e} | "
         f"{max(errors):.1e} | {kept} |"
     )
 

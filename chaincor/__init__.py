@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from chaincor.workflows.job import write_job as write_job
     from chaincor.workflows.job_analysis.analyze import analyze as analyze
     from chaincor.workflows.result import Collision as Collision
+    from chaincor.workflows.scripts.study import timestep_study as timestep_study
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
-    from chaincor.workflows.tradeoff.scripts.study import tradeoff_script as tradeoff_script
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
@@ -39,8 +39,8 @@ _HOMES = {
     "collide_many": "chaincor.workflows.campaign.collide_many",
     "find_job": "chaincor.analysis.job_folder",
     "sweep": "chaincor.workflows.campaign.sweep",
+    "timestep_study": "chaincor.workflows.scripts.study",
     "to_pandas": "chaincor.workflows.store.export",
-    "tradeoff_script": "chaincor.workflows.tradeoff.scripts.study",
     "validate": "chaincor.workflows.validation.comparison",
     "write_job": "chaincor.workflows.job",
 }
@@ -57,8 +57,8 @@ __all__ = [
     "collide_many",
     "find_job",
     "sweep",
+    "timestep_study",
     "to_pandas",
-    "tradeoff_script",
     "validate",
     "write_job",
 ]

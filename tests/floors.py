@@ -23,7 +23,7 @@ FLOORS_WITHIN = {
     ],
     "analysis/ladders": [
         {"verdict"},
-        {"order_fit"},
+        {"means", "order_fit", "series"},
     ],
     "analysis/showing": [
         {"notebook", "numbers"},
@@ -33,7 +33,7 @@ FLOORS_WITHIN = {
         {"__main__", "judge"},
         {
             *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
-            *("only_required", "peers", "scenes", "schemes", "script_advice", "sweeps"),
+            *("only_required", "peers", "public_scripts", "scenes", "schemes", "script_advice", "sweeps"),
             *("table_rows", "timestep_table", "two_bodies", "warm", "warm_draws"),
         },
     ],
@@ -129,6 +129,7 @@ FLOORS_WITHIN = {
     "workflows/commands": [
         {"analyze", "inputs", "run", "tradeoff", "validate"},
         {
+            "timestep",
             *("collect", "doctor", "explain", "explore", "lessons", "plot", "reproduce"),
             *("scene_options", "show", "store", "sweep"),
         },
@@ -202,6 +203,17 @@ FLOORS_WITHIN = {
     "workflows/scripted": [
         {"plan"},
     ],
+    "workflows/scripts": [
+        {"report"},
+        {"page"},
+        {"study"},
+        {"parting"},
+        {"ladder_runs"},
+        {"advice", "script_run"},
+        {"ladder", "observable", "quantities", "rewriting"},
+        {"step_counts"},
+        {"script_text"},
+    ],
     "workflows/showing": [
         {"shown"},
         {"table"},
@@ -222,15 +234,7 @@ FLOORS_WITHIN = {
         {"study"},
         {"front"},
         {"bond_tables", "budget", "measurement"},
-        {"oracles", "scripts", "settings", "study_progress", "truth"},
-    ],
-    "workflows/tradeoff/scripts": [
-        {"report"},
-        {"page"},
-        {"study"},
-        {"ladder_runs"},
-        {"advice", "script_run"},
-        {"ladder", "observable", "script_text"},
+        {"oracles", "settings", "truth"},
     ],
     "workflows/validation": [
         {"user_ladder"},

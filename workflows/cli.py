@@ -71,13 +71,18 @@ COMMANDS = {
         {**_SOME_SCENES, "matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
-        "Measure error against time: of every setting for a scene, or of a LAMMPS script of yours.",
+        "Measure error against time, of every setting for a scene.",
         ("jinja2", "rich"),
         {
             **dict.fromkeys(("lammps", "numba"), "a scene"),
             "scipy": "--script",
             "matplotlib": "-o",
         },
+    ),
+    "timestep": CommandFacts(
+        "Say which step of any LAMMPS script is small enough, without touching it.",
+        ("jinja2", "rich", "scipy"),
+        {"matplotlib": "-o"},
     ),
     "sweep": CommandFacts(
         "Run many collisions into a store, resumable.",

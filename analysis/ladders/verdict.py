@@ -6,9 +6,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.ladders.means import judge_means
 from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order
 
-Kind = Literal["regular", "irregular", "noise", "cannot tell"]
+Kind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
 # An order is known when 1 and 2 cannot be taken for each other.
@@ -36,7 +37,8 @@ class LadderVerdict:
     kind : str
         ``regular``: a smooth power of the step, so that the value can be extrapolated.
         ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``:
-        it jumps about and the step has no part in it. ``cannot tell``: none of these is sure.
+        it jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
+        bound the error without an order. ``cannot tell``: the number is the same everywhere.
     reason : str
         Why, in one sentence.
     order, order_error : float or None
@@ -101,10 +103,12 @@ def judge_ladder(
     floor = resolution / np.sqrt(12.0) + _ROUNDING * float(np.max(np.abs(values)))
     scatter = np.hypot(values.std(axis=1, ddof=1), floor)
     if np.ptp(values) <= resolution:
-        return _untold(
+        return LadderVerdict(
+            "cannot tell",
             "the number has the same digits in all runs: nothing tells what finer steps would "
             "change",
-            values,
+            *(None, None, None, None),
+            np.full(rungs, np.inf),
             scatter,
         )
     rough, fit = _roughness(h, values, floor, seeded)
@@ -113,7 +117,7 @@ def judge_ladder(
     is_rough = bool(np.median(rough[:-1] - ROUGH * change) > 2.0 * floor)
     known = fit.order_error < KNOWN_ORDER
     if is_rough and decay - decay_error > LEAST_DECAY:
-        return _irregular(values, scatter, decay, decay_error)
+        return _irregular(h, values, scatter, decay, decay_error)
     biased = _bias_is_seen(h, values)
     if known and biased:
         error = fit.limit_error
@@ -126,7 +130,7 @@ def judge_ladder(
         )
     if is_rough and decay + decay_error < LEAST_DECAY and not biased:
         return _noise(h, values, scatter, seeded)
-    return _untold(_why_not(is_rough, biased, decay, decay_error, fit), values, scatter)
+    return _bounded(_why_not(is_rough, biased, decay, decay_error, fit), h, values, scatter)
 
 
 def _roughness(
@@ -213,6 +217,7 @@ def _bias_is_seen(h: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
 
 
 def _irregular(
+    h: NDArray[np.float64],
     values: NDArray[np.float64],
     scatter: NDArray[np.float64],
     decay: float,
@@ -220,7 +225,7 @@ def _irregular(
 ) -> LadderVerdict:
     reason = "between nearby steps the number jumps about, by less the finer the steps are"
     if decay_error >= KNOWN_ORDER:
-        return _untold(f"{reason}, but how fast that falls is not clear", values, scatter)
+        return _bounded(f"{reason}, but how fast that falls is not clear", h, values, scatter)
     # Neither the mean of a rung nor that of the finest one need be nearer than a single run.
     mean = values.mean(axis=1)
     value, error = float(mean[-1]), float(SCATTER_RESERVE * scatter[-1])
@@ -250,11 +255,20 @@ def _noise(
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
 
 
-def _untold(
-    reason: str, values: NDArray[np.float64], scatter: NDArray[np.float64]
+def _bounded(
+    reason: str,
+    h: NDArray[np.float64],
+    values: NDArray[np.float64],
+    scatter: NDArray[np.float64],
 ) -> LadderVerdict:
-    unknown = np.full(len(values), np.inf)
-    return LadderVerdict("cannot tell", reason, None, None, None, None, unknown, scatter)
+    """What means say where there is no order, with a scatter that all rungs tell together."""
+    x, y = np.log(h.mean(axis=1)), np.log(scatter)
+    smooth = np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
+    means = judge_means(h, values, smooth)
+    reason += "; means bound the error"
+    return LadderVerdict(
+        "bounded", reason, None, None, means.value, means.value_error, means.bias, scatter
+    )
 
 
 def _why_not(is_rough: bool, biased: bool, decay: float, decay_error: float, fit: OrderFit) -> str:

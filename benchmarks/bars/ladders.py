@@ -5,9 +5,10 @@ import argparse
 import numpy as np
 
 from chaincor.analysis.ladders.verdict import judge_ladder
+from chaincor.workflows.scripts.advice import promised_errors
 from tests.analysis.ladders.draws import ORDERS, draw
 
-KINDS = ("regular", "irregular", "noise", "cannot tell")
+KINDS = ("regular", "irregular", "noise", "bounded", "cannot tell")
 
 
 def main() -> None:
@@ -16,22 +17,25 @@ def main() -> None:
     parser.add_argument("--rungs", type=int, default=8)
     parser.add_argument("--columns", type=int, default=8)
     options = parser.parse_args()
-    print("| error | " + " | ".join(KINDS) + " | order in its bar | value in its bar |")
-    print("|---" * (len(KINDS) + 3) + "|")
+    heads = ("order in its bar", "value in its bar", "fresh run in its bound")
+    print("| error | " + " | ".join((*KINDS, *heads)) + " |")
+    print("|---" * (len(KINDS) + 4) + "|")
     for kind, order in ORDERS.items():
         random = np.random.default_rng(22)
         counts = dict.fromkeys(KINDS, 0)
-        orders, values = [], []
+        orders, values, kept = [], [], []
         for _ in range(options.draws):
-            h, found, truth = draw(kind, options.rungs, options.columns, random)
-            verdict = judge_ladder(h, found)
+            # The last run of each rung is not shown to the judge.
+            h, found, truth = draw(kind, options.rungs, options.columns + 1, random)
+            verdict = judge_ladder(h[:, :-1], found[:, :-1])
             counts[verdict.kind] += 1
             if verdict.order is not None and order is not None:
                 orders.append(abs(verdict.order - order) <= verdict.order_error)
             if verdict.value is not None:
                 values.append(abs(verdict.value - truth) <= verdict.value_error)
+                kept += list(np.abs(found[:, -1] - truth) <= promised_errors(verdict))
         shares = [100.0 * count / options.draws for count in counts.values()]
-        bars = [f"{100.0 * np.mean(hits):.0f}" if hits else "-" for hits in (orders, values)]
+        bars = [f"{100.0 * np.mean(hits):.0f}" if hits else "-" for hits in (orders, values, kept)]
         cells = " | ".join([*(f"{share:.0f}" for share in shares), *bars])
         print(f"| {kind} | {cells} |", flush=True)
 

@@ -77,8 +77,7 @@ def tradeoff(
     Prints the cheapest setting for each decade of error, the error by cause, and one line of
     advice for the scene's tolerance (1e-6 by default).
 
-    With --script the same for a variable of a LAMMPS script of your own: the order of its error,
-    whether that is regular, irregular or noise, and the cheapest value for the tolerance.
+    With --script it is `chaincor timestep`, for a LAMMPS script of your own.
     """
     own = {name: options.pop(name) for name in _SCRIPT}
     given_own = [f"--{name}" for name, value in own.items() if value not in (None, ())]
@@ -104,11 +103,11 @@ def tradeoff(
             )
         _calibrate(as_json)
         return
+    from chaincor.workflows.study_progress import study_progress
     from chaincor.workflows.tradeoff.description import describe_study
     from chaincor.workflows.tradeoff.page import PAGE
     from chaincor.workflows.tradeoff.study import measure_tradeoff
     from chaincor.workflows.tradeoff.study_files import to_dict, write_study
-    from chaincor.workflows.tradeoff.study_progress import study_progress
 
     scene = scene_from(scene_file, options)
     unused = [key for key in (*_OWN, *FILE_KEYS) if key in scene.model_fields_set]
@@ -138,14 +137,7 @@ def _tradeoff_script(
     own: dict[str, Any],
     options: dict[str, Any],
 ) -> None:
-    from chaincor.workflows.tradeoff.scripts.page import PAGE
-    from chaincor.workflows.tradeoff.scripts.report import (
-        describe_script_study,
-        script_study_to_dict,
-        write_script_study,
-    )
-    from chaincor.workflows.tradeoff.scripts.study import DEFAULT_TIMEOUT, tradeoff_script
-    from chaincor.workflows.tradeoff.study_progress import study_progress
+    from chaincor.workflows.commands.timestep import study_script
 
     tolerance = options.pop("tolerance")
     given = [name for name, value in options.items() if value is not None]
@@ -162,19 +154,9 @@ def _tradeoff_script(
                 f"--script needs --{name}; expected such as --observable 'restitution = (\\S+)' "
                 "--vary timestep=0.01:0.0005:8"
             )
-    timeout = DEFAULT_TIMEOUT if own["timeout"] is None else own["timeout"]
-    with study_progress() as progress:
-        study = tradeoff_script(
-            **own | {"timeout": timeout}, tolerance=tolerance, progress=progress
-        )
-    if output is not None:
-        write_script_study(study, output)
-    if as_json:
-        click.echo(json_text(script_study_to_dict(study)))
-    else:
-        click.echo(describe_script_study(study))
-        if output is not None:
-            click.echo(f"page: {output / PAGE}")
+    script = own.pop("script")
+    study_script(script, output, as_json, own | {"tolerance": tolerance})
+    click.echo("chaincor: note: tradeoff --script is `chaincor timestep`, by an old name", err=True)
 
 
 def _calibrate(as_json: bool) -> None:

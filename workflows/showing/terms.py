@@ -74,7 +74,9 @@ OF_SCRIPTS = {
     "regular": "the error is a smooth power of the step: the value can be extrapolated",
     "irregular": "the number jumps about between nearby steps, by less the finer they are",
     "noise": "the number jumps about, and the step has no part in it: only more runs help",
-    "cannot tell": "none of regular, irregular and noise is sure",
+    "bounded": "none of regular, irregular and noise is sure; means bound the error, "
+    "without an order",
+    "cannot tell": "the number has the same digits in all runs",
     "order": "the power of the step that the error, or its scatter, falls with; after +- what it "
     "holds within in 95 of 100 cases",
     "scatter": "standard deviation of one run at nearby values",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
-from chaincor.workflows.tradeoff.scripts.ladder import Ladder
+from chaincor.workflows.scripts.ladder import Ladder
 
 # A mean of more runs than these is no advice.
 _MOST_RUNS = 10_000
@@ -24,7 +24,7 @@ class ScriptAdvice:
     value : float
         Of the variable.
     runs : int
-        With so many seeds, whose mean is taken; 1 where a single run does.
+        So many, whose mean is taken; 1 where a single run does.
     promised_error : float or None
         What this keeps; None beyond the ladder.
     seconds : float
@@ -38,6 +38,26 @@ class ScriptAdvice:
     promised_error: float | None
     seconds: float
     tried: bool
+
+
+def own_tolerance(verdict: LadderVerdict) -> float | None:
+    """
+    Return an error that is worth keeping where none is asked for; None where none can be told.
+
+    A thousandth of the number or, where that is beyond the ladder, twice what one run on its finest
+    rung keeps.
+    """
+    keeps = float(promised_errors(verdict)[-1])
+    if verdict.value is None or not math.isfinite(keeps):
+        return None
+    return max(2.0 * keeps, 1e-3 * abs(verdict.value))
+
+
+def runs_wanted(verdict: LadderVerdict, tolerance: float, columns: int) -> int | None:
+    """Return how many runs a rung make the finest rung's bias sure enough; None beyond all."""
+    bias = float(np.min(verdict.bias))
+    wanted = columns * (2.0 * bias / tolerance) ** 2
+    return math.ceil(wanted) if columns < wanted <= _MOST_RUNS else None
 
 
 def promised_errors(verdict: LadderVerdict) -> NDArray[np.float64]:
@@ -58,7 +78,7 @@ def give_advice(
     seconds: NDArray[np.float64],
     tolerance: float,
     *,
-    seeded: bool,
+    repeats: bool,
 ) -> ScriptAdvice | None:
     """
     Return the cheapest way to keep a tolerance; None where nothing that was measured tells one.
@@ -75,8 +95,8 @@ def give_advice(
         Processor time of one run.
     tolerance : float
         Error to keep.
-    seeded : bool
-        Whether runs can be repeated with other seeds.
+    repeats : bool
+        Whether the mean of several runs, at nearby values or with other seeds, is advice as well.
     """
     if verdict.kind == "cannot tell":
         return None
@@ -88,7 +108,7 @@ def give_advice(
     for k, value in enumerate(values):
         if promised[k] <= tolerance:
             runs = 1
-        elif seeded and bias[k] < tolerance:
+        elif repeats and bias[k] < tolerance:
             scatter = SCATTER_RESERVE * float(verdict.scatter[k])
             runs = math.ceil((scatter / (tolerance - float(bias[k]))) ** 2)
         else:

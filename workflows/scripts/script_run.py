@@ -7,13 +7,16 @@ import shutil
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.tradeoff.scripts.observable import Observed, find_observable
+from chaincor.workflows.scripts.observable import Observed, find_observable
+from chaincor.workflows.scripts.quantities import Quantity, Samples, read_samples
+from chaincor.workflows.scripts.rewriting import SAMPLE_FILE, Change, rewrite_folder
 
 SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
@@ -25,6 +28,33 @@ class ScriptRunError(RunError):
 
 
 @dataclass(frozen=True)
+class Asked:
+    """
+    What is read from a run.
+
+    Attributes
+    ----------
+    pattern : str or None
+        Regular expression of a number that the script prints.
+    quantities : tuple of Quantity
+        Numbers that are sampled.
+    """
+
+    pattern: str | None
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The numbers, by name."""
+        return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
+
+    @property
+    def sampled(self) -> tuple[str, ...]:
+        """What is sampled, each once."""
+        return tuple(dict.fromkeys(each.what for each in self.quantities))
+
+
+@dataclass(frozen=True)
 class ScriptRun:
     """
     One run.
@@ -33,16 +63,23 @@ class ScriptRun:
     ----------
     variables : dict
         What was given by -var.
-    observed : Observed or None
-        The number; None where the run failed.
+    numbers : dict of str to Observed
+        By name; empty where the run failed.
+    errors : dict of str to float
+        Standard error of a mean from this run alone, where a number is one.
+    samples : Samples or None
+        What was sampled; None where nothing was.
     seconds : float
-        Processor time of the whole process, its start included.
+        Processor time of the whole process, its start included; of a command of several words,
+        such as ``srun lmp``, what LAMMPS's log says of its loops.
     failure : str or None
         What went wrong, in LAMMPS's words where it has some.
     """
 
     variables: dict[str, str]
-    observed: Observed | None
+    numbers: dict[str, Observed]
+    errors: dict[str, float]
+    samples: Samples | None
     seconds: float
     failure: str | None = None
 
@@ -74,34 +111,57 @@ def list_files(folder: Path) -> list[Path]:
 
 def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
     """Return the command of a run, to paste into a shell."""
-    return shlex.join([lmp, *_options(variables), "-in", script])
+    return shlex.join([*shlex.split(lmp), *_options(variables), "-in", script])
 
 
 def run_script(
     script: Path,
     files: list[Path],
-    variables: dict[str, str],
-    pattern: str,
+    asked: Asked,
+    change: Change,
     *,
+    name: str,
     lmp: str,
     scratch: Path,
     timeout: float,
+    read: Callable[[Path], None] = lambda _folder: None,
 ) -> ScriptRun:
     """
-    Run a script in a copy of its folder, and read the number it prints.
+    Run a script in a changed copy of its folder, and read its numbers.
 
-    The copy, in `scratch`, is removed after the run, and stays where that failed. `timeout` is in
-    seconds of the wall clock.
+    Parameters
+    ----------
+    script : pathlib.Path
+        The script.
+    files : list of pathlib.Path
+        What lies in its folder and is copied.
+    asked : Asked
+        What is read.
+    change : Change
+        What the run does otherwise than the script says.
+    name : str
+        Of the copy, in `scratch`; it is removed after the run, and stays where that failed.
+    lmp : str
+        The command; of several words where a launcher stands before it.
+    scratch : pathlib.Path
+        An absolute folder.
+    timeout : float
+        Seconds of the wall clock.
+    read : callable, optional
+        Called with the copy before it is removed.
     """
-    folder = scratch / _folder_name(variables)
+    folder = scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
     source = script.resolve().parent
     for path in files:
         target = folder / path.relative_to(source)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, target)
+    rewrite_folder(folder, folder / script.name, change)
     screen = folder / SCREEN_FILE
+    variables = dict(change.variables)
+    words = shlex.split(lmp)
     status, seconds = _execute(
-        [lmp, *_options(variables), "-in", script.name], folder, screen, timeout
+        [*words, *_options(variables), "-in", script.name], folder, screen, timeout
     )
     if status is None:
         failure = f"it has not ended after {timeout:g} s"
@@ -109,19 +169,41 @@ def run_script(
         failure = _said(screen, status)
     else:
         try:
-            observed = find_observable(pattern, screen)
+            run = _read(folder, asked, variables, seconds if len(words) == 1 else _loops(screen))
+            read(folder)
         except RunError as error:
             failure = str(error)
         else:
             shutil.rmtree(folder, ignore_errors=True)
-            return ScriptRun(variables, observed, seconds)
+            return run
     command = format_command(lmp, variables, script.name)
     (folder / "command.txt").write_text(f"{command}\n{failure}\n", encoding="utf-8")
-    return ScriptRun(variables, None, seconds, failure)
+    return ScriptRun(variables, {}, {}, None, seconds, failure)
 
 
-def _folder_name(variables: dict[str, str]) -> str:
-    return "_".join(f"{name}={value}" for name, value in variables.items())[:200]
+def _read(folder: Path, asked: Asked, variables: dict[str, str], seconds: float) -> ScriptRun:
+    """Read a run's numbers; raises RunError where one is missing."""
+    numbers, errors, samples = {}, {}, None
+    if asked.pattern is not None:
+        numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
+    if (folder / SAMPLE_FILE).is_file() or asked.quantities:
+        try:
+            samples = read_samples(folder / SAMPLE_FILE, asked.sampled)
+        except RunError:
+            if asked.quantities:
+                raise
+    for each in asked.quantities:
+        assert samples is not None
+        value, errors[str(each)] = samples.number(each)
+        numbers[str(each)] = Observed(value, 0.0)
+    return ScriptRun(variables, numbers, errors, samples, seconds)
+
+
+def _loops(screen: Path) -> float:
+    """Return processor seconds as LAMMPS's log says them: of its loops, on all its processes."""
+    text = screen.read_text("utf-8", "replace")
+    found = re.findall(r"^Loop time of (\S+) on (\d+) procs", text, re.MULTILINE)
+    return sum(float(seconds) * int(ranks) for seconds, ranks in found)
 
 
 def _options(variables: dict[str, str]) -> list[str]:

@@ -68,6 +68,16 @@ class Ladder:
         return value if self.fine < self.coarse else 1.0 / value
 
 
+# What is tried of a script's own step where nobody says what: so many times it, to so many.
+_OWN_COARSE, _OWN_RUNGS = 2.0, 4
+
+
+def ladder_around(step: float, coarser: float = _OWN_COARSE) -> Ladder:
+    """Return the ladder of steps around a script's own, each half of the one before."""
+    coarse = coarser * step
+    return Ladder("timestep", coarse, coarse * 0.5 ** (_OWN_RUNGS - 1), _OWN_RUNGS, False)
+
+
 def read_ladder(text: str) -> Ladder:
     """
     Read ``NAME=FROM:TO:COUNT``, FROM the coarse end and TO the fine one.

@@ -8,8 +8,8 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
-from chaincor.workflows.tradeoff.scripts.ladder import read_fixed, read_ladder
-from chaincor.workflows.tradeoff.scripts.observable import check_pattern
+from chaincor.workflows.scripts.ladder import read_fixed, read_ladder
+from chaincor.workflows.scripts.observable import check_pattern
 from tests.extremes.test_injection import ATTACKS
 
 SCRIPT = """

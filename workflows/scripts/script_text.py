@@ -6,9 +6,20 @@ from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
 
-# Styles of `variable` that keep a value given by -var; all others are errors of LAMMPS or replace
-# it.
-_KEEPS = ("index", "loop", "world", "universe", "uloop")
+# Styles of `variable` that count, and are no value.
+_COUNTS = ("loop", "world", "universe", "uloop")
+# Commands that run many times by themselves, or run again what was dumped.
+_OTHER_RUNS = (
+    "rerun",
+    "temper",
+    "temper/grem",
+    "temper/npt",
+    "neb",
+    "neb/spin",
+    "prd",
+    "tad",
+    "hyper",
+)
 # What stands in quotes or not, up to a comment.
 _COMMENT = re.compile(r"""^((?:[^#"']|"[^"]*"|'[^']*'|["'])*?)#.*$""")
 _LARGEST_SCRIPT = 10_000_000
@@ -53,51 +64,93 @@ def read_script(path: Path) -> ScriptText:
     """Read a script; raises InputError where that cannot be done."""
     try:
         if not path.is_file():
-            raise InputError(f"--script is {str(path)!r}; expected a file: there is none")
+            raise InputError(f"the script is {str(path)!r}; expected a file: there is none")
         if path.stat().st_size > _LARGEST_SCRIPT:
             raise InputError(
-                f"--script {str(path)!r} is larger than 10 MB; expected LAMMPS's input"
+                f"the script {str(path)!r} is larger than 10 MB; expected LAMMPS's input"
             )
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"cannot read the script {str(path)!r}: {error.strerror}") from None
     lines: list[tuple[int, str]] = []
-    open_line = ""
-    first = 1
-    for number, raw in enumerate(text.splitlines(), start=1):
-        line = _COMMENT.sub(r"\1", raw)
-        first = number if not open_line else first
-        open_line += line.rstrip()
-        if open_line.endswith("&"):
-            open_line = open_line[:-1] + " "
-            continue
-        if open_line.split():
-            lines.append((first, open_line))
-        open_line = ""
+    number = 1
+    for raw, command in join_lines(text):
+        if command.split():
+            lines.append((number, command))
+        number += raw.count("\n") + 1
     return ScriptText(path, tuple(lines))
+
+
+def join_lines(text: str) -> list[tuple[str, str]]:
+    """
+    Return each command of a script, as it stands and as LAMMPS reads it.
+
+    The second is without comments, and with lines joined that ``&`` continues; what stands in
+    triple quotes over several lines is left as it is.
+    """
+    found: list[tuple[str, str]] = []
+    raw: list[str] = []
+    command = ""
+    for line in text.splitlines():
+        raw.append(line)
+        command += _COMMENT.sub(r"\1", line).rstrip()
+        if "\n".join(raw).count('"""') % 2:
+            command += "\n"
+            continue
+        if command.endswith("&"):
+            command = command[:-1] + " "
+            continue
+        found.append(("\n".join(raw), command))
+        raw, command = [], ""
+    if raw:
+        found.append(("\n".join(raw), command))
+    return found
+
+
+def included(script: ScriptText) -> list[ScriptText]:
+    """Return a script and all that it includes, or jumps into, by names that stand in it."""
+    found = [script]
+    for each in found:
+        for _, line in each.lines:
+            words = line.split()
+            if words[0] in ("include", "jump") and len(words) > 1 and words[1] != "SELF":
+                path = script.path.parent / words[1].strip("\"'")
+                if path.is_file() and path.resolve() not in {f.path.resolve() for f in found}:
+                    found.append(read_script(path))
+    return found
 
 
 def check_variable(script: ScriptText, name: str) -> None:
     """
-    Raise InputError where a script gives a variable a value of its own that -var cannot change.
+    Raise InputError where a script does not use a variable, or counts a loop with it.
 
-    LAMMPS keeps a value from the command line against `variable NAME index`, and refuses or
-    overwrites it with any other style.
+    Whatever else sets the variable is set to the value that is given instead.
     """
     own = re.compile(rf"\s*variable\s+{re.escape(name)}\s+(\S+)(.*)")
     for number, line in script.lines:
         match = own.match(line)
-        if match and match[1] not in _KEEPS:
+        if match and match[1] in _COUNTS:
             rest = " ".join(match[2].split())
             raise InputError(
                 f"line {number} of {script.path.name} says 'variable {name} {match[1]} {rest}', "
-                f"which -var {name} cannot change; expected 'variable {name} index VALUE'"
+                f"which counts and cannot be given a value; expected 'variable {name} index VALUE'"
             )
     if script.is_whole and not script.mentions(name):
         raise InputError(
             f"{script.path.name} does not use the variable {name!r}; expected ${{{name}}} or "
-            f"v_{name} in it, after 'variable {name} index VALUE'"
+            f"v_{name} in it"
         )
+
+
+def refuse_other_runs(script: ScriptText) -> None:
+    """Raise InputError where a script runs by commands whose time is not that of ``run``."""
+    for each in included(script):
+        for number, line in each.lines:
+            if line.split()[0] in _OTHER_RUNS:
+                raise InputError(
+                    f"line {number} of {each.path.name} is '{line.split()[0]}', whose runs cannot "
+                    "be held at one time with other steps; expected a script of 'run' commands"
+                )
 
 
 def check_paths(script: ScriptText) -> None:

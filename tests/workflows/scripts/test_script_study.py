@@ -13,23 +13,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from chaincor import tradeoff_script
+from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
-from chaincor.workflows.tradeoff.scripts import ladder_runs
-from chaincor.workflows.tradeoff.scripts import study as study_module
-from chaincor.workflows.tradeoff.scripts.report import script_study_to_dict
-from chaincor.workflows.tradeoff.scripts.script_run import (
-    ScriptRunError,
-    list_files,
-    run_script,
-)
+from chaincor.workflows.scripts import ladder_runs
+from chaincor.workflows.scripts import study as study_module
+from chaincor.workflows.scripts.report import script_study_to_dict
+from chaincor.workflows.scripts.rewriting import Change
+from chaincor.workflows.scripts.script_run import Asked, ScriptRunError, list_files, run_script
 from tests.page_checks import check_file_list, read_page, words_of
 from tests.waiting import HANGS, wait_until
 
-EXAMPLES = Path(__file__).parents[4] / "docs" / "examples" / "scripts"
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples" / "scripts"
 # Prints what it is told to: the law of its error is known, and it takes a moment.
 LAW = r"""
 variable timestep index 0.1
@@ -50,21 +47,23 @@ def law(tmp_path):
 
 
 def run(script, vary="timestep=0.1:0.01:5", observable=OBSERVABLE, **options):
-    return tradeoff_script(script, observable, vary, **options)
+    return timestep_study(script, observable=observable, vary=vary, **options)
 
 
 def one_run(script, variables, pattern):
     with tempfile.TemporaryDirectory() as scratch:
         files = list_files(script.resolve().parent)
         options = {"lmp": find_lmp_command(), "scratch": Path(scratch), "timeout": 600.0}
-        return run_script(script, files, variables, pattern, **options).observed.value
+        change = Change(variables=variables)
+        done = run_script(script, files, Asked(pattern, ()), change, name="one", **options)
+        return done.numbers[pattern].value
 
 
 @pytest.mark.slow
 def test_order_and_limit_of_a_known_law(law, tmp_path):
     before = sorted(path.name for path in tmp_path.iterdir())
     study = run(law, phases=3, tolerance=1e-4)
-    (ladder,) = study.ladders
+    (ladder,) = study.ladders[0].numbers
     assert ladder.verdict.kind == "regular"
     assert abs(ladder.verdict.order - 2.0) <= ladder.verdict.order_error < 0.01
     assert abs(ladder.verdict.value - 0.5) <= ladder.verdict.value_error < 1e-6
@@ -74,6 +73,7 @@ def test_order_and_limit_of_a_known_law(law, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
     assert plain["order"] == ladder.verdict.order
+    assert plain["observables"][0]["advice"] == ladder.advice.value
     assert len(plain["ladders"][0]["runs"]) == 15
 
 
@@ -81,7 +81,7 @@ def test_order_and_limit_of_a_known_law(law, tmp_path):
 def test_fixed_values_make_a_ladder_each(law):
     study = run(law, vary="timestep=0.1:0.02:4", phases=3, fix=["rows=1,100"])
     assert [each.fixed for each in study.ladders] == [{"rows": "1"}, {"rows": "100"}]
-    spans = [float(np.ptp(each.results)) for each in study.ladders]
+    spans = [float(np.ptp(each.numbers[0].results)) for each in study.ladders]
     assert spans[0] / spans[1] == pytest.approx(100.0, rel=1e-6)
 
 
@@ -98,14 +98,14 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
     assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
     names = {path.name for path in out.iterdir()}
     pictures = {"work_precision.png", "work_precision.svg"}
-    assert names == {"tradeoff.html", "tradeoff.json", "runs.csv", *pictures}
-    page = read_page(out / "tradeoff.html")
-    check_file_list(page, out, beside={"tradeoff.html"})
+    assert names == {"timestep.html", "timestep.json", "runs.csv", *pictures}
+    page = read_page(out / "timestep.html")
+    check_file_list(page, out, beside={"timestep.html"})
     told = words_of(page)
     assert "regular" in told
     assert "0.1:0.02:4" in told
     # Each line of the terminal's ladder is on the page.
-    for rung in json.loads((out / "tradeoff.json").read_text())["ladders"][0]["rungs"]:
+    for rung in json.loads((out / "timestep.json").read_text())["observables"][0]["rungs"]:
         assert f"{rung['mean']:.10g}" in told
     assert hashlib.sha256(law.read_bytes()).hexdigest() in page
 
@@ -167,7 +167,7 @@ def test_coarse_runs_that_fail_are_left_out(law):
     study = run(law, vary="timestep=0.1:0.01:6", phases=3)
     try:
         (ladder,) = study.ladders
-        assert ladder.verdict.kind == "regular"
+        assert ladder.numbers[0].verdict.kind == "regular"
         assert ladder.values[0] < 0.05
         failed = [each for each in ladder.runs if each.failure]
         assert all("no_such_command" in each.failure for each in failed)
@@ -203,7 +203,7 @@ def test_users_files_are_left_alone(tmp_path):
     script = tmp_path / "in.files"
     script.write_text('print "theirs" file out.txt\ninclude sub/more.in\n')
     study = run(script, phases=3)
-    assert study.ladders[0].verdict.kind == "regular"
+    assert study.ladders[0].numbers[0].verdict.kind == "regular"
     assert (tmp_path / "out.txt").read_text() == "mine"
     assert {path.name for path in tmp_path.iterdir()} == {"sub", "out.txt", "in.files"}
 
@@ -253,7 +253,7 @@ def test_orders_of_scripts_and_advice_that_is_followed(
     study = run(
         script, f"timestep={vary}", pattern, phases=phases, seeds=seeds, tolerance=tolerance
     )
-    (ladder,) = study.ladders
+    (ladder,) = study.ladders[0].numbers
     assert ladder.verdict.kind == kind
     if order is not None:
         assert abs(ladder.verdict.order - order) <= ladder.verdict.order_error

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.workflows.pages.page import drawn_figures, files_written, listed_file, write_page
+from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.showing.terms import OF_SCRIPTS
-from chaincor.workflows.tradeoff.scripts.study import ScriptTradeoff
 
-PAGE = "tradeoff.html"
+PAGE, JSON = "timestep.html", "timestep.json"
 
 FIGURES = {
     "work_precision": (
@@ -20,33 +20,39 @@ FIGURES = {
 }
 
 _HOLDS = {
-    "tradeoff.json": "all numbers of the study",
-    "runs.csv": "each run: the variable, the number printed, its time",
+    JSON: "all numbers of the study",
+    "runs.csv": "each run: the variable, the numbers found, its time",
     "*.png": "figure",
     "*.svg": "figure",
 }
 
 
 def write_script_page(
-    study: ScriptTradeoff, told: list[list[tuple[str, str]]], plain: Mapping[str, Any], folder: Path
+    study: ScriptStudy,
+    told: list[list[tuple[str, list[tuple[str, str]]]]],
+    plain: Mapping[str, Any],
+    folder: Path,
 ) -> None:
     """
-    Write ``tradeoff.html`` about the files of a study that lie in a folder.
+    Write the page about the files of a study that lie in a folder.
 
-    `told` are the verdict, order, value, notes and advice of each ladder in words, `plain` is what
-    JSON has of the study.
+    `told` are, by ladder, each number's name with verdict, order, value and advice in words,
+    `plain` is what JSON has of the study.
     """
     vary = study.ladder
     contents = {
         "script": study.script.name,
-        "observable": study.observable,
-        "vary": f"{vary.name} from {vary.coarse:g} to {vary.fine:g}",
-        "variable": vary.name,
+        "numbers": study.asked.names,
+        "variable": "" if vary is None else vary.name,
         "ladders": list(zip(plain["ladders"], told, strict=True)),
+        "comparisons": study.comparisons,
+        "notes": plain["notes"],
         "terms": OF_SCRIPTS,
         "settings": {
-            "observable": study.observable,
-            "vary": f"{vary.name}={vary.coarse:g}:{vary.fine:g}:{vary.rungs}",
+            "numbers": ", ".join(study.asked.names),
+            "vary": "nothing"
+            if vary is None
+            else f"{vary.name}={vary.coarse:g}:{vary.fine:g}:{vary.rungs}",
             "runs a rung": f"{len(study.seeds)} seeds"
             if study.seeds
             else f"{study.phases} nearby values",
@@ -56,8 +62,8 @@ def write_script_page(
             "processor": plain["processor"],
         },
         "versions": plain["versions"],
-        "figures": drawn_figures(folder, FIGURES, study.script.name),
+        "figures": drawn_figures(folder, FIGURES, study.script.name) if study.ladders else [],
         "read": [listed_file(study.script, "the script")],
         "written": files_written(folder, _HOLDS),
     }
-    write_page(folder / PAGE, "chaincor.workflows.tradeoff.scripts", contents)
+    write_page(folder / PAGE, "chaincor.workflows.scripts", contents)

@@ -1,0 +1,108 @@
+"""What means alone say of a ladder of steps: a value, and bounds on the bias, without an order."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Powers of the step that a bias may fall with; where several agree with the means, all count.
+ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
+LEAST_RUNGS = 3
+# A power is given up where noise alone would miss it as far in 1 of 20 ladders.
+_CHANCE = 0.05
+# Where no power fits, the finest rung is as far from the limit as from its neighbour, twice.
+_NO_LAW = 2.0
+_WIDER = 1.2
+
+
+@dataclass(frozen=True)
+class Means:
+    """
+    What a ladder's means say.
+
+    Attributes
+    ----------
+    value, value_error : float
+        Limit of fine steps, and what it holds within in 95 of 100 cases.
+    bias : ndarray of shape (R,)
+        Bound on the systematic error of each rung, likewise.
+    """
+
+    value: float
+    value_error: float
+    bias: Array
+
+
+def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
+    r"""
+    Bound the bias of every rung, and find the limit, from means and their errors.
+
+    For each p of a few orders, :math:`y = A + B h^p` is fitted to the finest rungs by least
+    squares, weighted by the scatter. All p that the misfit does not exclude count: the limit lies
+    in the union of their intervals, and the bias of a rung is at most the largest :math:`|B| h^p`
+    with its own error. The widest window of rungs that some p fits is taken. Where none fits even
+    three rungs, the distance of the two finest rungs, twice, stands for what is left.
+
+    Parameters
+    ----------
+    steps : ndarray of shape (R, M)
+        Steps, rung by rung from coarse to fine.
+    values : ndarray of shape (R, M)
+        The number found with each.
+    scatter : ndarray of shape (R,)
+        Standard deviation of one run, by rung; positive.
+
+    Returns
+    -------
+    Means
+        The limit and the bounds.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than three rungs or two runs a rung.
+    """
+    from scipy.stats import chi2, t
+
+    rungs, columns = values.shape
+    if rungs < LEAST_RUNGS or columns < 2:
+        raise ValueError(
+            f"{rungs} rungs with {columns} runs; expected {LEAST_RUNGS} and 2 at least"
+        )
+    h = steps.mean(axis=1) / steps.max()
+    means, errors = values.mean(axis=1), scatter / np.sqrt(columns)
+    # A choice among windows, and scatter from few runs, make such bars too short.
+    sure = _WIDER * float(t.ppf(0.975, rungs * (columns - 1)))
+    for window in range(rungs, LEAST_RUNGS - 1, -1):
+        x, y, e = h[-window:], means[-window:], errors[-window:]
+        fits = [(p, *_fit(x**p, y, e)) for p in ORDERS]
+        limit = float(chi2.ppf(1.0 - _CHANCE, window - 2)) * (sure / 1.96) ** 2
+        kept = [fit for fit in fits if fit[3] <= limit]
+        if kept:
+            break
+    else:
+        error = _NO_LAW * abs(means[-1] - means[-2]) + sure * float(np.hypot(*errors[-2:]))
+        bias = np.abs(means - means[-1]) + error
+        return Means(float(means[-1]), float(error), bias)
+    low = min(a[0] - sure * a[1] for _, a, _, _ in kept)
+    high = max(a[0] + sure * a[1] for _, a, _, _ in kept)
+    value, error = 0.5 * (low + high), 0.5 * (high - low)
+    bias = np.max([(abs(b[0]) + sure * b[1]) * h**p for p, _, b, _ in kept], axis=0)
+    # Rungs too coarse for the law: their own distance.
+    apart = np.abs(means - value) + error + sure * errors
+    bias[: rungs - window] = apart[: rungs - window]
+    return Means(value, error, bias)
+
+
+def _fit(
+    x: Array, y: Array, errors: Array
+) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Return A and B of y = A + B x with their standard errors, and the weighted misfit."""
+    design = np.stack([np.ones(len(x)), x], axis=1) / errors[:, None]
+    covariance = np.linalg.inv(design.T @ design)
+    a, b = covariance @ design.T @ (y / errors)
+    misfit = float(np.sum(((y - a - b * x) / errors) ** 2))
+    spread = np.sqrt(np.diag(covariance))
+    return (float(a), float(spread[0])), (float(b), float(spread[1])), misfit

@@ -1,0 +1,75 @@
+"""Bounds from means alone, and standard errors of correlated series."""
+
+import numpy as np
+import pytest
+
+from chaincor.analysis.ladders.means import judge_means
+from chaincor.analysis.ladders.series import standard_error
+from chaincor.analysis.ladders.verdict import judge_ladder
+
+DRAWS = 200
+# 95 % are meant to hold; of 200 draws, three standard deviations fewer than that.
+LEAST_HELD = 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / DRAWS)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0, 3.0, 30.0])
+def test_limits_and_biases_are_bounded_at_every_ratio_of_bias_to_noise(order, ratio):
+    """Noise of 1, a bias of `ratio` on the coarsest rung."""
+    random = np.random.default_rng(3)
+    h = np.array([1.0, 0.5, 0.25, 0.125])
+    held = []
+    for _ in range(DRAWS):
+        steps = h[:, None] * random.uniform(0.98, 1.02, (4, 4))
+        values = 7.0 + ratio * steps**order + random.normal(size=(4, 4))
+        bias = ratio * (steps**order).mean(axis=1)
+        scatter = np.full(4, values.std(axis=1, ddof=1).mean())
+        found = judge_means(steps, values, scatter)
+        held.append([abs(found.value - 7.0) <= found.value_error, *(bias <= found.bias)])
+    assert np.all(np.mean(held, axis=0) >= LEAST_HELD)
+
+
+def test_order_two_in_noise_gets_an_answer_without_an_order():
+    random = np.random.default_rng(5)
+    steps = 0.5 ** np.arange(6)[:, None] * random.uniform(0.98, 1.02, (6, 6))
+    values = 3.0 + 1e-2 * steps**2 + 5e-3 * random.normal(size=steps.shape)
+    verdict = judge_ladder(steps, values)
+    assert verdict.kind == "bounded"
+    assert verdict.order is None
+    assert abs(verdict.value - 3.0) <= verdict.value_error
+    assert np.all(np.isfinite(verdict.bias))
+
+
+def test_what_follows_no_power_is_bounded_by_its_finest_rungs():
+    h = np.array([1.0, 0.5, 0.25, 0.125])
+    values = np.sign(np.sin(9.0 * h))[:, None] + np.zeros((4, 3))
+    values[-1] += 0.6
+    found = judge_means(h[:, None] * np.ones((4, 3)), values, np.full(4, 1e-6))
+    assert found.value == values[-1, 0]
+    assert found.value_error >= 2.0 * abs(values[-1, 0] - values[-2, 0])
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_standard_errors_of_correlated_series(memory):
+    """An autoregressive series: its mean has variance (1 + a)/(1 - a)/N of a sample's."""
+    random = np.random.default_rng(8)
+    count = 4000
+    errors, means = [], []
+    for _ in range(100):
+        noise = random.normal(size=count)
+        series = np.empty(count)
+        series[0] = noise[0] / np.sqrt(1.0 - memory**2)
+        for k in range(1, count):
+            series[k] = memory * series[k - 1] + noise[k]
+        errors.append(standard_error(series))
+        means.append(series.mean())
+    exact = np.sqrt((1.0 + memory) / (1.0 - memory) / count / (1.0 - memory**2))
+    # Each is uncertain by some 5 % at 200 correlation times, their mean by a tenth of that; the
+    # estimate errs on the large side, by some percent.
+    assert np.mean(errors) == pytest.approx(exact, rel=0.06)
+    assert np.std(means) == pytest.approx(exact, rel=3.0 / np.sqrt(200.0))
+
+
+def test_standard_errors_of_what_is_no_series():
+    assert standard_error(np.ones(10)) == 0.0
+    assert standard_error(np.ones(3)) == np.inf

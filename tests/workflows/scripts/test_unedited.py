@@ -1,0 +1,260 @@
+"""Scripts that nobody edited: time is kept, dumps are left out, and what counts steps is told."""
+
+import json
+
+import numpy as np
+import pytest
+
+from chaincor import timestep_study
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows import cli
+from chaincor.workflows.engines.lammps.library import find_lmp_command
+from chaincor.workflows.scripts.quantities import read_quantity
+from chaincor.workflows.scripts.report import describe_script_study, notes, script_study_to_dict
+from chaincor.workflows.scripts.rewriting import Change, rewrite
+from chaincor.workflows.scripts.script_run import Asked, list_files, run_script
+from chaincor.workflows.scripts.script_text import included, read_script
+from chaincor.workflows.scripts.step_counts import find_step_counts
+from tests.programs import python
+
+# A particle on a spring, exactly x = 0.1 cos t: energy drifts by nothing, and errors are known.
+SPRING = """
+units       lj
+atom_style  atomic
+atom_modify map array
+region      box block -2 2 -2 2 -2 2
+create_box  1 box
+create_atoms 1 single 0 0 0
+mass        1 1.0
+pair_style  zero 1.0
+pair_coeff  * *
+fix         pull all spring/self 1.0
+fix_modify  pull energy yes
+displace_atoms all move 0.1 0 0 units box
+fix         motion all nve
+variable    x equal x[1]
+"""
+RUNS = """
+timestep    0.02
+dump        d all atom 1 frames.txt
+dump_modify d &
+            sort id
+restart     10 old new
+variable    k loop 2
+label       again
+if "${k} == 1" then "run 101 every 10 'print hello'" "dump e all atom 1 e.txt" else "run 150 upto"
+next        k
+jump        SELF again
+variable    n equal 25+1
+run         ${n} pre no
+timestep    $(dt/2)
+include     more.in
+variable    at_end equal dt
+"""
+MORE = "run 100 start 0 stop 400 # the last\n"
+# 101 and 49 steps of 0.02, 26 of them, 100 of 0.01.
+TIME = 176 * 0.02 + 100 * 0.01
+
+
+@pytest.fixture
+def spring(tmp_path):
+    (tmp_path / "more.in").write_text(MORE)
+    path = tmp_path / "in.spring"
+    path.write_text(SPRING + RUNS)
+    return path
+
+
+def one_run(script, tmp_path, names=("v_x:last",), **change):
+    asked = Asked(None, tuple(map(read_quantity, names)))
+    scratch = tmp_path / "scratch"
+    scratch.mkdir(exist_ok=True)
+    files = [path for path in list_files(script.parent) if scratch not in path.parents]
+    kept = []
+    run = run_script(
+        script, files, asked, Change(quantities=asked.sampled, **change), name="a run",
+        lmp=find_lmp_command(), scratch=scratch, timeout=600.0,
+        read=lambda folder: kept.extend(path.name for path in folder.iterdir()),
+    )  # fmt: skip
+    assert run.failure is None
+    return run, kept
+
+
+@pytest.mark.parametrize("finer", [1.0, 0.5, 0.37, 2.0, 3.3])
+def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
+    run, files = one_run(spring, tmp_path, finer=finer)
+    # Times are sums of some hundred steps, each rounded.
+    assert run.samples.end == pytest.approx(TIME, abs=1e-12)
+    assert not {"frames.txt", "e.txt", "old", "new"} & set(files)
+    # Verlet is of second order, with an error of the phase of t h^2/24 at most: the numbers agree.
+    steps = 0.02 / finer
+    assert abs(run.numbers["v_x:last"].value - 0.1 * np.cos(TIME)) < 0.1 * TIME * steps**2 / 12
+
+
+def test_between_runs_the_script_sees_its_own_step(tmp_path):
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + 'timestep 0.03\nrun 50\nprint "dt is $(dt)"\nrun 0\n')
+    asked = Asked(r"dt is (\S+)", ())
+    run = run_script(
+        path, [path], asked, Change(finer=4.0), name="x", lmp=find_lmp_command(),
+        scratch=tmp_path, timeout=600.0,
+    )  # fmt: skip
+    assert run.numbers[asked.pattern].value == 0.03
+
+
+def test_nothing_else_is_rewritten(tmp_path):
+    text = (
+        'fix 1 all nve  # as it is\n\nprint "run 100"\nvariable a equal &\n 2\nprint """a\n'
+        'run 5\n"""\nif "1 > 0" then "print \'dump\'"\n'
+    )
+    assert rewrite(text, tmp_path, Change(finer=2.0)) == text
+
+
+@pytest.mark.slow
+def test_a_script_as_it_stands_gets_values_and_advice(spring, tmp_path):
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    study = timestep_study(spring, ["v_x:last", "etotal:drift"], phases=3, tolerance=1e-6)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    position, _ = study.ladders[0].numbers
+    assert position.verdict.kind == "regular"
+    assert abs(position.verdict.order - 2.0) <= position.verdict.order_error
+    exact = 0.1 * np.cos(TIME)
+    assert abs(position.verdict.value - exact) <= position.verdict.value_error < 1e-6
+    # The script's step is that of its last run.
+    assert study.own_step == 0.01
+    assert not study.ladders[0].ends_apart
+    run, _ = one_run(spring, tmp_path, finer=0.01 / position.advice.value)
+    assert abs(run.numbers["v_x:last"].value - exact) <= position.advice.promised_error <= 1e-6
+    plain = json.loads(json.dumps(script_study_to_dict(study), allow_nan=False))
+    first, second = plain["observables"]
+    assert (first["name"], second["name"]) == ("v_x:last", "etotal:drift")
+    assert first["advice"] == position.advice.value
+    assert "v_x:last" in describe_script_study(study)
+
+
+@pytest.mark.slow
+def test_the_command_answers_without_a_word(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.x").write_text(SPRING + "timestep 0.1\nrun 400\n")
+    assert cli._run(["timestep", "in.x", "--phases", "3", "-o", "out", "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    names = [each["name"] for each in plain["observables"]]
+    assert names == ["etotal:drift", "etotal:fluctuation", "temp:mean", "pe:mean", "press:mean"]
+    # The spring's own energy is not of etotal: there remains m v^2/2, sampled 100 times from 20 on.
+    times = np.linspace(20.0, 40.0, 101)
+    energies = 0.005 * np.sin(times) ** 2
+    rest = energies - np.polyval(np.polyfit(times, energies, 1), times)
+    fluctuation = plain["observables"][1]
+    # A bar of 95 % may be missed, by less than twice.
+    assert abs(fluctuation["value"] - rest.std()) <= 2.0 * fluctuation["value_error"] < 1e-5
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    pictures = {"work_precision.png", "work_precision.svg"}
+    assert written == {"timestep.html", "timestep.json", "runs.csv", *pictures}
+
+
+@pytest.mark.slow
+def test_runs_that_end_at_other_times_are_told(tmp_path):
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + 'variable h index 0.1\ntimestep $h\nrun 100\nprint "x = $x"\n')
+    path.write_text(path.read_text().replace('$x"', '$(x[1]:%.17g)"'))
+    study = timestep_study(path, observable=r"x = (\S+)", vary="h=0.1:0.01:4", phases=3)
+    assert study.ladders[0].ends_apart
+    assert "your runs end at" in notes(study)[0]
+
+
+TRAPS = {
+    "fix t all temp/rescale 10 1.0 1.0 0.1 1.0": ("acts every 10 steps", True),
+    "fix a all ave/time 5 2 10 c_thermo_temp": ("samples every 5 10 steps", False),
+    "fix d all deform 3 x erate 0.1": ("acts every 3 steps", True),
+    "fix h all halt 7 v_x > 1": ("looks every 7 steps", True),
+    "fix m all momentum/kk 100 linear 1 1 1": ("acts every 100 steps", True),
+    "fix l all nve/limit 0.1": ("in one step", True),
+    "fix n all nvt temp 1.0 1.0 0.05": ("damps within 0.05, fewer than 10 steps of 0.02", True),
+    "fix g all langevin 1 1 0.1 48": ("damps within 0.1", True),
+    "neigh_modify delay 0 every 20 check no": ("after steps", True),
+    "variable r equal step*0.1": ("number of the step", True),
+}
+
+
+@pytest.mark.parametrize("line", TRAPS)
+def test_what_counts_steps_is_named(tmp_path, line):
+    path = tmp_path / "in.x"
+    (tmp_path / "more.in").write_text(f"{line}\n")
+    path.write_text("include more.in\nrun 10\n")
+    (found,) = find_step_counts(included(read_script(path)), 0.02)
+    said, moves = TRAPS[line]
+    assert said in str(found)
+    assert (found.file, found.number, found.moves) == ("more.in", 1, moves)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "fix n all nvt temp 1.0 1.0 0.5",
+        "neigh_modify delay 0 every 1 check yes",
+        "neigh_modify once yes",
+        "variable r equal stepping+v_step1",
+        "fix p all print 10 x",
+        "fix m all nve",
+    ],
+)
+def test_what_counts_no_steps_is_not_named(tmp_path, line):
+    path = tmp_path / "in.x"
+    path.write_text(f"{line}\n")
+    assert find_step_counts([read_script(path)], 0.02) == []
+
+
+def test_periods_are_held_in_time(tmp_path):
+    text = "fix a all ave/time 5 2 20 c_1\nneigh_modify delay 0 every 4 check no\n"
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + "timestep 0.1\nrun 100\n")
+    found = rewrite(text, tmp_path, Change(finer=4.0, scale_periods=True))
+    assert "fix a all ave/time ${chaincor_c4x} 2 ${chaincor_c6x} c_1" in found
+    # As LAMMPS works it out: 20 and 80, 0 and 16.
+    program = SPRING + found.split("fix a")[0] + "run 10\nprint 'n = $(v_chaincor_c4x)'\n"
+    program += "print 'f = $(v_chaincor_c6x)'\n"
+    path.write_text(program.replace("'", '"'))
+    for pattern, count in ((r"n = (\d+)", 20.0), (r"f = (\d+)", 80.0)):
+        run = run_script(
+            path, [path], Asked(pattern, ()), Change(), name="p", lmp=find_lmp_command(),
+            scratch=tmp_path, timeout=600.0,
+        )  # fmt: skip
+        assert run.numbers[pattern].value == count
+
+
+def test_seeds_and_settings_are_found(tmp_path):
+    change = Change(seed=5, settings={"cutoff": "3", "skin": "0.4", "rows": "99"})
+    for line, expected in (
+        ("velocity all create 1.0 100 dist gaussian", "velocity all create 1.0 106 dist gaussian"),
+        ("fix 1 all langevin 1 1 0.1 48279", "fix 1 all langevin 1 1 0.1 48285"),
+        ("pair_style lj/cut 2.5", "pair_style lj/cut 3"),
+        ("neighbor 0.3 bin", "neighbor 0.4 bin"),
+        ("bond_style table spline 1000", "bond_style table spline 99"),
+    ):
+        assert rewrite(line, tmp_path, change).split("\n")[0] == expected
+
+
+def test_what_cannot_be_studied_is_refused(tmp_path):
+    path = tmp_path / "in.x"
+    for text, options, said in (
+        ("rerun a.dump dump x y z\n", {}, "'rerun'"),
+        ("run 10\n", {"quantities": ["temp:median"]}, "one of :mean"),
+        ("run 10\n", {"quantities": ["temp", "temp:mean"]}, "twice"),
+        ("run 10\n", {"vary": "ranks=2"}, "two numbers of processes"),
+        ("run 10\n", {"vary": "seed=3", "seeds": 3}, "drop the other"),
+        ("run 10\n", {"lmp": "'"}, "expected a command"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=said):
+            timestep_study(path, **options)
+
+
+def test_scripts_need_no_scene_and_no_compiler():
+    """A stranger's script is studied without what chains need."""
+    code = (
+        "import sys, chaincor\nchaincor.timestep_study\nchaincor.check_table\n"
+        "import chaincor.workflows.commands.timestep, chaincor.workflows.commands.table\n"
+        "import chaincor.workflows.scripts.report\n"
+        "print(*(m for m in ('numba', 'MDAnalysis', 'lammps', 'pydantic', "
+        "'chaincor.lammps_inputs.scene') if m in sys.modules))"
+    )
+    assert python(code).strip() == ""

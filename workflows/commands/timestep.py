@@ -1,0 +1,89 @@
+"""``chaincor timestep``: which step is small enough, for any LAMMPS script, without touching it."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from chaincor.workflows.json_output import json_text
+
+
+@click.command()
+@click.argument("script", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("quantities", nargs=-1, metavar="[KEYWORD[:KIND]] ...")
+@click.option(
+    "--observable",
+    metavar="REGEX",
+    help="a number that the script prints: a pattern with one group; the last match counts",
+)
+@click.option(
+    "--tolerance",
+    type=float,
+    metavar="X",
+    help="absolute error to keep, of every number [default: what the ladder can tell]",
+)
+@click.option(
+    "--vary",
+    metavar="NAME=FROM:TO:COUNT",
+    help="another ladder, coarse end first: a variable of the script, timestep, cutoff, skin or "
+    "rows; or seed=N, ranks=1,2,4, lastdigit [default: the script's step, from 2 to 1/4 of it]",
+)
+@click.option(
+    "--fix",
+    multiple=True,
+    metavar="NAME=VALUE,VALUE",
+    help="repeat the ladder at each of these values of another variable",
+)
+@click.option("--seeds", type=int, metavar="N", help="so many runs a rung, with a seed each")
+@click.option("--phases", type=int, metavar="N", help="so many nearby values a rung [default: 4]")
+@click.option("--scale-periods", is_flag=True, help="hold in time what the script counts in steps")
+@click.option("--timeout", type=float, metavar="S", help="seconds one run may take [default: 600]")
+@click.option(
+    "--lmp",
+    metavar="COMMAND",
+    help="the LAMMPS command, such as 'srun lmp' [default: the one installed]",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="write a page (timestep.html) with its figure, CSV and JSON here",
+)
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -> None:
+    """
+    Say which time step of a LAMMPS script is small enough, without editing it.
+
+    KEYWORD is a thermo keyword, compute or variable (etotal, c_1, v_x), KIND one of mean (over the
+    second half of the run), last, drift and fluctuation. Without any: energy drift and fluctuation,
+    temperature, potential energy and pressure.
+
+    Each run takes place in a copy of the script's folder, at the same physical time exactly;
+    dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
+    """
+    study_script(script, output, as_json, options)
+
+
+def study_script(script: Path, output: Path | None, as_json: bool, options: dict[str, Any]) -> None:
+    """Run a study and print it; `options` are those of `timestep_study`."""
+    from chaincor.workflows.scripts.page import PAGE
+    from chaincor.workflows.scripts.report import (
+        describe_script_study,
+        script_study_to_dict,
+        write_script_study,
+    )
+    from chaincor.workflows.scripts.study import timestep_study
+    from chaincor.workflows.study_progress import study_progress
+
+    given = {name: value for name, value in options.items() if value is not None}
+    with study_progress() as progress:
+        study = timestep_study(script, **given, progress=progress)
+    if output is not None:
+        write_script_study(study, output)
+    if as_json:
+        click.echo(json_text(script_study_to_dict(study)))
+    else:
+        click.echo(describe_script_study(study))
+        if output is not None:
+            click.echo(f"page: {output / PAGE}")

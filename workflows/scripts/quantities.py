@@ -1,0 +1,130 @@
+"""What is asked of a run: thermo keywords, computes and variables, and what of them."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.analysis.ladders.series import standard_error
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.errors import RunError
+
+# What is asked for without a word.
+ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
+KINDS = ("mean", "last", "drift", "fluctuation")
+# The share of the run, at its end, that means are taken over.
+SHARE = 0.5
+# Fewer samples tell neither a mean's error nor a drift.
+LEAST_SAMPLES = 8
+_QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>\w+))?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """
+    A number of a run.
+
+    Attributes
+    ----------
+    what : str
+        As LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
+    kind : str
+        ``mean`` over the end of the run, ``last`` value, ``drift`` (slope of the line through the
+        samples, times their span) or ``fluctuation`` (standard deviation about that line).
+    """
+
+    what: str
+    kind: str
+
+    def __str__(self) -> str:
+        return f"{self.what}:{self.kind}"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """
+    What was sampled in a run.
+
+    Attributes
+    ----------
+    times : ndarray of shape (S,)
+        Physical times.
+    values : dict of str to ndarray of shape (S,)
+        By quantity.
+    """
+
+    times: NDArray[np.float64]
+    values: dict[str, NDArray[np.float64]]
+
+    @property
+    def end(self) -> float:
+        """The time at which the run ended."""
+        return float(self.times[-1])
+
+    def number(self, quantity: Quantity) -> tuple[float, float]:
+        """
+        Return a number of the run and its standard error from this run alone.
+
+        The error is that of a mean of a correlated series; nan for numbers that are no means.
+        """
+        all_values = self.values[quantity.what]
+        if quantity.kind == "last":
+            return float(all_values[-1]), float("nan")
+        times = self.times - self.times[0]
+        # Times are sums of steps, and rounded.
+        inside = times >= (1.0 - SHARE - 1e-9) * times[-1]
+        values, times = all_values[inside], times[inside]
+        if quantity.kind == "mean":
+            return float(values.mean()), standard_error(values)
+        from_middle = times - times.mean()
+        slope = float(from_middle @ values / (from_middle @ from_middle))
+        if quantity.kind == "drift":
+            return slope * float(np.ptp(times)), float("nan")
+        return float((values - values.mean() - slope * from_middle).std()), float("nan")
+
+
+def read_quantity(text: str) -> Quantity:
+    """Read ``KEYWORD`` or ``KEYWORD:KIND``; raises InputError for anything else."""
+    found = _QUANTITY.fullmatch(text)
+    kind = found["kind"] or "mean" if found else ""
+    if not found or kind not in KINDS:
+        raise InputError(
+            f"the quantity is {text!r}; expected a thermo keyword, compute or variable, such as "
+            f"etotal, c_1[2] or v_x, and one of :{', :'.join(KINDS)} behind it or nothing"
+        )
+    return Quantity(found["what"], kind)
+
+
+def read_samples(path: Path, quantities: tuple[str, ...]) -> Samples:
+    """
+    Read what a run sampled: time and quantities, a line each.
+
+    Times that begin again, after ``clear``, go on from where they were. Raises RunError where
+    nothing, too little or no finite number was sampled.
+    """
+    if not path.is_file():
+        raise RunError(
+            "nothing was sampled: no 'run' of the script took place while what is asked for was "
+            "defined; expected a script that runs, and computes, fixes and variables of it"
+        )
+    rows = []
+    for line in path.read_text("utf-8").splitlines():
+        words = line.split()
+        if len(words) == 1 + len(quantities):
+            rows.append([float(word) for word in words])
+    data = np.array(rows).reshape(-1, 1 + len(quantities))
+    if len(data) < LEAST_SAMPLES:
+        raise RunError(
+            f"only {len(data)} samples were taken; expected runs of {LEAST_SAMPLES} steps at least"
+        )
+    for what, column in zip(quantities, data.T[1:], strict=True):
+        if not np.all(np.isfinite(column)):
+            raise RunError(f"{what} is {column[~np.isfinite(column)][0]} in the run")
+    steps = np.diff(data[:, 0])
+    times = data[0, 0] + np.concatenate([[0.0], np.cumsum(np.where(steps > 0.0, steps, 0.0))])
+    # Each run begins with the sample that the one before ended with.
+    kept = np.concatenate([[True], np.diff(times) > 0.0])
+    values = {what: data[kept, k] for k, what in enumerate(quantities, 1)}
+    return Samples(times[kept], values)
