@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from chaincor.workflows.scripts.study import timestep_study as timestep_study
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
+    from chaincor.workflows.tables.check import check_table as check_table
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
@@ -35,6 +36,7 @@ _HOMES = {
     "UserBond": "chaincor.lammps_inputs.bonds.user_bond",
     "analyze": "chaincor.workflows.job_analysis.analyze",
     "analyze_job": "chaincor.analysis.job_folder",
+    "check_table": "chaincor.workflows.tables.check",
     "collide": "chaincor.workflows.collision",
     "collide_many": "chaincor.workflows.campaign.collide_many",
     "find_job": "chaincor.analysis.job_folder",
@@ -53,6 +55,7 @@ __all__ = [
     "UserBond",
     "analyze",
     "analyze_job",
+    "check_table",
     "collide",
     "collide_many",
     "find_job",

@@ -33,7 +33,15 @@ FLOORS_WITHIN = {
         {"__main__", "judge"},
         {
             *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
-            *("only_required", "peers", "public_scripts", "scenes", "schemes", "script_advice", "sweeps"),
+            *(
+                "only_required",
+                "peers",
+                "public_scripts",
+                "scenes",
+                "schemes",
+                "script_advice",
+                "sweeps",
+            ),
             *("table_rows", "timestep_table", "two_bodies", "warm", "warm_draws"),
         },
     ],
@@ -129,7 +137,7 @@ FLOORS_WITHIN = {
     "workflows/commands": [
         {"analyze", "inputs", "run", "tradeoff", "validate"},
         {
-            "timestep",
+            *("table", "timestep"),
             *("collect", "doctor", "explain", "explore", "lessons", "plot", "reproduce"),
             *("scene_options", "show", "store", "sweep"),
         },
@@ -227,6 +235,10 @@ FLOORS_WITHIN = {
         {"row"},
         {"connection"},
         {"schema", "standing"},
+    ],
+    "workflows/tables": [
+        {"rewrite"},
+        {"check"},
     ],
     "workflows/tradeoff": [
         {"study_files"},

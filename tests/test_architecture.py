@@ -25,7 +25,7 @@ FLOORS = {
         {"lessons", "reproduce"},
         {"grids", "tradeoff"},
         {"validation"},
-        {"job", "job_analysis", "machine", "scripts"},
+        {"job", "job_analysis", "machine", "scripts", "tables"},
         {"collision", "pictures", "scripted"},
         {"campaign"},
         {"one_collision", "store"},

@@ -84,6 +84,10 @@ COMMANDS = {
         ("jinja2", "rich", "scipy"),
         {"matplotlib": "-o"},
     ),
+    "table": CommandFacts(
+        "Say whether a LAMMPS table of a bond, an angle or a pair is good, and how good.",
+        ("scipy",),
+    ),
     "sweep": CommandFacts(
         "Run many collisions into a store, resumable.",
         (*_IN_HOUSE, "rich"),

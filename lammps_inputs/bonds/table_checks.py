@@ -1,5 +1,7 @@
 """What a bond table says twice: its header and its energies against its forces."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,43 +9,111 @@ from chaincor.lammps_inputs.errors import TableError
 
 # Rounding of numbers that are written with all their digits.
 _EPSILON = 1e-14
+# What a header may hold, and how many words behind it; of pairs, more.
 _SETTINGS = {"N": 1, "FP": 2, "EQ": 1}
+_PAIR_SETTINGS = {"N": 1, "EQ": 1, "FPRIME": 2, "FP": 2, "R": 2, "RSQ": 2, "BITMAP": 2}
 
 
-def header_of(text: str, path: str) -> dict[str, list[float]]:
+@dataclass(frozen=True)
+class Section:
     """
-    Return what the line ``N rows FP slope slope EQ length`` says, by name.
+    One section of a table, as it stands in a file.
 
-    Raises TableError where there is none, or more than one, or it cannot be read.
+    Attributes
+    ----------
+    keyword : str
+        Its name; empty where the file has none.
+    header : dict
+        What the line ``N rows FP slope slope EQ length`` says, by name.
+    data, digits : ndarray of shape (rows, 3)
+        Length or angle, energy and force, and one unit of the last digit of each.
     """
-    lines = [line.split("#")[0] for line in text.splitlines()]
-    headers = [line for line in lines if len(line.split()) > 1 and line.split()[0] == "N"]
-    if not headers:
+
+    keyword: str
+    header: dict[str, list[float]]
+    data: NDArray[np.float64]
+    digits: NDArray[np.float64]
+
+
+def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
+    """
+    Return the sections of a table file; one without a header where there are only rows.
+
+    Raises TableError where a header or a row cannot be read.
+    """
+    found: list[tuple[str, dict[str, list[float]], list[list[str]]]] = []
+    last = ""
+    for line in text.splitlines():
+        words = line.split("#")[0].split()
+        if not words:
+            continue
+        if words[0] == "N" and len(words) > 1:
+            found.append((last, _header(words, line, path, pair=pair), []))
+        elif words[0].isdigit() and len(words) == 4:
+            if not found:
+                found.append(("", {}, []))
+            found[-1][2].append([*words[1:], line])
+        last = words[0]
+    return [_section(keyword, header, rows, path) for keyword, header, rows in found]
+
+
+def header_of(sections: list[Section], path: str) -> Section:
+    """Return the one section of a bond's file; raises TableError for none or several."""
+    if not sections or not sections[0].header:
         raise TableError(
             f"bond table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
             "not read it; expected a keyword, the line 'N rows', and the rows"
         )
-    if len(headers) > 1:
+    if len(sections) > 1:
         raise TableError(
-            f"bond table {path!r} has {len(headers)} sections; expected one: give each a file"
+            f"bond table {path!r} has {len(sections)} sections; expected one: give each a file"
         )
-    for line in headers:
-        words = line.split()
-        found: dict[str, list[float]] = {}
+    return sections[0]
+
+
+def _header(words: list[str], line: str, path: str, *, pair: bool) -> dict[str, list[float]]:
+    settings = _PAIR_SETTINGS if pair else _SETTINGS
+    found: dict[str, list[float]] = {}
+    try:
+        while words:
+            name, count = words[0], settings[words[0]]
+            found[name] = [float(word) for word in words[1 : 1 + count]]
+            if len(found[name]) < count:
+                raise ValueError
+            words = words[1 + count :]
+    except (KeyError, ValueError):
+        expected = (
+            "'R low high' or 'FP slope slope'" if pair else "'FP slope slope' and 'EQ length'"
+        )
+        raise TableError(
+            f"bond table {path!r} has the line {line.strip()[:60]!r}; expected "
+            f"'N rows', then {expected} if they are known"
+        ) from None
+    return found
+
+
+def _section(
+    keyword: str, header: dict[str, list[float]], rows: list[list[str]], path: str
+) -> Section:
+    read, digits = [], []
+    for *words, line in rows:
         try:
-            while words:
-                name, count = words[0], _SETTINGS[words[0]]
-                found[name] = [float(word) for word in words[1 : 1 + count]]
-                if len(found[name]) < count:
-                    raise ValueError
-                words = words[1 + count :]
-        except (KeyError, ValueError):
+            read.append([float(word) for word in words])
+            digits.append([_last_digit(word) for word in words])
+        except ValueError:
             raise TableError(
-                f"bond table {path!r} has the line {line.strip()[:60]!r}; expected "
-                "'N rows', then 'FP slope slope' and 'EQ length' if they are known"
+                f"bond table {path!r} has the row {line.strip()[:60]!r}; expected "
+                "'index length energy force'"
             ) from None
-        return found
-    return {}
+    shape = (-1, 3)
+    return Section(keyword, header, np.array(read).reshape(shape), np.array(digits).reshape(shape))
+
+
+def _last_digit(word: str) -> float:
+    """Return one unit of the last digit a number was written with."""
+    mantissa, _, exponent = word.lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    return float(f"1e{int(exponent or 0) - decimals}")
 
 
 def check_table(
@@ -76,10 +146,10 @@ def check_table(
             "many as it says: correct N, or rows that are not 'index length energy force'"
         )
     digits = least_digits(data, digits)
-    _check_energies(data, digits, path)
+    check_energies(data, digits, path)
     # As many write them who know no slopes, LAMMPS's manual too.
     if header.get("FP", [0.0, 0.0]) != [0.0, 0.0]:
-        _check_slopes(header["FP"], data, digits, path)
+        check_slopes(header["FP"], data, digits, path)
 
 
 def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,7 +164,7 @@ def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDAr
     return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
 
 
-def _check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path: str) -> None:
+def check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path: str) -> None:
     """
     Compare the mean force between two rows, by their energies, with the forces around.
 
@@ -124,7 +194,7 @@ def _check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path
         )
 
 
-def _check_slopes(
+def check_slopes(
     given: list[float], data: NDArray[np.float64], digits: NDArray[np.float64], path: str
 ) -> None:
     """

@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.table_checks import check_table, header_of, least_digits
+from chaincor.lammps_inputs.bonds.table_checks import (
+    check_table,
+    header_of,
+    least_digits,
+    sections_of,
+)
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
@@ -59,20 +64,13 @@ def read_bond_table(path: Path) -> Potential:
 # By content: a scene is read and replaced many times, and each bond has compiled loops.
 @lru_cache(maxsize=16)
 def _bond_of(text: str, path: str) -> Potential:
-    read, digits = [], []
-    for line in text.splitlines():
-        words = line.split("#")[0].split()
-        if len(words) == 4 and words[0].isdigit():
-            try:
-                read.append([float(word) for word in words[1:]])
-                digits.append([_last_digit(word) for word in words[1:]])
-            except ValueError:
-                raise TableError(
-                    f"bond table {path!r} has the row {line.strip()[:60]!r}; expected "
-                    "'index length energy force'"
-                ) from None
-    header = header_of(text, path) if read else {}
-    data = np.array(read, dtype=float).reshape(-1, 3)
+    sections = sections_of(text, path)
+    section = header_of(sections, path) if any(len(each.data) for each in sections) else None
+    header, data, digits = (
+        ({}, *np.zeros((2, 0, 3)))
+        if section is None
+        else (section.header, section.data, section.digits)
+    )
     lengths, _, forces = data.T
     if len(lengths) < LEAST_ROWS or not np.all(np.isfinite(data)) or np.any(np.diff(lengths) <= 0):
         raise TableError(
@@ -90,9 +88,9 @@ def _bond_of(text: str, path: str) -> Potential:
             f"bond table {path!r} has forces up to {np.max(np.abs(forces)):.3g}, which no "
             "smooth curve follows; expected forces in units of stiffness times bond length"
         )
-    check_table(header, data, np.array(digits), path)
+    check_table(header, data, digits, path)
     slopes = np.abs(force(force.x, 1))
-    last = least_digits(data, np.array(digits))
+    last = least_digits(data, digits)
     rows = Rows(force.x, forces, last[:, 2] + slopes * last[:, 0])
     rows.refuse_outlier(path)
     zero = _natural_strain(force, rows, path)
@@ -148,13 +146,6 @@ class TableBond(SplineBond):
 
     def __reduce__(self) -> tuple[Callable, tuple[str, str]]:
         return _bond_of, (self.text, self.path)
-
-
-def _last_digit(word: str) -> float:
-    """Return one unit of the last digit a number was written with."""
-    mantissa, _, exponent = word.lower().partition("e")
-    decimals = len(mantissa.partition(".")[2])
-    return float(f"1e{int(exponent or 0) - decimals}")
 
 
 def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:

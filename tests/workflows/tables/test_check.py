@@ -1,0 +1,228 @@
+"""Tables of known functions, good and spoilt: what is told, and that nothing good is refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from chaincor import check_table
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows import cli
+from chaincor.workflows.tables.check import TableReport
+
+
+def morse(r):
+    x = np.exp(-2.0 * (r - 1.0))
+    return (1.0 - x) ** 2, -4.0 * (1.0 - x) * x, 8.0 * x * (1.0 - 2.0 * x)
+
+
+def lennard_jones(r):
+    s = r**-6
+    energy, force = 4.0 * (s * s - s), 24.0 * (2.0 * s * s - s) / r
+    return energy, force, -24.0 * (26.0 * s * s - 7.0 * s) / r**2
+
+
+def cosine(degrees):
+    a, unit = np.radians(degrees), np.pi / 180.0
+    return 3.0 * (1.0 + np.cos(a)), 3.0 * np.sin(a) * unit, 3.0 * np.cos(a) * unit**2
+
+
+FUNCTIONS = {
+    "bond": (morse, 0.6, 2.0, "FP"),
+    "pair": (lennard_jones, 0.9, 2.5, "FPRIME"),
+    "angle": (cosine, 0.0, 180.0, "FP"),
+}
+
+
+def write(path, kind="bond", rows=400, form="%.15g", spoil=None, head=None, power=1, name="KEY"):
+    """Write a table of a known function, spoilt or not."""
+    function, low, high, slopes = FUNCTIONS[kind]
+    r = np.linspace(low**power, high**power, rows) ** (1.0 / power)
+    energy, force, _ = function(r)
+    ends = function(np.array([low, high]))[2]
+    header = {"N": [rows], slopes: list(ends)}
+    if kind == "pair":
+        header["R" if power == 1 else "RSQ"] = [low, high]
+    data = np.transpose([r, energy, force])
+    if spoil is not None:
+        data = spoil(data, header)
+    header |= head or {}
+    line = " ".join(f"{key} {' '.join(f'{x:.12g}' for x in v)}" for key, v in header.items())
+    body = [f"{k} " + " ".join(form % x for x in row) for k, row in enumerate(data, 1)]
+    path.write_text("\n".join(["# made by a test", "", name, line, "", *body, ""]))
+    return path
+
+
+GOOD = [
+    *({"kind": kind} for kind in FUNCTIONS),
+    *({"kind": kind, "rows": 2000} for kind in FUNCTIONS),
+    {"kind": "pair", "power": 2},
+    {"rows": 100},
+    {"form": "%.7g"},
+    {"head": {"FP": [0, 0]}},
+    {"head": {"EQ": [1.0]}},
+    {"spoil": lambda d, h: d + np.array([0.0, 7.5, 0.0])},
+]
+
+
+@pytest.mark.parametrize("made", GOOD)
+def test_good_tables_are_good(tmp_path, made):
+    report = check_table(write(tmp_path / "t.table", **made))
+    assert report.faults == ()
+    assert report.is_good
+    # Of the largest force: a spline through rows this near.
+    assert report.error < 1e-3
+
+
+def _with(data, row, column, value):
+    data = data.copy()
+    data[row, column] = value
+    return data
+
+
+def _noisy(data, column, size):
+    data = data.copy()
+    largest = np.max(np.abs(data[:, 2]))
+    data[:, column] += size * largest * np.random.default_rng(1).normal(size=len(data))
+    return data
+
+
+FAULTY = {
+    "N too large": ({"head": {"N": [401]}}, "says N 401 and has 400"),
+    "N too small": ({"head": {"N": [399]}}, "says N 399"),
+    "a row missing": ({"spoil": lambda d, h: np.delete(d, 77, 0)}, "says N 400 and has 399"),
+    "a row twice": (
+        {"spoil": lambda d, h: h.update(N=[401]) or np.insert(d, 5, d[5], 0)},
+        "not increasing",
+    ),
+    "lengths fall": ({"spoil": lambda d, h: d[::-1]}, "not increasing"),
+    "two rows changed": ({"spoil": lambda d, h: d[[*range(9), 10, 9, *range(11, 400)]]}, "row 11"),
+    "sign of the force": ({"spoil": lambda d, h: d * [1, 1, -1]}, "force = -dE/dr"),
+    "force of twice the energy": ({"spoil": lambda d, h: d * [1, 1, 2]}, "force = -dE/dr"),
+    "kcal and kJ": ({"spoil": lambda d, h: d * [1, 4.184, 1]}, "force = -dE/dr"),
+    "columns exchanged": ({"spoil": lambda d, h: d[:, [0, 2, 1]]}, "force = -dE/dr"),
+    "an outlier of the force": (
+        {"spoil": lambda d, h: _with(d, 200, 2, 3.0 * d[200, 2] + 1.0)},
+        "correct that row",
+    ),
+    "an outlier of the energy": (
+        {"spoil": lambda d, h: _with(d, 200, 1, d[200, 1] + 0.5)},
+        "force = -dE/dr",
+    ),
+    "a digit lost": ({"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)}, "correct that row"),
+    "no energies": ({"spoil": lambda d, h: d * [1, 0, 1]}, "energies are the same"),
+    "no forces": ({"spoil": lambda d, h: d * [1, 1, 0]}, "all forces are 0"),
+    "not a number": ({"spoil": lambda d, h: _with(d, 3, 2, np.nan)}, "finite numbers"),
+    "infinite": ({"kind": "pair", "spoil": lambda d, h: _with(d, 0, 1, np.inf)}, "finite numbers"),
+    "slopes of the other sign": ({"head": {"FP": [97.8, -0.3]}}, "dF/dr"),
+    "12 rows": ({"rows": 12}, "rows leave an error"),
+    "noise": ({"spoil": lambda d, h: _noisy(d, 2, 1e-3)}, "noisy"),
+    "one decimal": (
+        {"rows": 100, "spoil": lambda d, h: np.column_stack([d[:, :2], np.round(d[:, 2], 1)])},
+        "error of",
+    ),
+    "angles of radians": ({"kind": "angle", "spoil": lambda d, h: d * [np.pi / 180, 1, 1]}, "180"),
+    "half an angle": ({"kind": "angle", "spoil": lambda d, h: d[:200]}, "180"),
+    "R of another range": ({"kind": "pair", "head": {"R": [0.9, 2.6]}}, "distance values differ"),
+    "R for RSQ": (
+        {"kind": "pair", "power": 2, "spoil": lambda d, h: h.update(R=h.pop("RSQ")) or d},
+        "distance values differ",
+    ),
+    "EQ outside": ({"head": {"EQ": [3.0]}}, "EQ 3"),
+    "a header of words": ({"head": {"ROWS": [3]}}, "expected 'N rows'"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTY)
+def test_faulty_tables_are_told(tmp_path, name):
+    made, said = FAULTY[name]
+    report = check_table(write(tmp_path / "t.table", **made), kind=made.get("kind", "bond"))
+    assert not report.is_good
+    assert said in " ".join(report.faults)
+
+
+def test_a_file_without_a_header_or_rows(tmp_path):
+    path = tmp_path / "t.table"
+    path.write_text("1 0.9 1 2\n2 1.0 0 1\n3 1.1 0 0\n4 1.2 1 -1\n5 1.3 2 -2\n")
+    assert "no line 'N rows'" in check_table(path).faults[0]
+    path.write_text("nothing at all\n")
+    assert not check_table(path).is_good
+
+
+@pytest.mark.parametrize("kind", FUNCTIONS)
+@pytest.mark.parametrize("rows", [20, 40, 80, 160])
+@pytest.mark.parametrize("form", ["%.5g", "%.9g", "%.15g"])
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_the_error_bounds_what_a_spline_misses(tmp_path, kind, rows, form, noise):
+    """The force of the table's spline against the function that it was made of."""
+    path = write(
+        tmp_path / "t.table", kind, rows, form, lambda d, h: _noisy(d, 2, noise) if noise else d
+    )
+    report = check_table(path, kind=kind, tolerance=1e3)
+    data = np.array([line.split()[1:] for line in path.read_text().splitlines()[5:]], dtype=float)
+    from scipy.interpolate import CubicSpline
+
+    r = np.linspace(data[0, 0], data[-1, 0], 20 * rows)
+    missed = np.abs(CubicSpline(data[:, 0], data[:, 2])(r) - FUNCTIONS[kind][0](r)[1])
+    assert np.max(missed) / report.largest_force <= 1.05 * report.error
+
+
+@pytest.mark.parametrize("style", ["linear", "lookup"])
+def test_what_linear_and_lookup_err_by(tmp_path, style):
+    path = write(tmp_path / "t.table")
+    report = check_table(path, style=style, tolerance=1.0)
+    r = np.linspace(0.6, 2.0, 400)
+    middle = 0.5 * (r[1:] + r[:-1])
+    force = morse(r)[1]
+    if style == "linear":
+        missed = np.abs(0.5 * (force[1:] + force[:-1]) - morse(middle)[1])
+    else:
+        missed = np.abs(np.diff(force)) / 2.0
+    # The estimate takes the largest curvature, or slope, for the whole table.
+    assert report.style_error == pytest.approx(np.max(missed) / np.max(np.abs(force)), rel=0.05)
+    wanted = check_table(path, style=style).rows_wanted[style]
+    again = check_table(write(tmp_path / "more.table", rows=wanted), style=style)
+    # Of what LAMMPS makes of the rows: the file must hold as many, or tell its force otherwise.
+    assert again.style_error <= 1.05e-3
+
+
+def test_sections_are_chosen_by_keyword(tmp_path):
+    one, two = write(tmp_path / "a", name="ONE"), write(tmp_path / "b", name="TWO", rows=12)
+    both = tmp_path / "both.table"
+    both.write_text(one.read_text() + two.read_text())
+    assert check_table(both, "ONE").is_good
+    assert not check_table(both, "TWO").is_good
+    for keyword in (None, "THREE"):
+        with pytest.raises(InputError, match="sections ONE, TWO"):
+            check_table(both, keyword)
+
+
+def test_the_command_says_good_and_faulty(tmp_path, capsys):
+    good, faulty = write(tmp_path / "good.table"), write(tmp_path / "faulty.table", rows=12)
+    assert cli._run(["table", str(good), "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert (plain["rows"], plain["faults"]) == (400, [])
+    assert 0.0 < plain["error"] < 1e-3
+    assert set(TableReport.__dataclass_fields__) <= set(plain)
+    assert cli._run(["table", str(faulty)]) == 1
+    assert "12 rows leave an error" in capsys.readouterr().out
+    assert cli._run(["table", str(tmp_path / "none.table")]) == 2
+    assert cli._run(["table", str(good), "--rows", "9"]) == 2
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize("kind", FUNCTIONS)
+def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, capsys):
+    """Energies of another unit are what is wrong; forces, whose spline has 400 rows, are kept."""
+    path = write(tmp_path / "t.table", kind, spoil=lambda d, h: d * [1, 4.184, 1])
+    new = tmp_path / "new.table"
+    words = ["table", str(path), "--kind", kind, "--write", str(new), "--rows", "1000"]
+    assert cli._run(words) == 1
+    report = check_table(new, kind=kind)
+    assert report.faults == ()
+    assert report.rows == 1000
+    rows = np.array([x.split()[1:] for x in new.read_text().splitlines()[3:]], dtype=float)
+    exact = FUNCTIONS[kind][0](rows[:, 0])[1]
+    assert rows[:, 2] == pytest.approx(exact, abs=1e-5 * report.largest_force)
+    assert cli._run(words) == 2
+    assert "is there already" in capsys.readouterr().err

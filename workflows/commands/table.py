@@ -1,0 +1,113 @@
+"""``chaincor table``: whether a LAMMPS table is good, and what its rows and digits leave open."""
+
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from chaincor.workflows.json_output import json_text
+
+if TYPE_CHECKING:
+    from chaincor.workflows.tables.check import TableReport
+
+_LEAST_ROWS = 4
+
+
+@click.command()
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--keyword", metavar="K", help="the section, where there are several")
+@click.option(
+    "--style",
+    type=click.Choice(["spline", "linear", "lookup"]),
+    default="spline",
+    help="how LAMMPS interpolates [default: spline]",
+)
+@click.option(
+    "--kind",
+    type=click.Choice(["bond", "angle", "pair"]),
+    help="what it is a table of [default: what it looks like]",
+)
+@click.option(
+    "--tolerance",
+    type=float,
+    metavar="X",
+    help="error that a good table leaves open at most, a part of the largest force "
+    "[default: 0.001]",
+)
+@click.option(
+    "--write",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="NEW",
+    help="write a table through these rows, with all digits and energies that fit",
+)
+@click.option(
+    "--rows",
+    type=click.IntRange(min=_LEAST_ROWS, max=10_000_000),
+    metavar="N",
+    help="rows of what is written [default: as many as there are]",
+)
+@click.option("--json", "as_json", is_flag=True, help="print one JSON object")
+@click.pass_context
+def table(
+    ctx: click.Context,
+    file: Path,
+    keyword: str | None,
+    write: Path | None,
+    rows: int | None,
+    as_json: bool,
+    **options: Any,
+) -> None:
+    """
+    Check a table of a bond, an angle or a pair, as `bond_style table` and others read it.
+
+    Forces against -dE/dr, rows against each other and the header, and the error of the force that
+    rows and digits leave. Exit status 1 where something is wrong.
+    """
+    from chaincor.workflows.tables.check import check_table
+
+    if rows is not None and write is None:
+        raise click.UsageError("--rows is for --write; expected --write NEW beside it")
+    given = {name: value for name, value in options.items() if value is not None}
+    report = check_table(file, keyword, **given)
+    if as_json:
+        click.echo(json_text(table_to_dict(report)))
+    else:
+        click.echo(describe_table(report))
+    if write is not None:
+        from chaincor.workflows.tables.rewrite import rewrite_table
+
+        rewrite_table(report, write, rows or report.rows)
+        click.echo(f"written: {write}", err=as_json)
+    if not report.is_good:
+        ctx.exit(1)
+
+
+def table_to_dict(report: "TableReport") -> dict[str, Any]:
+    """Return a report as plain values, with None for what is not known."""
+    plain = asdict(report)
+    return {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in plain.items()
+    }
+
+
+def describe_table(report: "TableReport") -> str:
+    """Describe a table for people."""
+    name = f" {report.keyword}" if report.keyword else ""
+    lines = [f"{report.path}{name}: {report.kind} table of {report.rows} rows"]
+    if report.error is not None and report.noise is not None:
+        lines += [
+            f"{'range':<8} {report.low:.9g} to {report.high:.9g}; no force at "
+            + (", ".join(f"{zero:.9g}" for zero in report.zeros[:3]) or "any of them"),
+            f"{'error':<8} {report.error:.2g} of the largest force, {report.largest_force:.6g}, by "
+            f"style {report.style}",
+            f"{'noise':<8} {report.noise:.2g}",
+            f"{'rows':<8} for {report.tolerance:.2g}: "
+            + ", ".join(f"{count} {style}" for style, count in report.rows_wanted.items()),
+        ]
+    lines += [f"{'fault':<8} {each}" for each in report.faults]
+    lines += [f"{'note':<8} {each}" for each in report.notes]
+    lines.append(f"{'verdict':<8} {'good' if report.is_good else 'faulty'}")
+    return "\n".join(lines)

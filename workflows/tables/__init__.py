@@ -1,0 +1,1 @@
+"""Tables of bonds, angles and pairs, of any LAMMPS user: whether they are good, and how good."""

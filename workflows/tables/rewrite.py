@@ -1,0 +1,51 @@
+"""A table written anew from its own rows: as many as wanted, all digits, energies of its forces."""
+
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.lammps_inputs.bonds.table_checks import sections_of
+from chaincor.lammps_inputs.bonds.table_rows import spline_through
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.tables.check import TableReport
+
+
+def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
+    """
+    Write a table through the rows of another, of which all parts agree.
+
+    Forces are the cubic spline through the rows, energies its integral with the first row's energy,
+    slopes of the header its derivative.
+
+    Parameters
+    ----------
+    report : TableReport
+        Of the table; of rows that are no table, InputError is raised.
+    target : pathlib.Path
+        Where to; must not be there yet.
+    rows : int
+        How many.
+    """
+    if report.error is None:
+        raise InputError(f"{report.path!r} holds no table that could be rewritten; see its faults")
+    if target.exists():
+        raise InputError(f"{str(target)!r} is there already; expected a new file for --write")
+    sections = sections_of(Path(report.path).read_text("utf-8", "replace"), report.path, pair=True)
+    data = next(each for each in sections if each.keyword == report.keyword).data
+    force = spline_through(data[:, 0], data[:, 2])
+    energy = force.antiderivative()
+    lengths = np.linspace(report.low, report.high, rows)
+    energies = data[0, 1] - (energy(lengths) - energy(report.low))
+    slopes = force(np.array([report.low, report.high]), 1)
+    first = "FPRIME" if report.kind == "pair" else "FP"
+    header = f"N {rows} {first} {slopes[0]:.17g} {slopes[1]:.17g}"
+    if report.kind == "pair":
+        header = f"N {rows} R {report.low:.17g} {report.high:.17g} " + header.split(maxsplit=2)[2]
+    lines = [report.keyword or "TABLE", header, ""]
+    lines += [
+        f"{k} {r:.17g} {e:.17g} {f:.17g}"
+        for k, (r, e, f) in enumerate(zip(lengths, energies, force(lengths), strict=True), 1)
+    ]
+    with written_aside(target) as aside:
+        aside.write_text("\n".join([*lines, ""]), encoding="utf-8")
