@@ -1,0 +1,105 @@
+"""Runs that differ in roundings: a liquid's part when Lyapunov says, a crystal's do not."""
+
+import math
+
+import numpy as np
+import pytest
+
+from chaincor import timestep_study
+from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.engines.lammps.library import find_lmp_command
+from chaincor.workflows.scripts.parting import (
+    PARTED,
+    judge_distances,
+    read_frames,
+    read_ranks,
+)
+from chaincor.workflows.scripts.report import describe_script_study
+from chaincor.workflows.scripts.rewriting import FRAME_FILE, Change
+from chaincor.workflows.scripts.script_run import Asked, run_script
+
+SCRIPT = """
+units lj
+lattice fcc {density}
+region box block 0 3 0 3 0 3
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+velocity all create {temperature} 87287
+pair_style lj/cut 2.5
+pair_coeff 1 1 1.0 1.0
+fix 1 all nve
+run 2500
+"""
+
+
+def script(tmp_path, density, temperature):
+    path = tmp_path / "in.x"
+    path.write_text(SCRIPT.format(density=density, temperature=temperature))
+    return path
+
+
+def frames_of(path, tmp_path, shaken):
+    found = []
+    scratch = tmp_path / "scratch"
+    scratch.mkdir(exist_ok=True)
+    done = run_script(
+        path, [path], Asked(None, ()), Change(shaken=shaken, frames=True), name=f"{shaken}",
+        lmp=find_lmp_command(), scratch=scratch, timeout=600.0,
+        read=lambda folder: found.append(read_frames(folder / FRAME_FILE)),
+    )  # fmt: skip
+    assert done.failure is None
+    return found[0]
+
+
+@pytest.mark.slow
+def test_a_melt_parts_when_lyapunov_says(tmp_path):
+    path = script(tmp_path, 0.8442, 3.0)
+    study = timestep_study(path, ["temp"], vary="lastdigit")
+    (found,) = study.comparisons
+    assert found.kind == "chaos"
+    # Lyapunov's exponent by a displacement a million times larger, from where its direction has
+    # turned to the fastest growing one (1000 times grown) to half of what is called parted.
+    first, second = (frames_of(path, tmp_path, shaken) for shaken in (0.0, 1e-9))
+    apart = np.sqrt(np.mean(np.sum((first[1] - second[1]) ** 2, axis=2), axis=1)) / first[2]
+    inside = (apart > 1000.0 * apart[0]) & (apart < 0.5 * PARTED)
+    growth = np.polyfit(first[0][inside], np.log(apart[inside]), 1)[0]
+    expected = math.log(PARTED / found.distances[found.distances > 0.0][0]) / growth
+    assert 0.5 < found.parted / expected < 2.0
+    assert "chaos" in describe_script_study(study)
+
+
+@pytest.mark.slow
+def test_a_crystal_does_not_part(tmp_path):
+    (found,) = timestep_study(script(tmp_path, 1.0, 0.1), ["temp"], vary="lastdigit").comparisons
+    assert found.kind == "together"
+    assert found.parted is None
+    # Roundings of 2500 steps, in units of a neighbour's distance.
+    assert np.max(found.distances) < 1e-10
+    assert found.agrees("temp:mean")
+
+
+@pytest.mark.slow
+def test_numbers_of_processes_change_roundings_alone(tmp_path):
+    (found,) = timestep_study(script(tmp_path, 1.0, 0.1), ["temp"], vary="ranks=1,2").comparisons
+    assert found.kind in ("same", "together")
+    assert found.parted is None
+
+
+def test_verdicts_on_distances():
+    times = np.linspace(0.0, 10.0, 201)
+    assert judge_distances(times, np.zeros(201))[0] == "same"
+    assert judge_distances(times, np.full(201, 1e-14)) == ("together", None, None)
+    kind, parted, growth = judge_distances(times, 1e-14 * np.exp(4.0 * times))
+    assert kind == "chaos"
+    # ln(1e12)/4 = 6.908, at the next sample.
+    assert parted == pytest.approx(6.95)
+    assert growth == pytest.approx(4.0, rel=1e-6)
+    assert judge_distances(times, np.full(201, 0.3))[0] == "at once"
+
+
+def test_ranks_are_numbers():
+    assert read_ranks("ranks=1,2,4") == (1, 2, 4)
+    for text in ("ranks", "ranks=1", "ranks=1,1", "ranks=0,2", "ranks=1,99", "ranks=a,b"):
+        with pytest.raises(InputError, match="expected"):
+            read_ranks(text)
