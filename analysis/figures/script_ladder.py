@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _WIDE = 10.0
+_FEW = 6
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,11 @@ def plot_script_ladders(
     all_costs = np.concatenate([curve.seconds for curve in curves])
     right.set_xscale("log" if all_costs.max() > _WIDE * all_costs.min() else "linear")
     left.set_xscale("log")
+    rungs = sorted({float(f"{np.median(row):.3g}") for curve in curves for row in curve.inputs})
+    if len(rungs) <= _FEW:
+        # Within less than two decades, powers of ten alone are too few, and all between too many.
+        left.set_xticks(rungs, [f"{value:g}" for value in rungs])
+        left.set_xticks([], minor=True)
     for ax in (left, right):
         ax.set_yscale("log")
         if tolerance is not None:

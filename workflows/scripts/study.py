@@ -281,12 +281,13 @@ def _kind(script: ScriptText, vary: str | None) -> str:
     name = (vary or STEP).partition("=")[0]
     if vary is not None and _has_variable(script, name):
         return "variable"
+    used = any(each.mentions(name) for each in included(script))
     if name == STEP:
         # What is used without being set is for -var.
-        return "variable" if script.mentions(name) else "step"
+        return "variable" if used else "step"
     if name in (LAST_DIGIT, RANKS):
         return name
-    return "setting" if name in SETTINGS and not script.mentions(name) else "variable"
+    return "setting" if name in SETTINGS and not used else "variable"
 
 
 def _has_variable(script: ScriptText, name: str) -> bool:
