@@ -28,9 +28,12 @@ FLOORS_WITHIN = {
     "analysis/showing": [
         {"notebook", "numbers"},
     ],
+    "analysis/slow_chains": [
+        {"curve", "front", "harmonic"},
+    ],
     "benchmarks": [
         {"bars", "certified", "extremes"},
-        {"__main__", "judge"},
+        {"__main__", "judge", "slow_chains"},
         {
             *("blind_settings", "blind_steps", "convergence_plot", "jobs", "long_chains"),
             *(
@@ -83,6 +86,10 @@ FLOORS_WITHIN = {
         {"evaluations"},
         {"candidates"},
         {"nystrom"},
+    ],
+    "benchmarks/slow_chains": [
+        {"picture"},
+        {"curves", "ending", "harmonic_limit", "lattices"},
     ],
     "benchmarks/sweeps": [
         {"forecasts", "kills", "overhead", "throughput"},

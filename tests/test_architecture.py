@@ -92,6 +92,7 @@ FLOORS = {
         {"frame_analysis"},
         {"caveats", "figures", "history"},
         {"results"},
+        {"slow_chains"},
         {"contacts", "pair_theory", "theory"},
         {"dumps", "modes"},
         {

@@ -1,0 +1,1 @@
+"""What slow long chains lose: one curve for all bonds (``docs/explanation/slow_chains.md``)."""

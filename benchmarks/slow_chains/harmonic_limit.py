@@ -1,0 +1,84 @@
+"""
+Harmonic chains to a million particles: to which limit does n^(2/3) (1 - eta) fall, and how?
+
+    python -m benchmarks.slow_chains.harmonic_limit [--sizes 1000 10000 100000 1000000]
+
+Writes ``harmonic_limit.csv`` beside itself: 13 lengths within 6 % of each size, from 0.94 to 1.06.
+Their scatter is the phase of the last contacts, no error of calculation. Twelve minutes.
+"""
+
+import argparse
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.slow_chains.harmonic import collide_long_chains, front_lead
+from chaincor.analysis.theory import harmonic_dissipation_limit
+
+TABLE = Path(__file__).with_name("harmonic_limit.csv")
+SIZES = [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]
+SPREAD = np.linspace(0.94, 1.06, 13)
+
+
+def measure(sizes: list[int]) -> None:
+    """Write one row a chain."""
+    lengths = [round(size * part) for size in sizes for part in SPREAD]
+    with TABLE.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["particles", "loss", "contacts", "last_contact_time"])
+        for chain in collide_long_chains(lengths):
+            row = [chain.particles, f"{1.0 - chain.restitution:.12e}", chain.contacts]
+            writer.writerow([*row, f"{chain.last_contact_time:.4f}"])
+
+
+def fit() -> None:
+    """Print means by size, and what is extrapolated from them."""
+    particles, loss = np.loadtxt(TABLE, delimiter=",", skiprows=1, usecols=(0, 1), unpack=True)
+    factor, lead = particles ** (2.0 / 3.0) * loss, front_lead()
+    groups = factor.reshape(-1, len(SPREAD))
+    sizes = particles.reshape(-1, len(SPREAD)).mean(axis=1)
+    means = groups.mean(axis=1)
+    errors = groups.std(axis=1, ddof=1) / len(SPREAD) ** 0.5
+    limit = harmonic_dissipation_limit()
+    print("| n | n^(2/3) (1 - eta) | mean's error | theory with beta | difference x n^(2/3) |")
+    print("|---|---|---|---|---|")
+    for n, mean, error in zip(sizes, means, errors, strict=True):
+        theory = limit + 2.0 * lead * n ** (-1.0 / 3.0)
+        rest = (mean - theory) * n ** (2.0 / 3.0)
+        print(f"| {n:.0f} | {mean:.5f} | {error:.5f} | {theory:.5f} | {rest:.2f} |")
+    for least in (300, 1000, 3000, 10_000):
+        used = sizes > 0.9 * least
+        powers = np.vander(sizes[used] ** (-1.0 / 3.0), 3, increasing=True)
+        weighted = powers / errors[used][:, None]
+        values = np.linalg.lstsq(weighted, means[used] / errors[used], rcond=None)[0]
+        spread = np.sqrt(np.diag(np.linalg.inv(weighted.T @ weighted)))
+        chi = np.sum(((means[used] - powers @ values) / errors[used]) ** 2)
+        print(
+            f"from n = {least}: limit {values[0]:.5f} +- {spread[0]:.5f} ({limit:.5f}), "
+            f"n^(-1/3) {values[1]:.3f} +- {spread[1]:.3f} ({2 * lead:.3f}), "
+            f"n^(-2/3) {values[2]:.2f}, chi2 {chi:.1f} for {used.sum() - 3}"
+        )
+        slope, cov = np.polyfit(
+            np.log(sizes[used]),
+            np.log(means[used] - limit),
+            1,
+            w=(means[used] - limit) / errors[used],
+            cov="unscaled",
+        )
+        print(f"  distance to {limit:.5f}: exponent {slope[0]:.4f} +- {cov[0, 0] ** 0.5:.4f}")
+
+
+def main() -> None:
+    """Measure, unless only the fit is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", type=int, nargs="+", default=SIZES)
+    parser.add_argument("--fit", action="store_true", help="use the table that is there")
+    arguments = parser.parse_args()
+    if not arguments.fit:
+        measure(arguments.sizes)
+    fit()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,145 @@
+"""
+Chains of four bonds on the curve of slow long ones: 1 - eta at fixed y, and its way to the limit.
+
+    python -m benchmarks.slow_chains.lattices [--fit]
+
+Adds to ``lattices.csv`` beside itself what it lacks, by the in-house engine to 1e-3 of
+n^(2/3) (1 - eta). Each size is the mean over lengths within 6 %, whose scatter is the phase of the
+last contacts. All take an hour on a quiet core, half of it the chains of 10000; it may be stopped
+and goes on. Toda chains of any b are one: at equal b v0 they differ by roundings alone.
+"""
+
+import argparse
+import csv
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss, slow_chain_variable
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
+
+TABLE = Path(__file__).with_name("lattices.csv")
+BONDS = {
+    "lj": {"potential": "lj"},
+    "toda": {"potential": "toda"},
+    "log": {"potential": "log"},
+    "quartic": {"potential": "power", "power_order": 4, "power_c": 1.0},
+}
+VARIABLES = [0.3, 1.0, 3.0, 5.0, 12.0, 30.0]
+# (size, how many lengths)
+SIZES = [(30, 13), (100, 13), (300, 7), (1000, 5), (3000, 1), (10_000, 1)]
+# Faster than this the chain is not slow: the front's steepness is no small number.
+FASTEST = 0.6
+HEADER = ["bond", "order", "variable", "particles", "velocity", "loss", "error"]
+
+
+def wanted():
+    """Yield the bond's name, its scene without speed, y, and the speed for it."""
+    for size, count in SIZES:
+        parts = np.linspace(0.94, 1.06, count) if count > 1 else [1.0]
+        for variable in VARIABLES:
+            if size == 10_000 and variable not in (3.0, 12.0):
+                continue
+            for name, bond in BONDS.items():
+                for part in parts:
+                    particles = round(size * part)
+                    scene = Scene(**bond, particles=particles, velocity=1e-3, engine="reference")
+                    order = scene.bond.anharmonic_order
+                    unit = slow_chain_variable(scene.bond, particles, 1.0)
+                    velocity = (variable / unit) ** (1.0 / (order - 2))
+                    if variable / particles ** (2.0 / 3.0) < FASTEST and (
+                        order == 3 or variable < 13
+                    ):
+                        yield name, order, variable, scene.model_copy(update={"velocity": velocity})
+
+
+def measure() -> None:
+    """Add the collisions that the table lacks, as they come."""
+    begun = TABLE.exists()
+    with TABLE.open("a+", newline="") as file:
+        file.seek(0)
+        known = {tuple(row[:4]) for row in csv.reader(file)}
+        writer = csv.writer(file)
+        if not begun:
+            writer.writerow(HEADER)
+        for name, order, variable, scene in wanted():
+            n = scene.particles
+            if (name, str(order), str(variable), str(n)) in known:
+                continue
+            result = collide(scene, tolerance=1e-3 * n ** (-2.0 / 3.0))
+            loss, error = 1.0 - result.restitution, result.restitution_error
+            writer.writerow(
+                [name, order, variable, n, f"{scene.velocity:.9g}", f"{loss:.9g}", f"{error:.1e}"]
+            )
+            file.flush()
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Chains of one bond, y and size: the mean of n^(2/3) (1 - eta), and what theory has."""
+
+    bond: str
+    variable: float
+    size: int
+    factor: float
+    error: float
+    limit: float
+    with_lead: float
+
+
+def means() -> list[Mean]:
+    """Return the means of the table, by bond, y and size."""
+    rows = np.genfromtxt(TABLE, delimiter=",", names=True, dtype=None, encoding="utf-8")
+    found = []
+    for name, variable, (size, _) in product(BONDS, VARIABLES, SIZES):
+        chosen = rows[(rows["bond"] == name) & (rows["variable"] == variable)]
+        chosen = chosen[abs(chosen["particles"] / size - 1.0) < 0.07]
+        if not len(chosen):
+            continue
+        n, factor = chosen["particles"], chosen["loss"] * chosen["particles"] ** (2.0 / 3.0)
+        error = factor.std(ddof=1) / len(n) ** 0.5 if len(n) > 1 else np.nan
+        limit = float(limiting_loss(variable, int(chosen["order"][0])))
+        lead = 2.0 * FRONT_LEAD * np.mean(n ** (-1.0 / 3.0))
+        mean = float(factor.mean())
+        found.append(Mean(name, variable, size, mean, error, limit, limit + lead))
+    return found
+
+
+def compare() -> None:
+    """Print means by size beside theory, and how fast they come to it."""
+    table = means()
+    print("| bond | y | n | n^(2/3) (1 - eta) | mean's error | limit | with beta |")
+    print("|---|---|---|---|---|---|---|")
+    for row in table:
+        print(
+            f"| {row.bond} | {row.variable:g} | {row.size} | {row.factor:.4f} | {row.error:.4f} | "
+            f"{row.limit:.4f} | {row.with_lead:.4f} |"
+        )
+    for name, variable in product(BONDS, VARIABLES):
+        mine = [row for row in table if row.bond == name and row.variable == variable]
+        mine = [row for row in mine if row.size >= 100 and row.error > 0.0]
+        if len(mine) < 3:
+            continue
+        x = np.log([row.size for row in mine])
+        for label in ("limit", "with_lead"):
+            distance = np.abs([row.factor - getattr(row, label) for row in mine])
+            weights = distance / np.array([row.error for row in mine])
+            fit, cov = np.polyfit(x, np.log(distance), 1, w=weights, cov="unscaled")
+            error = cov[0, 0] ** 0.5
+            print(f"{name}, y = {variable:g}: to {label} as n^({fit[0]:.2f} +- {error:.2f})")
+
+
+def main() -> None:
+    """Measure."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--fit", action="store_true", help="use the table that is there")
+    if not parser.parse_args().fit:
+        measure()
+    compare()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""
+Draw what slow long chains lose: the curve with chains on it, and harmonic chains on their way.
+
+    python -m benchmarks.slow_chains.picture [-o docs/images/slow_chains.png]
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.slow_chains import harmonic_limit, lattices
+from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
+from chaincor.analysis.slow_chains.curve import FRONT_LEAD, limiting_loss
+from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, harmonic_dissipation_limit
+
+
+def draw_curve(ax) -> None:
+    """Draw both curves, and means over lengths less the term of the front's lead."""
+    rows = lattices.means()
+    for order, line, last in ((3, "-", 30.0), (4, "--", 12.0)):
+        y = np.geomspace(0.2, last, 200)
+        ax.plot(y, limiting_loss(y, order), line, color=BLACK, lw=1.0, label=f"$h_{order}(y)$")
+    colours = dict(zip(lattices.BONDS, CYCLE, strict=False))
+    sizes = [size for size, _ in lattices.SIZES if size >= 100]
+    for bond, colour in colours.items():
+        for size, marker in zip(sizes, MARKERS, strict=False):
+            mine = [row for row in rows if row.bond == bond and row.size == size]
+            ax.plot(
+                [row.variable for row in mine],
+                [row.factor - (row.with_lead - row.limit) for row in mine],
+                marker,
+                color=colour,
+                mfc="none",
+                ms=4.0,
+                label=f"{bond}" if size == 1000 else None,
+            )
+    for size, marker in zip(sizes, MARKERS, strict=False):
+        ax.plot([], [], marker, color=GREY, mfc="none", ms=4.0, label=f"$n = {size}$")
+    ax.set(xscale="log", yscale="log", xlabel="$y$")
+    ax.set_ylabel(r"$n^{2/3}(1-\eta) - 2\beta\,n^{-1/3}$")
+    ax.legend(frameon=False, fontsize=8, ncols=2)
+
+
+def draw_harmonic(ax) -> None:
+    """Draw n^(2/3) (1 - eta) of harmonic chains against n^(-1/3)."""
+    particles, loss = np.loadtxt(
+        harmonic_limit.TABLE, delimiter=",", skiprows=1, usecols=(0, 1), unpack=True
+    )
+    x = particles ** (-1.0 / 3.0)
+    ax.plot(x, particles ** (2.0 / 3.0) * loss, ".", color=CYCLE[0], ms=3.0, label="exact")
+    line = np.array([0.0, 0.11])
+    limit = harmonic_dissipation_limit()
+    theory = limit + 2.0 * FRONT_LEAD * line
+    ax.plot(line, theory, color=BLACK, lw=1.0, label=r"$0.5626 + 2\beta\,n^{-1/3}$")
+    paper = HARMONIC_DISSIPATION_COEFFICIENT
+    ax.plot(line, [paper, paper], ":", color=GREY, label="the paper: 0.652")
+    ax.set(xlim=(0.0, 0.11), ylim=(0.54, 0.85), xlabel="$n^{-1/3}$")
+    ax.set_ylabel(r"$n^{2/3}(1-\eta)$, harmonic")
+    ax.legend(frameon=False, fontsize=8)
+
+
+def main() -> None:
+    """Draw both panels."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/slow_chains.png"))
+    figure, (left, right) = new_figure(1, 2, figsize=(9.6, 4.2))
+    draw_curve(left)
+    draw_harmonic(right)
+    output = parser.parse_args().output
+    figure.savefig(output, dpi=130)
+    print(output)
+
+
+if __name__ == "__main__":
+    main()
