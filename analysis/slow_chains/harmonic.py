@@ -26,18 +26,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 # u = exp(z) in steps of 0.3: the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15, as the
-# nearest singularity is at Im z = pi/2. Ends: u^1.5 = 1e-17, and exp(-u) = 1e-18 at t = 1.
-_Z = np.arange(math.log(5e-12), math.log(42.0), 0.3)
+# nearest singularity is at Im z = pi/2. Ends: u^1.5 = 1e-17, and exp(-u t) = 1e-18 at _SOONEST.
+_SOONEST = 0.05
+_Z = np.arange(math.log(5e-12), math.log(42.0 / _SOONEST), 0.3)
 _U = np.exp(_Z)
 _RATES = 2j - _U
 _WEIGHTS = -0.3 * _U**1.5 * np.sqrt(4j - _U) / (math.pi * _RATES)
-# The exponentials hold from t = 1. No contact follows another so soon: two particles take 2.22.
-_SOONEST = 1.0
-_LOOK = 0.25
-_AHEAD = _SOONEST + _LOOK * np.arange(8)
-_TURNS = np.exp(_AHEAD[:, None] * _RATES)
-# Airy's function is 1e-13 at 9 widths before the front; wall and chain part at 0.4 behind it.
-_BEFORE, _BEHIND = 10.0, 12.0
+# Steady contacts are 2.1 to 2.5 apart and come after one arch; moments to look at between them.
+_ARCH = np.arange(1.0, 3.0, 0.25)
+_TURNS = np.exp(_ARCH[:, None] * _RATES)
+# While the push ends particle 1 may hit the wall softly and soon again.
+_LOOK = 0.1
+# Airy's function is 1e-13 at 9 widths before the front. Wall and chain part at 0.4 behind it, where
+# F = 1/2, and the gap grows as long as F is more: it never falls below 0.8 again.
+_BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
 
 
@@ -114,35 +116,51 @@ class PressedEnd:
         bool
             Whether there was one.
         """
-        last = self.times[-1]
-        early, late = self._bracket(echo)
-        while early == late:
-            early, late = late, late + _LOOK
-            if last + early > until:
-                return False
-            if self._motion(late, echo)[0] > 0.0:
-                early = late
-        if last + early > until:
+        bracket = self._arch() if echo is None else self._search(echo, until - self.times[-1])
+        if bracket is None or self.times[-1] + bracket[0] > until:
             return False
-        flown = self._root(early, late, echo)
+        flown = self._root(*bracket, echo)
         momentum = -2.0 * self._motion(flown, echo)[1]
         self._state = self._state * np.exp(_RATES * flown) + momentum * _WEIGHTS
         self._surplus += momentum - flown
-        self.times.append(last + flown)
+        self.times.append(self.times[-1] + flown)
         self.momenta.append(momentum)
         return True
 
-    def _bracket(self, echo: "Echo | None") -> tuple[float, float]:
-        """Return moments before and after x = 0, or twice the last one looked at."""
-        places = self._surplus - _AHEAD + (_TURNS @ self._state).real
-        if echo is not None:
-            last = self.times[-1]
-            back = [echo.of(last + ahead, self.times, self.momenta)[0] for ahead in _AHEAD]
-            places = places + np.array(back)
-        below = np.flatnonzero(places <= 0.0)
-        if not len(below):
-            return float(_AHEAD[-1]), float(_AHEAD[-1])
-        return float(_AHEAD[below[0] - 1]), float(_AHEAD[below[0]])
+    def _arch(self) -> tuple[float, float]:
+        """Return moments before and after x = 0 of steady contacts."""
+        places = self._surplus - _ARCH + (_TURNS @ self._state).real
+        first = int(np.argmax(places <= 0.0))
+        assert first > 0, "steady contacts are more than 1 and less than 2.75 apart"
+        return float(_ARCH[first - 1]), float(_ARCH[first])
+
+    def _search(self, echo: "Echo", longest: float) -> tuple[float, float] | None:
+        """Return moments before and after the first x = 0, or None."""
+        early = _SOONEST
+        place, speed = self._motion(early, echo)
+        if place <= 0.0:
+            raise ArithmeticError(f"contacts at {self.times[-1]} are less than {early} apart")
+        while early < longest:
+            late = early + _LOOK
+            place, later_speed = self._motion(late, echo)
+            if place <= 0.0:
+                return early, late
+            if speed < 0.0 < later_speed:
+                lowest = self._lowest(early, late, echo)
+                if self._motion(lowest, echo)[0] <= 0.0:
+                    return early, lowest
+            early, speed = late, later_speed
+        return None
+
+    def _lowest(self, early: float, late: float, echo: "Echo") -> float:
+        """Return when particle 1 turns back, by bisection."""
+        for _ in range(40):
+            middle = 0.5 * (early + late)
+            if self._motion(middle, echo)[1] < 0.0:
+                early = middle
+            else:
+                late = middle
+        return late
 
     def _motion(self, flown: float, echo: "Echo | None") -> tuple[float, float]:
         """Return x and its rate so long after the last contact."""
@@ -156,7 +174,8 @@ class PressedEnd:
 
     def _root(self, early: float, late: float, echo: "Echo | None") -> float:
         """Return where x falls through zero, by Newton's steps kept between two bounds."""
-        flown = 0.5 * (early + late)
+        before = self.times[-1] - self.times[-2] if len(self.times) > 1 else 0.0
+        flown = before if early < before < late else 0.5 * (early + late)
         for _ in range(60):
             place, speed = self._motion(flown, echo)
             if place > 0.0:

@@ -12,7 +12,7 @@ from chaincor.workflows.collision import collide
 
 
 def test_exponentials_are_the_response_of_a_half_infinite_chain():
-    times = np.array([1.0, 1.5, 2.3, 10.0, 300.0, 1e5])
+    times = np.array([0.05, 0.3, 1.0, 1.5, 2.3, 10.0, 300.0, 1e5])
     place = 1.0 + (np.exp(times[:, None] * harmonic._RATES) @ harmonic._WEIGHTS).real
     # R is the integral of J0 + J2, which is that of J0 less J1, and that one has a closed form.
     x = [mpmath.mpf(2.0 * time) for time in times]
@@ -20,7 +20,7 @@ def test_exponentials_are_the_response_of_a_half_infinite_chain():
         float(z * j(0, z) + mpmath.pi * z / 2 * (j(1, z) * h(0, z) - j(0, z) * h(1, z)) - j(1, z))
         for z in x
     ]
-    np.testing.assert_allclose(place, exact, rtol=0.0, atol=5e-14)
+    np.testing.assert_allclose(place, exact, rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("time", [45.0, 61.0, 70.0, 83.0])
@@ -44,6 +44,15 @@ def test_collisions_are_those_of_the_exact_modes():
         assert found.restitution == pytest.approx(exact.restitution, abs=1e-9)
         assert found.contacts == exact.contacts
         assert found.particles == n
+
+
+@pytest.mark.slow
+def test_soft_contacts_that_come_soon_after_another_are_seen():
+    """The last contacts of this chain are softer and sooner than steady ones."""
+    found = harmonic.collide_long_chains([10_500, 10_600])
+    factors = [(1.0 - chain.restitution) * chain.particles ** (2.0 / 3.0) for chain in found]
+    # Phases scatter by 0.005 at this length; with contacts missed it was 0.797.
+    assert factors == pytest.approx([0.642, 0.642], abs=0.02)
 
 
 def test_chains_of_any_order_go_on_from_one_half_infinite_chain():
