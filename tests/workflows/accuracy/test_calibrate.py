@@ -16,6 +16,7 @@ def model():
     return calibrate(repeats=2)
 
 
+@pytest.mark.slow
 def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
     costs = {k: v for k, v in asdict(model).items() if k != "measured_on"}
     assert min(costs.values()) > 0.0
@@ -25,6 +26,7 @@ def test_every_cost_is_positive_and_splines_cost_more_than_springs(model):
     assert model.stage > 20 * model.spline_bond
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scheme", "step"), [("verlet", 0.0125), ("order8", 0.2)])
 def test_the_work_of_a_run_is_foretold(scheme, step):
     # Seconds are a matter of the machine and its load; how many forces are evaluated is not.

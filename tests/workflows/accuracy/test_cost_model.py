@@ -86,7 +86,7 @@ def test_no_file_is_nothing_to_speak_of(user_file, capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-4, pytest.param(1e-7, marks=pytest.mark.slow)])
 def test_no_number_depends_on_the_cost_model(user_file, tolerance):
     scene = Scene(potential="lj", particles=10, speed=0.4)
     expected = collide(scene, tolerance=tolerance)

@@ -18,7 +18,7 @@ def exact(scene):
 
 # LAMMPS's Verlet errs by c h^2 in harmonic chains with a small c, and by as much again by contacts
 # that graze the wall: at these lengths the difference to one run at h/2 alone is far too small.
-@pytest.mark.parametrize("particles", [42, 65, 80])
+@pytest.mark.parametrize("particles", [pytest.param(42, marks=pytest.mark.slow), 65, 80])
 def test_near_grazing_contacts_are_in_the_bar_of_the_event_wall(particles):
     scene = Scene(potential="harmonic", particles=particles)
     truth = exact(scene)

@@ -25,17 +25,17 @@ def nudged(scene: Scene, ulps: float) -> Scene:
 
 
 # Where a step and those at about twice it agree by chance, the order of the scheme makes too small
-# a bar of their difference: by 3.5, 4 and, in the slow one, 11 times. Of the third it was missed.
+# a bar of their difference: by 3.5, 4 and, in the last one, 11 times. Of the third it was missed.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("potential", "particles", "speed", "tolerance"),
     [
         ("toda", 321, 1.053, 1e-4),
         ("toda", 365, 1.068, 1e-4),
         ("log", 652, 1.054, 1e-6),
-        pytest.param("log", 1961, 0.7157672148569926, 7.5e-6, marks=pytest.mark.slow),
+        ("log", 1961, 0.7157672148569926, 7.5e-6),
     ],
 )
-@pytest.mark.slow_cases
 def test_runs_that_agree_by_chance_are_not_believed(potential, particles, speed, tolerance):
     scene = Scene(potential=potential, particles=particles, speed=speed, engine="reference")
     found = collide(scene, tolerance=tolerance)

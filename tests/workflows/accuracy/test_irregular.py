@@ -99,6 +99,7 @@ def test_a_kink_out_of_reach_costs_nothing():
     assert result.scheme == "order8"
 
 
+@pytest.mark.slow
 def test_a_tolerance_out_of_reach_is_said_to_be(monkeypatch):
     monkeypatch.setattr(irregular, "_MOST_BOND_STEPS", 2e4)
     scene = Scene(potential=SLACK, particles=5, velocity=0.1, engine="reference")

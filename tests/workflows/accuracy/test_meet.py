@@ -153,6 +153,7 @@ def test_low_speeds_have_no_floor_in_house():
     assert abs(result.restitution - limit.restitution) <= 1e-9
 
 
+@pytest.mark.slow
 def test_a_chain_that_amplifies_rounding_says_so_in_the_bar():
     # Composed steps of order 8 and adaptive ones of Dormand and Prince, at 1e-13, agree on this.
     eta = 0.73449049389

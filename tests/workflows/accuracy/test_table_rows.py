@@ -37,7 +37,13 @@ def tabulated(folder, rows, digits=15, noise=0.0, engine="reference"):
 
 
 @pytest.mark.parametrize(
-    ("rows", "digits", "noise"), [(14, 15, 0.0), (30, 15, 0.0), (200, 4, 0.0), (200, 15, 1e-5)]
+    ("rows", "digits", "noise"),
+    [
+        (14, 15, 0.0),
+        pytest.param(30, 15, 0.0, marks=pytest.mark.slow),
+        pytest.param(200, 4, 0.0, marks=pytest.mark.slow),
+        pytest.param(200, 15, 1e-5, marks=pytest.mark.slow),
+    ],
 )
 def test_the_bar_holds_and_is_no_shrug(tmp_path, exact, rows, digits, noise):
     found = collide(tabulated(tmp_path, rows, digits, noise))
@@ -65,6 +71,7 @@ def test_both_engines_have_the_same_bar_of_the_table(tmp_path):
     assert parts[1] == pytest.approx(parts[0], abs=1e-6, rel=0.01)
 
 
+@pytest.mark.slow
 def test_rows_that_may_stand_for_another_chain_are_refused_or_wide(tmp_path):
     # Half a bond per row at the core: what lies between rows is anybody's guess.
     scene = tabulated(tmp_path, 9)

@@ -281,7 +281,10 @@ SCENES = [
     {"potential": "toda", "particles": 30, "speed": 0.5},
     {"potential": "toda", "particles": 30, "speed": 3.0},
     {"potential": "log", "particles": 25, "speed": 0.8},
-    {"potential": "power", "power_order": 4, "power_c": 1.0, "particles": 20, "speed": 0.3},
+    pytest.param(
+        {"potential": "power", "power_order": 4, "power_c": 1.0, "particles": 20, "speed": 0.3},
+        marks=pytest.mark.slow,
+    ),
     {"potential": "lj", "particles": 20, "speed": 0.1},
     {"potential": "lj", "particles": 40, "speed": 0.7},
     {"potential": "lj", "particles": 40, "speed": 1.0},

@@ -164,6 +164,7 @@ def test_the_risk_never_falls_with_energy_or_patience():
         assert 0.0 == risks[0] < risks[-1] <= 1.0
 
 
+@pytest.mark.slow
 def test_what_is_proved_is_never_followed_by_a_contact():
     """Random states of one to three pieces, and an integrator that runs on and argues no end."""
     proved = 0

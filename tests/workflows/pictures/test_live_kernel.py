@@ -136,6 +136,7 @@ def test_frequencies_of_unequal_masses():
     assert equal == pytest.approx(mode_frequencies(6) / math.sqrt(2.0), abs=8 * EPSILON)
 
 
+@pytest.mark.slow
 def test_an_end_that_is_proved_has_no_later_contact():
     # Chains that break, at speeds where contacts come late, and whole ones.
     scenes = [

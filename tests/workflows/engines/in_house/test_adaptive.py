@@ -57,7 +57,7 @@ def test_agrees_with_modes_at_any_speed():
         pytest.param({"potential": "log", "speed": 10.0}, marks=pytest.mark.slow),
         {"potential": "lj", "speed": 30.0},
         {"potential": "lj", "speed": 1000.0},
-        {"potential": "toda", "toda_b": 100.0, "speed": 10.0},
+        pytest.param({"potential": "toda", "toda_b": 100.0, "speed": 10.0}, marks=pytest.mark.slow),
     ],
 )
 def test_extremes_within_accuracy(fields):

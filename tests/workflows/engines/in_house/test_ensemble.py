@@ -46,6 +46,7 @@ def test_it_is_the_motion_of_single_collisions(scheme, step):
         assert found.bond_max[k] == pytest.approx(single.bond_max, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_comparison_ends_soon_after_the_known_last_contact():
     lines = lines_of(WARM, 5)
     many = ManyCollisions(lines[0], WARM.bond, "extrapolated14")

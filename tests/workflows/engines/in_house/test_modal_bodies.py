@@ -34,6 +34,7 @@ def along_x(outcome, name):
     return np.concatenate((target if len(target) else [0.0], getattr(outcome, name)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fields",
     [
@@ -48,7 +49,6 @@ def along_x(outcome, name):
         {"particles": 4, "masses": [1e-2, 1], "target_particles": 2},
     ],
 )
-@pytest.mark.slow_cases
 def test_fifty_digits(fields):
     scene = harmonic(**fields)
     line, outcome = scene.line, modal.run(scene)
