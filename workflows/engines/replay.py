@@ -37,8 +37,6 @@ class Replay:
     def masses(self) -> NDArray[np.float64]:
         """Of all particles: the chain's, then those of a free target."""
         line = self.scene.line
-        if line.plain:
-            return np.ones(self.scene.particles)
         return np.concatenate((line.chain_masses, line.target_masses))
 
     def record(self, interval: float) -> Frames:

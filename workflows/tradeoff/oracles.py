@@ -14,6 +14,7 @@ from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.meeting import HardBodies
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError
 
@@ -76,13 +77,14 @@ def _collide(
 ) -> float:
     """Go on to the last contact: that no further one comes has been argued for `like`."""
     flight: Flight
+    meeting = HardBodies(chain, scene.line)  # type: ignore[arg-type]
     if numerics.scheme == "verlet":
         # Curvatures of any length a bond may have; only blind windows are told by them.
         bond_range = (1.0 + max(0.5 * scene.bond.strain_min, -0.5), 3.0)
         bound = BlindBound(scene.bond, bond_range)
-        flight = VerletFlight(chain, False, bound)  # type: ignore[arg-type]
+        flight = VerletFlight(chain, False, bound, meeting)  # type: ignore[arg-type]
     else:
-        flight = ComposedFlight(chain)  # type: ignore[arg-type]
+        flight = ComposedFlight(chain, meeting)  # type: ignore[arg-type]
     # Contacts shift a little when an error is left out.
     limit = float(like.contact_times[-1]) + KNOWN_MARGIN / scene.bond.stiffness**0.5
     for _ in like.contact_times:

@@ -11,7 +11,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import Ending, quiet_time
 from chaincor.workflows.engines.in_house.finish import unfinished_error
-from chaincor.workflows.engines.lammps.bodies import approach_time, bodies_of
+from chaincor.workflows.engines.lammps.bodies import Bodies, approach_time
 from chaincor.workflows.engines.lammps.flight import Flight
 from chaincor.workflows.engines.lammps.meeting import Contact
 from chaincor.workflows.engines.outcome import Frames, Outcome
@@ -58,14 +58,14 @@ class ChainCollision:
         self.bond = scene.bond
         self.flight = flight
         self.chain = flight.chain
-        self.bodies = bodies_of(scene)
+        self.bodies = Bodies(scene)
         self.contacts: list[Contact] = []
         self.after_contact = self._state()
         # Of all bonds so far, and of those up to the last contact.
         self.shortest_seen, self.longest_seen = np.inf, -np.inf
         # At the start all are 1 long, but where a scene says; a single particle has none.
         self.start_shortest = self.start_longest = 1.0
-        if not scene.line.plain and len(self.chain.lengths()):
+        if not scene.line.cold and len(self.chain.lengths()):
             self.start_shortest = float(self.chain.lengths().min())
             self.start_longest = float(self.chain.lengths().max())
         self.shortest, self.longest = self.start_shortest, self.start_longest
@@ -205,7 +205,7 @@ class ChainCollision:
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
-        if self.scene.line.plain and not self.bodies.apart(self.chain.v):
+        if not self.bodies.apart(self.chain.v):
             if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience

@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
 from chaincor.workflows.engines.lammps.blind import BlindBound
-from chaincor.workflows.engines.lammps.bodies import bodies_of
+from chaincor.workflows.engines.lammps.bodies import Bodies
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.course import ChainCollision
 from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
@@ -190,7 +190,7 @@ def _run_in_folder(
     def collide_all(table: BondTable | None) -> _Runs:
         return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
 
-    if bond.is_harmonic or bodies_of(scene).only_meets:
+    if bond.is_harmonic or Bodies(scene).only_meets:
         runs = collide_all(None)
         if runs.stopped is not None:
             raise runs.stopped
@@ -257,7 +257,7 @@ def _unsure_end(table: BondTable, numerics: Numerics) -> float:
 
 def _is_impossible(scene: Scene, length: float) -> bool:
     """Return whether a bond holds, or would need, more energy than the chain came with."""
-    energy = bodies_of(scene).energy_start()
+    energy = Bodies(scene).energy_start()
     lightest = scene.line.lightest
     # All energy in one bond, or in two particles that part for as long as may be.
     speed = 2.0 * (energy / lightest) ** 0.5

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.crossing import RESOLUTION, first_crossing, foretold_crossing
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import Contact, HardWall, Meeting
+from chaincor.workflows.engines.lammps.meeting import Contact, Meeting
 from chaincor.workflows.errors import LostAtomsError, TimestepError
 
 
@@ -18,8 +18,8 @@ class Flight(ABC):
     ----------
     chain : LammpsChain
         The chain, right after a contact or in flight.
-    meeting : Meeting or None
-        What it meets; None for the hard wall, by a particle 1 of mass 1.
+    meeting : Meeting
+        How it meets its target.
 
     Attributes
     ----------
@@ -27,9 +27,8 @@ class Flight(ABC):
         Time since the first contact.
     """
 
-    def __init__(self, chain: LammpsChain, meeting: Meeting | None = None) -> None:
-        self.chain = chain
-        self.meeting = HardWall(chain) if meeting is None else meeting
+    def __init__(self, chain: LammpsChain, meeting: Meeting) -> None:
+        self.chain, self.meeting = chain, meeting
         self.time = 0.0
 
     @abstractmethod
@@ -62,7 +61,7 @@ class VerletFlight(Flight):
         Whether the reflecting wall fix is at work.
     bound : BlindBound or None
         When steps may be taken without asking; None asks at every step.
-    meeting : Meeting or None
+    meeting : Meeting
         As in `Flight`; a bound is for the hard wall only.
     """
 
@@ -71,7 +70,7 @@ class VerletFlight(Flight):
         chain: LammpsChain,
         reflect: bool,
         bound: BlindBound | None,
-        meeting: Meeting | None = None,
+        meeting: Meeting,
     ) -> None:
         super().__init__(chain, meeting)
         self.reflect = reflect

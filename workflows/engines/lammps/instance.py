@@ -73,7 +73,7 @@ class LammpsChain:
     def __init__(
         self, scene: Scene, numerics: Numerics, table: BondTable | None, folder: Path
     ) -> None:
-        line = scene.line
+        self.line = line = scene.line
         self.particles = scene.particles
         count = scene.particles + line.targets
         self._alone = count == scene.particles

@@ -48,6 +48,8 @@ class Meeting(ABC):
     ----------
     chain : LammpsChain
         The bodies in LAMMPS.
+    line : Line
+        Their masses.
 
     Attributes
     ----------
@@ -58,10 +60,14 @@ class Meeting(ABC):
     """
 
     touching = False
-    reduced_mass = 1.0
 
-    def __init__(self, chain: "LammpsChain") -> None:
-        self.chain = chain
+    def __init__(self, chain: "LammpsChain", line: Line) -> None:
+        self.chain, self.line = chain, line
+        self.reduced_mass = line.contact_mass
+        self._mass = float(line.chain_masses[0])
+        # Of the target's first particle: where it is, and its mass.
+        self._place = None if line.rigid else len(line.chain_masses)
+        self._target_mass = float(line.masses[line.gap])
 
     @abstractmethod
     def state(self) -> list[float]:
@@ -82,47 +88,6 @@ class Meeting(ABC):
     def reset(self) -> None:  # noqa: B027 - hard bodies have nothing to forget
         """Forget an event that was carried out, for a start from a state before it."""
 
-
-class HardWall(Meeting):
-    """A rigid wall at x = 0, and a particle 1 of mass 1."""
-
-    def state(self) -> list[float]:
-        """Return position, velocity and force of particle 1."""
-        chain = self.chain
-        return [float(chain.x[0]), float(chain.v[0]), float(chain.f[0])]
-
-    def arrive(self, time: float) -> Contact | None:
-        """Reverse particle 1 at the wall, where it comes in."""
-        chain = self.chain
-        speed = -float(chain.v[0])
-        chain.x[0] = 0.0
-        if speed <= 0.0:
-            return None
-        chain.v[0] = speed
-        return Contact(time, speed, 2.0 * speed, time)
-
-
-class BodiesMeeting(Meeting):
-    """
-    Two bodies of any masses, or one and the wall.
-
-    Parameters
-    ----------
-    chain : LammpsChain
-        The bodies.
-    line : Line
-        Their masses.
-    """
-
-    def __init__(self, chain: "LammpsChain", line: Line) -> None:
-        super().__init__(chain)
-        self.line = line
-        self.reduced_mass = line.contact_mass
-        self._mass = float(line.chain_masses[0])
-        # Of the target's first particle: where it is, and its mass.
-        self._place = None if line.rigid else len(line.chain_masses)
-        self._target_mass = float(line.masses[line.gap])
-
     def _gap(self) -> list[float]:
         """Return the distance of the bodies, its rate of change, and that of the rate."""
         x, v, f = self.chain.x, self.chain.v, self.chain.f
@@ -139,7 +104,7 @@ class BodiesMeeting(Meeting):
         x[0] = 0.0 if self._place is None else x[self._place]
 
 
-class HardBodies(BodiesMeeting):
+class HardBodies(Meeting):
     """Bodies that exchange the momentum 2 mu w, mu the reduced mass of the two that meet."""
 
     def state(self) -> list[float]:
@@ -162,7 +127,7 @@ class HardBodies(BodiesMeeting):
         return Contact(time, speed, impulse, time)
 
 
-class SoftBodies(BodiesMeeting):
+class SoftBodies(Meeting):
     r"""
     Bodies that repel with :math:`K d^q` while they overlap by d.
 
@@ -271,6 +236,4 @@ def _time_to_zero(distance: float, rate: float, acceleration: float) -> float:
 
 def meeting_of(chain: "LammpsChain", scene: Scene, order: int) -> Meeting:
     """Return how the bodies of a scene meet, in steps of some order."""
-    if scene.line.plain:
-        return HardWall(chain)
     return SoftBodies(chain, scene, order) if scene.line.soft else HardBodies(chain, scene.line)

@@ -17,6 +17,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.flight import VerletFlight
 from chaincor.workflows.engines.lammps.instance import LammpsChain
+from chaincor.workflows.engines.lammps.meeting import HardBodies
 
 
 def random_scene(seed):
@@ -303,7 +304,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(blind, tmp_path)
         x, v, a = chain.x[0], chain.v[0], chain.f[0]
         assert x + 0.3 * v + 0.5 * 0.09 * a > 0.0, "the step ends in front of the wall"
         bound = BlindBound(bond, (0.0, 2.0)) if blind else None
-        contact = VerletFlight(chain, False, bound).advance(1.0)
+        contact = VerletFlight(chain, False, bound, HardBodies(chain, chain.line)).advance(1.0)
         assert contact is not None
         # x + v t + a t^2/2 = 0 for the first time.
         moment = (-v - np.sqrt(v * v - 2.0 * x * a)) / a
@@ -313,7 +314,7 @@ def test_a_contact_within_a_step_that_ends_in_front_of_the_wall(blind, tmp_path)
 def contacts_from(chain, bound, state, wall):
     """Return times and speeds of all contacts within 6, and the state then."""
     chain.restore(state)
-    flight = VerletFlight(chain, wall == "reflect", bound)
+    flight = VerletFlight(chain, wall == "reflect", bound, HardBodies(chain, chain.line))
     found = []
     while flight.time < 6.0:
         contact = flight.advance(6.0)

@@ -204,7 +204,7 @@ def test_files_are_kept_on_request_only(tmp_path):
     ]
     assert not warnings
     lines = (tmp_path / "deep" / "motion.dump").read_text().splitlines()
-    assert lines[8] == "ITEM: ATOMS id x vx v_displacement v_time"
+    assert lines[8] == "ITEM: ATOMS id type x y z vx vy vz v_displacement v_time"
 
 
 def test_bonds_seen_at_the_end_of_a_table_widen_it(monkeypatch):
