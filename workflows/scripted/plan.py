@@ -37,8 +37,9 @@ _MULTIPLES = (1.0, 2.0)
 # With another velocity nothing but the two runs tells the error: with steps that resolve the
 # motion it is well below their difference.
 _ALONE = 1.0
-# Speed, in units of v0, at which a bond may open while particle 1 is behind the wall.
-_OVERSHOOT = 2.0
+# Speed, in units of v0, at which a bond may open while particle 1 is behind the wall, from as long
+# as bonds get in front of it.
+_OVERSHOOT = 4.0
 # How much faster than its own a job's chain may be, and how finely that is looked for.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
@@ -206,7 +207,7 @@ def _tabulate(
     low, high = guess_bond_range(scene) if scouting is None else scouting.table_range(scene)
     if numerics.scheme != "verlet":
         # The step that meets the wall is taken in full first, behind it; there bond 1 is stretched.
-        overshot = 1.0 + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
+        overshot = high + _OVERSHOOT * scene.impact_velocity * max(_MULTIPLES) * numerics.timestep
         high = max(high, min(overshot, 1.0 + 0.9 * scene.bond.strain_max))
     if table_range is not None:
         low, high = min(low, table_range[0]), max(high, table_range[1])
