@@ -9,8 +9,13 @@ import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, CYCLE, MARKERS, VERMILION, new_figure
 from chaincor.analysis.pair_theory import pair_interval_slope
-from chaincor.analysis.theory import HARMONIC_DISSIPATION_COEFFICIENT, low_speed_dissipation_slope
-from chaincor.lammps_inputs.bonds.potentials import LennardJones
+from chaincor.analysis.slow_chains.curve import (
+    STEEP_LIMIT,
+    limiting_loss,
+    long_chain_slope,
+)
+from chaincor.analysis.theory import low_speed_dissipation_slope
+from chaincor.lammps_inputs.bonds.potentials import LennardJones, Logarithmic, Toda
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points
@@ -319,8 +324,14 @@ def infinite_chain(measured: Measurements) -> str:
     ]
     return (
         "In an infinite chain the harmonic part is gone and C is the limit of (1 − η)/(v₀/v*) as "
-        "v₀ → 0, taken after n → ∞. It depends on which points a straight line is put through, by "
-        "more than the bars of the fits: C is "
+        f"v₀ → 0, taken after n → ∞. It can be derived: {STEEP_LIMIT}(2) κ v* with κ = −U‴(1), "
+        "which is "
+        + ", ".join(
+            f"{long_chain_slope(bond):.2f} for {bond.name}"
+            for bond in (LennardJones(), Toda(), Logarithmic())
+        )
+        + " (see docs/explanation/slow_chains.md). Measured on lj, it depends on which points a "
+        "straight line is put through, by more than the bars of the fits: C is "
         + describe_limits(slope_limits(measured))
         + f". {_checked(measured)} The paper has 0.66 and 2.61, and says that the two disagree: "
         "our numbers agree with it on that, and with the dropped factor put back the theory gives "
@@ -364,7 +375,8 @@ def figure(measured: Measurements) -> Figure:
             "below it. A front that the wall sends into the chain steepens, because compressed "
             "bonds carry sound faster, and spreads, because short waves are slower: x is the ratio "
             "of the two. Slow or short chains are harmonic (a constant), long ones follow y = C x, "
-            "however slow, while v₀ ≪ v*. For C of an "
+            "however slow, while v₀ ≪ v*; black, the limit of long chains without a fit, to which "
+            "chains come as n^(−1/3). For C of an "
             "infinite chain see [beyond the paper](#beyond)."
         ),
         records=increase_records(found, "length"),
@@ -402,9 +414,11 @@ def _draw_scaling(ax: "Axes", points: list[Point], limits: list[SlopeLimit]) -> 
         open_: dict[str, Any] = {"markersize": 4.5, "markerfacecolor": "none"}
         ax.plot(x, y, marker, color=color, label=f"$n={n}$", **open_)
     reach = np.geomspace(0.1, 30.0, 30)
-    ax.axhline(
-        HARMONIC_DISSIPATION_COEFFICIENT, color=BLACK, linewidth=0.9, label="harmonic: 0.652"
-    )
+    # Up to y = 30, where the table ends; lj has y = kappa v* x.
+    steepness = long_chain_slope(LennardJones()) / STEEP_LIMIT
+    known = np.geomspace(0.1, 30.0 / steepness, 60)
+    loss = limiting_loss(np.minimum(steepness * known, 30.0))
+    ax.plot(known, loss, color=BLACK, linewidth=0.9, label=r"theory, $n\to\infty$")
     if limits:
         value = middle(limits)
         label = rf"$y=C\,x$, $C={value:.2f}$"
