@@ -1,6 +1,7 @@
 """What the build backend puts into wheels, of a checkout with symbolic links and without."""
 
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -42,11 +43,9 @@ def checkout(tmp_path: Path) -> Path:
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").touch()
         (tmp_path / "chaincor" / name).symlink_to(f"../{name}")
-    for page in ("errors.md", "course/class.md", "images/schematic.svg"):
-        (tmp_path / "docs" / page).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / "docs" / page).touch()
-    for folder in ("tutorials", "course/data"):
-        (tmp_path / "docs" / folder).mkdir(parents=True)
+    for page in map(Path, runpy.run_path(str(ROOT / "hatch_build.py"))["PAGES"]):
+        (tmp_path / page.parent).mkdir(parents=True, exist_ok=True)
+        (tmp_path / page).touch() if page.suffix else (tmp_path / page).mkdir(exist_ok=True)
     return tmp_path
 
 
