@@ -138,8 +138,9 @@ FLOORS_WITHIN = {
         {"sweep_file"},
         {"collide_many"},
         {"ensemble", "forecast", "into_store", "points", "warm"},
+        {"work"},
         {"carry_out"},
-        {"cluster", "pool", "progress", "tasks"},
+        {"cluster", "pool", "progress"},
     ],
     "workflows/commands": [
         {"analyze", "inputs", "run", "tradeoff", "validate"},

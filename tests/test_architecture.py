@@ -28,7 +28,7 @@ FLOORS = {
         {"job", "job_analysis", "machine", "scripts", "tables"},
         {"collision", "pictures", "scripted"},
         {"campaign"},
-        {"one_collision", "store"},
+        {"store"},
         {"result_of"},
         {"accuracy"},
         {"result"},

@@ -2,23 +2,30 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.expected_cost import refuse_endless
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
-from chaincor.workflows.campaign.into_store import collide_into_store
+from chaincor.workflows.campaign.carry_out import (
+    TASKS_PER_WORKER,
+    Done,
+    Sink,
+    carry_out,
+    workers_for,
+)
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.tasks import MOST_SECONDS as MOST_SECONDS
-from chaincor.workflows.campaign.tasks import Task, tasks_of
+from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, tasks_of
 from chaincor.workflows.given import scenes_given, workers_given
-from chaincor.workflows.one_collision import collide_one
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
-from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.row import Row
+
+if TYPE_CHECKING:
+    from chaincor.workflows.store.results_store import Store
+    from chaincor.workflows.store.row import Row
+
+__all__ = ["MOST_SECONDS", "collide"]
 
 
 @overload
@@ -48,24 +55,24 @@ def collide(
     scene: Iterable[Scene],
     tolerance: float | None = None,
     *,
-    store: Store | Path | str,
+    store: "Store | Path | str",
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
     progress: bool = True,
-) -> list[Row]: ...
+) -> list["Row"]: ...
 
 
 def collide(
     scene: Scene | Iterable[Scene],
     tolerance: float | None = None,
     *,
-    store: Store | Path | str | None = None,
+    store: "Store | Path | str | None" = None,
     arrays: bool = False,
     most_seconds: float = MOST_SECONDS,
     workers: int | None = None,
     progress: bool = True,
-) -> Collision | list[Collision] | list[Row]:
+) -> Collision | list[Collision] | list["Row"]:
     """
     Carry out one collision, or several.
 
@@ -131,12 +138,12 @@ def collide(
 def _collide_each(
     scenes: list[Scene],
     tolerance: float | None,
-    store: Store | Path | str | None,
+    store: "Store | Path | str | None",
     arrays: bool,
     most_seconds: float,
     workers: int | None,
     progress: bool,
-) -> list[Collision] | list[Row]:
+) -> list[Collision] | list["Row"]:
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(
@@ -150,6 +157,9 @@ def _collide_each(
         refuse_unusable_outputs(scene)
         refuse_endless(scene, most_seconds)
     if store is not None:
+        # A result without a store needs no database.
+        from chaincor.workflows.campaign.into_store import collide_into_store
+
         return collide_into_store(
             scenes, store, workers=workers or None, arrays=arrays, progress=progress
         )
@@ -164,15 +174,12 @@ def _collide_each(
     return [result for result in found.results if result is not None]
 
 
-class _InOrder:
+class _InOrder(Sink):
     """Puts results in the order of their scenes; the first failure is raised."""
 
     def __init__(self, scenes: list[Scene]) -> None:
         self._scenes, self._failed = scenes, False
         self.results: list[Collision | None] = [None] * len(scenes)
-
-    def is_wanted(self, task: Task) -> Sequence[bool]:
-        return [True] * len(task.places)
 
     def take(self, done: Sequence[Done]) -> None:
         for each in done:

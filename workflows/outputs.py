@@ -11,18 +11,18 @@ from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TA
 # In which formats figures are drawn.
 PICTURES = (".png", ".pdf", ".svg")
 PICTURES_SAID = ".png, .pdf or .svg"
-# What a file of its kind begins with, after so many bytes of anything.
-_BEGINNINGS = {
-    "dump": (0, b"ITEM:", "a LAMMPS dump"),
-    "arrays": (0, b"PK", "an NPZ file"),
-    ".gif": (0, b"GIF8", "a moving GIF"),
-    ".mp4": (4, b"ftyp", "an MP4 film"),
-    ".png": (0, b"\x89PNG", "a PNG picture"),
-    ".pdf": (0, b"%PDF", "a PDF picture"),
-    ".svg": (0, b"<?xml", "an SVG picture"),
-    ".html": (0, b"<!doctype html>", "a page"),
-    ".csv": (0, b"potential,", "a table of results"),
-    ".parquet": (0, b"PAR1", "a table of results"),
+# What is near the beginning of a file of a kind.
+_MARKS = {
+    "dump": b"ITEM:",
+    "arrays": b"PK",
+    ".csv": b"potential,",
+    ".html": b"<!doctype html>",
+    ".gif": b"GIF8",
+    ".mp4": b"ftyp",
+    ".png": b"PNG",
+    ".pdf": b"%PDF",
+    ".svg": b"<?xml",
+    ".parquet": b"PAR1",
 }
 
 
@@ -74,16 +74,15 @@ def refuse_other_kinds(path: Path, kind: str) -> None:
     if not path.exists():
         return
     refuse_no_file(path)
-    skipped, beginning, name = _BEGINNINGS[kind]
     try:
         with path.open("rb") as file:
-            found = file.read(skipped + len(beginning))
+            found = file.read(16)
     except OSError as error:
         raise InputError(f"cannot read {str(path)!r} to replace it: {error.strerror}") from None
-    if found and found[skipped:] != beginning:
+    if found and _MARKS[kind] not in found:
         raise InputError(
-            f"{str(path)!r} was given to write {name} to, and holds something else; give another "
-            "path, or remove it"
+            f"{str(path)!r} was given to write to, and holds something else; give another path, or "
+            "remove it"
         )
 
 

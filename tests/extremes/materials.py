@@ -11,7 +11,7 @@ import numpy as np
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.tasks import collide_to_rows
+from chaincor.workflows.campaign.work import collide_to_rows
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job import write_job
 from chaincor.workflows.result import Collision

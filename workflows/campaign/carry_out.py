@@ -1,23 +1,61 @@
 """Carrying out many collisions: tasks to workers, what comes of them to whoever takes it."""
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import Advance
-from chaincor.workflows.campaign.tasks import MACHINE_FAILURES, Task
 from chaincor.workflows.errors import SchedulerError, WorkerDiedError
 
+# A full disk or no memory costs the collision that met it, not the others.
+MACHINE_FAILURES = (OSError, MemoryError)
 # Tasks handed out for each worker: one to run, and one to begin without waiting for the results.
 TASKS_PER_WORKER = 2
 # Seconds in which new processes are hardly up.
 SOONER_HERE = 3.0
+
+
+Work = Callable[[Any], Sequence[Any]]
+
+
+@dataclass(frozen=True)
+class Task:
+    """
+    Collisions that one worker carries out.
+
+    Attributes
+    ----------
+    places : sequence of int
+        Where their scenes stand among all that are asked for.
+    scenes : sequence of Scene
+        What collides.
+    costs : sequence of float
+        Seconds that each is expected to take.
+    work : callable
+        Is given the scenes and returns what came of each: a result, the error that it failed with,
+        or None where it has to be carried out alone.
+    """
+
+    places: Sequence[int]
+    scenes: Sequence[Scene]
+    costs: Sequence[float]
+    work: Work
+
+    def part(self, chosen: Sequence[int]) -> Self:
+        """Return a task for some of the collisions, counted from 0."""
+        return replace(
+            self,
+            places=[self.places[k] for k in chosen],
+            scenes=[self.scenes[k] for k in chosen],
+            costs=[self.costs[k] for k in chosen],
+        )
 
 
 @dataclass(frozen=True)
@@ -39,16 +77,16 @@ class Done:
         return self.task.scenes[self.k]
 
 
-class Sink(Protocol):
+class Sink(ABC):
     """Who takes what comes of collisions."""
 
     def is_wanted(self, task: Task) -> Sequence[bool]:
         """Say of each collision of a task whether it is still to be carried out."""
-        ...
+        return [True] * len(task.places)
 
+    @abstractmethod
     def take(self, done: Sequence[Done]) -> None:
         """Take what has come; an error raised here ends everything."""
-        ...
 
 
 def carry_out(

@@ -11,11 +11,18 @@ from numpy.typing import ArrayLike
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out, workers_for
+from chaincor.workflows.campaign.carry_out import (
+    TASKS_PER_WORKER,
+    Done,
+    Sink,
+    Task,
+    carry_out,
+    workers_for,
+)
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
 from chaincor.workflows.campaign.progress import Advance, progress_bar
-from chaincor.workflows.campaign.tasks import MOST_SECONDS, Task, tasks_of
 from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
+from chaincor.workflows.campaign.work import MOST_SECONDS, tasks_of
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 from chaincor.workflows.given import workers_given
@@ -159,14 +166,11 @@ def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
     return samples
 
 
-class _Samples:
+class _Samples(Sink):
     """Puts samples in the order of the scenes; a failure is a sample that says why."""
 
     def __init__(self, count: int) -> None:
         self.samples: list[Sample | None] = [None] * count
-
-    def is_wanted(self, task: Task) -> Sequence[bool]:
-        return [True] * len(task.places)
 
     def take(self, done: Sequence[Done]) -> None:
         for each in done:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.tasks import tasks_of
+from chaincor.workflows.campaign.work import tasks_of
 from chaincor.workflows.versions import cores_allowed
 
 # From the command to the first collision: imports, processes, compiled code that is loaded.

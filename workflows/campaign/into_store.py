@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, Sink, Task, carry_out
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.tasks import Task, collide_to_rows, tasks_of
+from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
 from chaincor.workflows.given import workers_given
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
@@ -51,7 +51,7 @@ class Tally:
     busy_seconds: float = 0.0
 
 
-class IntoStore:
+class IntoStore(Sink):
     """
     What a store leaves to be done of many collisions, and the sink that writes it there.
 

@@ -16,7 +16,8 @@ from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
-from chaincor.workflows.campaign.tasks import Task, Work, collide_scenes
+from chaincor.workflows.campaign.carry_out import Task, Work
+from chaincor.workflows.campaign.work import collide_scenes
 from chaincor.workflows.engines.in_house.lines.many_states import StartStates
 from chaincor.workflows.given import scenes_given
 

@@ -64,7 +64,9 @@ class Row:
     Attributes
     ----------
     columns : dict
-        As ``schema`` has them, as far as they are known.
+        As ``schema`` has them, as far as they are known: of a row of a store also
+        ``collision_sha256``, its key, ``tries``, ``host`` and ``finished`` (UTC, ISO 8601), and
+        ``has_arrays``, whether the store keeps its arrays.
     arrays : dict
         Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
         and ``displacements``, the last three also of a free target (``target_...``); empty where
@@ -88,11 +90,6 @@ class Row:
         for name in _OF_SCENES:
             del fields[name]
         return cls(columns | {"details": _json(fields), "host": host_name()}, found.arrays())
-
-    @property
-    def collision_sha256(self) -> str:
-        """Key of the row: hash of the scene without its tolerance."""
-        return self.columns["collision_sha256"]
 
     @cached_property
     def scene(self) -> dict[str, Any]:
@@ -123,31 +120,6 @@ class Row:
         """The last failure since the result."""
         name, message, _, stands = (self.columns.get(name) for name in FAILURE_COLUMNS)
         return None if name is None else Failure(name, str(message), bool(stands))
-
-    @property
-    def failure_tolerance(self) -> float | None:
-        """The tolerance that was asked for when it failed."""
-        return self.columns["failure_tolerance"]
-
-    @property
-    def tries(self) -> int:
-        """How often it was carried out."""
-        return self.columns["tries"]
-
-    @property
-    def host(self) -> str:
-        """Where."""
-        return self.columns["host"]
-
-    @property
-    def finished(self) -> str:
-        """When: UTC, ISO 8601."""
-        return self.columns["finished"]
-
-    @property
-    def has_arrays(self) -> bool:
-        """Whether the store keeps the arrays of this row."""
-        return bool(self.columns["has_arrays"])
 
     @property
     def restitution(self) -> float:

@@ -14,7 +14,7 @@ from chaincor.workflows.accuracy.expected_cost import expected_seconds
 from chaincor.workflows.campaign import carry_out, into_store
 from chaincor.workflows.campaign.forecast import Forecast
 from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
-from chaincor.workflows.campaign.tasks import collide_scenes, collide_to_rows, tasks_of
+from chaincor.workflows.campaign.work import collide_scenes, collide_to_rows, tasks_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import (
     MissingLibraryError,
@@ -66,7 +66,7 @@ def test_unless_it_is_asked_for(store, counted):
     run_in_threads(store, SCENES)
     run_in_threads(store, SCENES, recompute=True)
     assert len(counted) == 12
-    assert {store.get(scene).tries for scene in SCENES} == {2}
+    assert {store.get(scene).columns["tries"] for scene in SCENES} == {2}
 
 
 def test_of_several_tolerances_the_tightest_is_computed(store, counted):
@@ -164,7 +164,7 @@ def test_only_named_failures_are_failures_of_a_collision(monkeypatch, error):
     def wrong(*_):
         raise error
 
-    monkeypatch.setattr("chaincor.workflows.campaign.tasks.collide_one", wrong)
+    monkeypatch.setattr("chaincor.workflows.campaign.work.collide_one", wrong)
     with pytest.raises(type(error)):
         collide_scenes([SCENES[0]])
 
@@ -222,7 +222,7 @@ def test_errors_of_the_collision_stand_and_those_of_the_machine_do_not(monkeypat
     def no_space(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("chaincor.workflows.campaign.tasks.collide_one", no_space)
+    monkeypatch.setattr("chaincor.workflows.campaign.work.collide_one", no_space)
     assert failure_of(harmonic).stands is False
 
 

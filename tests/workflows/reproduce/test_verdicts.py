@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
-from chaincor.workflows.campaign.tasks import collide_scenes
+from chaincor.workflows.campaign.work import collide_scenes
 from chaincor.workflows.reproduce.claims import Verdict
 from chaincor.workflows.reproduce.measurements import Answer
 from chaincor.workflows.reproduce.measuring import measure

@@ -42,7 +42,7 @@ def test_merging_twice_changes_nothing(tmp_path, make_attempt):
     before = target.read_bytes()
     assert merge_stores(target, [source]) == 1
     with Store(target) as store:
-        assert store.find(SCENE).tries == 1
+        assert store.find(SCENE).columns["tries"] == 1
     assert len(target.read_bytes()) == len(before)
 
 

@@ -25,7 +25,8 @@ def test_a_result_comes_back_as_it_was(store):
     assert found.restitution == collision.restitution
     for name, array in collision.arrays().items():
         np.testing.assert_array_equal(found.arrays[name], array)
-    assert (found.host, found.tries, found.failure) == (host_name(), 1, None)
+    columns = found.columns
+    assert (columns["host"], columns["tries"], found.failure) == (host_name(), 1, None)
 
 
 def test_arrays_are_kept_only_on_request(store, make_attempt):
@@ -94,7 +95,7 @@ def test_the_first_of_two_equal_results_stays_unless_asked(store, make_attempt):
     store.record([make_attempt(SCENE, 0.52)])
     assert store.get(SCENE).restitution == 0.51
     store.record([make_attempt(SCENE, 0.53)], replace=True)
-    assert (store.get(SCENE).restitution, store.get(SCENE).tries) == (0.53, 2)
+    assert (store.get(SCENE).restitution, store.get(SCENE).columns["tries"]) == (0.53, 2)
 
 
 def test_arrays_stay_those_of_the_result(store, make_attempt):
@@ -116,7 +117,7 @@ def test_a_failure_is_recorded_but_never_replaces_a_result(store, make_attempt, 
     store.record([make_failure(tight)])
     assert store.get(SCENE).restitution == 0.51
     assert store.find(tight).failure == make_failure(tight).row.failure
-    assert store.find(SCENE).tries == 3
+    assert store.find(SCENE).columns["tries"] == 3
 
 
 def test_a_failure_stands_for_the_same_and_tighter_tolerances(store, make_failure):

@@ -193,7 +193,7 @@ def test_a_missed_tolerance_clears_the_failure_before_it(store, make_attempt, ma
     assert store.find(SCENE).failure is not None
     store.record([make_attempt(tight, 0.52, 5e-7)])
     row = store.find(SCENE)
-    assert (row.restitution, row.failure, row.tries) == (0.51, None, 3)
+    assert (row.restitution, row.failure, row.columns["tries"]) == (0.51, None, 3)
     assert row.result["reason"].startswith("the error reached is 2e-07, not 1e-08")
 
 

@@ -1,26 +1,37 @@
-"""One collision from a scene to its result, alone or together with others of its kind."""
+"""What a worker does: one collision from a scene to its result, or several of a kind at once."""
 
+import math
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 
+from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import Answer, spread_of
-from chaincor.workflows.accuracy.at_once.together import meet_together
+from chaincor.workflows.accuracy.at_once.together import companies, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
-from chaincor.workflows.accuracy.expected_cost import refuse_endless
+from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.table_rows import with_rows
+from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task, Work
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
+from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.outputs import refuse_unusable_outputs
 from chaincor.workflows.result import Collision
 from chaincor.workflows.result_of import result_of
+from chaincor.workflows.store.row import Row
+
+# What is predicted to take longer than a day is refused, unless it is asked for.
+MOST_SECONDS = 86400.0
+# A Dask worker may have several threads; LAMMPS is not made for several at once in one process.
+_one_at_a_time = threading.Lock()
 
 
 def collide_one(scene: Scene, most_seconds: float) -> Collision:
@@ -85,3 +96,51 @@ def _run_as_given(scene: Scene) -> Answer:
         spreads = [spread_of(scene, outcome, run) for run in others]
         found["spread"] = {name: share * max(s[name] for s in spreads) for name in spreads[0]}
     return Answer(outcome, error_bar(outcome, scene, step), details=found)
+
+
+def collide_scenes(scenes: Sequence[Scene]) -> list[Collision | Exception | None]:
+    """
+    Carry out one collision, or several of a kind at once; this runs wherever a worker is.
+
+    Named failures are returned, and those of the machine: no memory, no room for files. Where
+    several fail, each has to be carried out alone, and gets its own error. Any other error is one
+    of the program or of the user's own bond, and stops whatever asked.
+
+    Raises MissingLibraryError if no collision at all can be run here.
+    """
+    try:
+        with _one_at_a_time:
+            if len(scenes) > 1:
+                return [*collide_together(scenes)]
+            # What many collisions take is forecast for all; none is refused on the way.
+            return [collide_one(scenes[0], math.inf)]
+    except MissingLibraryError:
+        raise
+    except (ChaincorError, *MACHINE_FAILURES) as error:
+        return [error] if len(scenes) == 1 else [None] * len(scenes)
+
+
+def collide_to_rows(scenes: Sequence[Scene]) -> list[Row | None]:
+    """Do the same for a store: what takes long is not left to where all rows come together."""
+    return [None if each is None else Row.of(each) for each in collide_scenes(scenes)]
+
+
+def tasks_of(
+    scenes: Sequence[Scene],
+    parts: int,
+    work: Work = collide_scenes,
+    places: Sequence[int] | None = None,
+) -> list[Task]:
+    """
+    Share collisions out: those to be carried out together, and each of the others by itself.
+
+    Those of a kind are divided into `parts` at least, if they are enough. What comes of a
+    collision does not depend on it.
+    """
+    numbers = range(len(scenes)) if places is None else places
+    tasks = []
+    for company in companies(scenes, parts):
+        chosen = [scenes[k] for k in company]
+        given = [numbers[k] for k in company]
+        tasks.append(Task(given, chosen, expected_of_task(chosen), work))
+    return tasks
