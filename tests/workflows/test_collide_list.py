@@ -4,7 +4,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import collision
+from chaincor.workflows.campaign import carry_out
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import CostError, RunError
 from tests.interrupting import interrupted
@@ -15,7 +15,7 @@ SCENES = [Scene(particles=n, engine="reference") for n in (7, 3, 5)]
 @pytest.fixture(params=["here", "processes"])
 def place(request, monkeypatch):
     if request.param == "processes":
-        monkeypatch.setattr(collision, "_SOONER_HERE", 0.0)
+        monkeypatch.setattr(carry_out, "SOONER_HERE", 0.0)
 
 
 @pytest.mark.slow_cases
