@@ -52,6 +52,21 @@ def test_the_first_that_fails_is_named():
     assert failed.value.__notes__ == [f"scene 2 of 2: {scenes[1]!r}"]
 
 
+@pytest.mark.slow_cases
+def test_with_a_store_what_is_there_is_not_computed_again(tmp_path):
+    path = tmp_path / "kept.sqlite"
+    crossing = Scene(potential="harmonic", particles=5, velocity=0.9)
+    first = collide([*SCENES, crossing], 1e-5, store=path, arrays=True, workers=1)
+    for row, scene in zip(first, SCENES, strict=False):
+        assert row.restitution == collide(scene, 1e-5).restitution
+        assert len(row.arrays["velocities"]) == scene.particles
+    assert (first[3].result, first[3].failure.name) == (None, "CrossingError")
+    again = collide(SCENES[0], 1e-4, store=path, workers=1)
+    assert [row.columns["finished"] for row in again] == [first[0].columns["finished"]]
+    with pytest.raises(InputError, match="arrays are what a store keeps"):
+        collide(SCENES, arrays=True)
+
+
 def test_no_scene_at_all():
     assert collide([]) == []
 

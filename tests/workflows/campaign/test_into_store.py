@@ -203,6 +203,18 @@ def test_an_interruption_keeps_what_is_done(store, make_attempt, monkeypatch):
     assert len(store) == len(finished) == 3
 
 
+def test_what_was_finished_when_an_interruption_came_is_kept(store, counted):
+    class Interrupted(carry_out.Here):
+        def submit(self, function, /, *args, **kwargs):
+            if counted:
+                raise KeyboardInterrupt
+            return super().submit(function, *args, **kwargs)
+
+    with pytest.raises(KeyboardInterrupt):
+        IntoStore(store, SCENES).run(Interrupted(), in_flight=2)
+    assert len(store) == len(counted) == 1
+
+
 def test_a_read_only_store_is_refused_before_anything_is_computed(store, counted):
     with Store(store.path, read_only=True) as closed, pytest.raises(StoreError):
         run_in_threads(closed, SCENES)
