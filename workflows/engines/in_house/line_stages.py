@@ -34,12 +34,12 @@ class Kind(NamedTuple):
     ----------
     contact : str
         ``wall``: hard and rigid, and no particle; the gap is the position of particle 1.
-        ``pair``: two hard bodies. ``soft``: two that overlap, of which one may be the wall.
+        ``two``: two bodies, hard or soft, of which one may be a soft wall; the gap is a strain.
     unit : bool
         Whether all masses are 1, of a chain before a hard wall.
     """
 
-    contact: Literal["wall", "pair", "soft"]
+    contact: Literal["wall", "two"]
     unit: bool
 
     @classmethod
@@ -47,7 +47,7 @@ class Kind(NamedTuple):
         """Return that of a line."""
         if line.at_wall:
             return cls("wall", line.unit)
-        return cls("soft" if line.soft else "pair", False)
+        return cls("two", False)
 
 
 PLAIN = Kind("wall", True)

@@ -68,7 +68,8 @@ LEDGER = np.dtype(
         ("strain_ceiling", "f8"),
         ("steps", "i8"),  # full steps done
         ("contacts", "i8"),
-        ("touching", "i8"),  # whether soft bodies overlap
+        ("soft", "i8"),  # whether bodies overlap when they meet
+        ("touching", "i8"),  # whether they do now
         ("active", "i8"),  # bonds that have begun to move
         ("evaluations", "i8"),  # of all bond forces
         ("step_evaluations", "i8"),  # of one step
@@ -161,7 +162,7 @@ def build_motion(
     named, around, opening = contact.named, contact.around, contact.opening
     closing_speed, close, bounce = contact.closing, contact.close, contact.bounce
     count_outside, extremes = strains_of(stages, register, kind)
-    wall, soft = kind.contact == "wall", kind.contact == "soft"
+    wall = kind.contact == "wall"
 
     @register
     def probe(time: float, search: Search) -> PathPoint:
@@ -249,6 +250,9 @@ def build_motion(
         kept_near = State(kept[0][begin : end - 1], kept[1][begin:end])
         threshold = FRONT_THRESHOLD * ledger.impact_velocity
         shortest = ledger.shortest_share * step
+        soft = False
+        if not wall:
+            soft = ledger.soft > 0
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL

@@ -219,6 +219,7 @@ class Motion:
         ledger["position"] = position
         ledger["impact_velocity"] = speed
         ledger["contact_mass"] = line.contact_mass
+        ledger["soft"] = line.soft
         ledger["patience"] = PATIENCE
         ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * bond.stiffness / line.lightest)
         ledger["argue_after"] = math.inf
