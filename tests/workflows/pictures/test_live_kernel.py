@@ -29,7 +29,9 @@ def run(expression, **given):
     # What is no number in JSON arrives as text.
     show = 'JSON.stringify(RESULT, (_, x) => typeof x === "number" && !isFinite(x) ? String(x) : x)'
     program = f"{kernel_source()}\n{constants}const RESULT = {expression};\nconsole.log({show});"
-    done = subprocess.run([NODE], input=program, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [NODE], input=program, capture_output=True, text=True, check=False, timeout=300
+    )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -104,6 +106,20 @@ def test_restitution_is_that_of_collide(name):
     # Errors of eta are errors of velocities; a chain of n magnifies them by n or so on the way.
     assert times == pytest.approx(expected.contact_times, abs=1e-6)
     assert speeds * expected.velocity == pytest.approx(expected.contact_speeds, abs=1e-6)
+
+
+def test_one_particle_just_turns_round():
+    # Exercise 1.1 asks for it. It has no bond whose time the step could be taken from.
+    scenes = [{"potential": name, "particles": 1, **BONDS[name]} for name in BONDS]
+    scenes += [{"potential": "lj", "particles": 1, "target_particles": 1, "masses": [1e-3]}]
+    found = run(
+        "scenes.map((scene) => { const r = collide({ ...scene, velocity: 0.1 });"
+        "return [r.restitution, r.contacts.length, r.ending, r.spectrum.length]; })",
+        scenes=scenes,
+    )
+    for eta, *others in found:
+        assert eta == pytest.approx(1.0, abs=4 * EPSILON)
+        assert others == [1, "proved", 1]
 
 
 @pytest.mark.parametrize("name", ["lj-10", "masses-2"])

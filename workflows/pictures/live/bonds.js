@@ -72,6 +72,7 @@ function between(holds, inside, outside) {
 
 /** The strain on one side (-1 short, 1 long) up to which a bond holds no more than an energy. */
 function strainAt(bond, energy, side) {
+  if (!(energy > 0)) return 0;
   const limit = side < 0 ? Math.abs(bond.floor) : bond.barrier;
   let far = Math.sqrt(2 * energy);
   while (far < limit && bond.energy(side * far) <= energy) far *= 2;

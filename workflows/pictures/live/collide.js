@@ -48,7 +48,7 @@ const TOO_LONG = "This collision takes too long for a page: it is stiff, hot or 
 
 /** A step that resolves the fastest bond when two particles meet in it at twice their speed. */
 function firstStep({ line, bond, state }, goal) {
-  let fastest = 0, energy = 0, shortest = 0, lightest = Infinity;
+  let fastest = 0, energy = 0, shortest = 0, lightest = Math.min(...line.chain);
   for (const v of state.velocities) fastest = Math.max(fastest, Math.abs(v));
   for (let i = 0; i + 1 < line.masses.length; i++) {
     if (i === line.gap) continue;

@@ -64,7 +64,8 @@ const spectrumPicture = new Picture("spectrum", {
     axes.axes(`mode j (wavelength 2n/j bond lengths)`, "energy / translational energy before",
       { logarithmic: true });
     const left = Array.from(run.spectrum, (e, j) => [j, Math.max(-8, Math.log10(e))]).slice(1);
-    axes.line(left.length > 1 ? left : [[0.9, left[0][1]], [1.1, left[0][1]]], "faint", 1);
+    if (left.length === 1) left.splice(0, 1, [0.9, left[0][1]], [1.1, left[0][1]]);
+    axes.line(left, "faint", 1); // none for a single particle
   },
   overlay(axes, moment) {
     const run = shown.run;
