@@ -69,6 +69,7 @@ FLOORS = {
     ],
     "lammps_inputs/bonds": [
         {"equilibrium", "formula", "potentials", "table_file"},
+        {"spline_bond"},
         {"formula_rest", "user_bond"},
         {"formula_code"},
         {"formula_text"},

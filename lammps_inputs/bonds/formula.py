@@ -126,7 +126,7 @@ class Formula(UserBond):
         return
 
     @property
-    def parameters(self) -> FormulaParameters:  # type: ignore[override]
+    def parameters(self) -> FormulaParameters:
         """Of the kernel."""
         return FormulaParameters(self._values, self._rest, self._near, self._series)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.spline_bond import SplineBond
 from chaincor.lammps_inputs.bonds.table_checks import (
     check_table,
     header_of,
@@ -17,7 +18,6 @@ from chaincor.lammps_inputs.bonds.table_checks import (
     sections_of,
 )
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
-from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 
@@ -100,29 +100,6 @@ def _bond_of(text: str, path: str) -> Potential:
     return TableBond(text, path, force, replace(rows, strains=force.x))
 
 
-class SplineBond(UserBond):
-    """
-    A bond whose force is a cubic spline, and whose energy is the integral of that.
-
-    Parameters
-    ----------
-    force : scipy.interpolate.CubicSpline
-        Of the strain; nothing at 0.
-    name : str
-        A label for results.
-    reach : float
-        How far beyond its rows the spline may go on.
-    """
-
-    def __init__(self, force: "CubicSpline", name: str, reach: float = 0.0) -> None:
-        energy = force.antiderivative()
-        energy.c *= -1.0
-        super().__init__(energy, force, name, float(force.x[0]) - reach, float(force.x[-1]) + reach)
-
-    def _refuse_mismatch(self) -> None:
-        """Refuse nothing: the energy was made of the force."""
-
-
 class TableBond(SplineBond):
     """
     The bond of a table; what is sent to worker processes is the table's text.
@@ -141,7 +118,6 @@ class TableBond(SplineBond):
 
     def __init__(self, text: str, path: str, force: "CubicSpline", rows: Rows) -> None:
         self.text, self.path, self.rows = text, path, rows
-        self.force_spline = force
         super().__init__(force, Path(path).stem)
 
     def __reduce__(self) -> tuple[Callable, tuple[str, str]]:

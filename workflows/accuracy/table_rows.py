@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.table_file import SplineBond, TableBond
+from chaincor.lammps_inputs.bonds.spline_bond import SplineBond
+from chaincor.lammps_inputs.bonds.table_file import TableBond
 from chaincor.lammps_inputs.errors import ChaincorError, TableError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -23,9 +24,13 @@ _NEGLIGIBLE = 0.1
 # Altered tables are run with twice the step of the answer, which its bar was proved with; where
 # that has no fixed length, with twice this one.
 _STEP = 0.05
-# How much what altered tables show counts: the sides of what lies between rows are two of many,
-# and a standard deviation from six shakes is itself uncertain by a third.
-_BETWEEN, _SHAKEN = 1.5, 4.0
+# How much the change by what lies between rows counts. Slow chains ask the stiffness at one length.
+# With rows twice as far apart a spline's stiffness errs eight times more, not sixteen times as its
+# force, and by t(1 - t)(1 - 2t) of the place t between two rows: up to twice more than both
+# altered tables show, which leave out even and odd rows. Half as much again for faster chains.
+_BETWEEN = 3.0
+# A standard deviation from six shakes is itself uncertain by a third.
+_SHAKEN = 4.0
 
 
 def with_rows(scene: Scene, answer: Answer, tolerance: float | None) -> Answer:

@@ -19,7 +19,7 @@ from chaincor.workflows.pictures.live_page import MOST_PARTICLES, live_page
 )
 @click.option(
     "--particles",
-    type=click.IntRange(2, MOST_PARTICLES),
+    type=click.IntRange(1, MOST_PARTICLES),
     default=50,
     show_default=True,
     metavar="N",

@@ -62,6 +62,24 @@ def test_many_rows_with_all_digits_leave_nothing_open(tmp_path, exact):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("first", np.linspace(0.75, 0.75 + 0.9 * 1.15 / 59, 5))
+def test_the_bar_holds_wherever_the_natural_length_lies_between_two_rows(tmp_path, first):
+    # Sixty rows: a bar of half the factor misses where length 1 is near a row.
+    known = Scene(potential="lj", particles=100, speed=0.4, engine="reference")
+    lengths = first + np.linspace(0.0, 1.15, 60)
+    rows = zip(lengths, known.bond.force(lengths - 1.0), strict=True)
+    path = tmp_path / "rows.table"
+    lines = [f"{i} {length:.15g} 0 {force:.15g}" for i, (length, force) in enumerate(rows, 1)]
+    path.write_text("\n".join(["LJ", "N 60", "", *lines, ""]))
+    table = known.replace(
+        potential="table", bond_file=path, speed=None, velocity=known.impact_velocity
+    )
+    found, exact = collide(table, tolerance=1e-6), collide(known, tolerance=1e-9)
+    off = abs(found.restitution - exact.restitution)
+    assert 1e-7 < off <= found.restitution_error < 1e-3
+
+
+@pytest.mark.slow
 def test_both_engines_have_the_same_bar_of_the_table(tmp_path):
     parts = [
         collide(tabulated(tmp_path, 30, engine=engine)).error_parts.table
