@@ -47,9 +47,11 @@ def compile_loops(fields: dict) -> None:
 
 
 def compile_lines(fields: dict) -> None:
-    """Do the same with unequal masses, and with many chains at once."""
+    """Do the same with unequal masses, with two bodies, and with many chains at once."""
     scene = Scene(particles=5, **fields)
     step_once(scene.replace(masses=(1.0, 2.0)))
+    if fields["potential"] not in ("power", "morse"):
+        step_once(scene.replace(target_particles=2))
     if fields["potential"] == "toda":
         # Slow tests compile those of other bonds.
         warm = scene.replace(temperature=1e-4, engine="reference")
