@@ -14,10 +14,11 @@ energy. An end is
 *proved* where V > 0, that inequality fails, and every cut is proved. A cut only pulls the piece
 away from the wall, so D and V never fall, and I is taken with all that the pull can add.
 
-*argued* where energy alone cannot rule a return out, but would have to gather as it hardly ever
-does (``piece_bounds.escape_risk``), and where this has been so, without a contact, for longer than
-sound needs to cross the chain and come back; or where the first piece recedes after the longest
-time that is followed, without a contact in all of it, and this does not hinge on errors.
+*argued* where the energy would suffice for a return, but nearly all of it would have to gather in
+one vibration, which is very unlikely (``piece_bounds.escape_risk``), and where this has been so,
+without a contact, for longer than sound needs to cross the chain and come back; or where the first
+piece recedes after the longest time that is followed, without a contact in all of it, and this does
+not hinge on errors.
 
 *open* where the first piece still approaches the wall then, or where motions that hardly differ
 disagree on a late contact, or on the state of a piece that has the energy for one. The momentum
