@@ -7,7 +7,8 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, companies, kind_of
-from chaincor.workflows.collision import collide, collide_together
+from chaincor.workflows.campaign.work import collide_together
+from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.side_by_side import runs
 from chaincor.workflows.errors import UnfinishedCollisionError
 

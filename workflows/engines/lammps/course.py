@@ -205,7 +205,7 @@ class ChainCollision:
     def _ask_what_comes(self) -> None:
         """Ask the in-house integrator whether to wait for a contact."""
         now, last = self.flight.time, self.contacts[-1].end
-        if not self.bodies.apart(self.chain.v):
+        if self.scene.line.plain and not self.bodies.apart(self.chain.v):
             if now > longest_collision(self.scene.span, self.scene.slow_stiffness, last):
                 raise unfinished_error(self.scene, now)
             self.overdue = now + self.patience

@@ -70,7 +70,8 @@ def test_bonds_that_break_are_looked_at_one_by_one():
     for k in np.flatnonzero(found.settled).tolist():
         one = scene.replace(seed=k + 1)
         single = stepping.run(one, Numerics(scheme="extrapolated14", timestep=0.1))
-        assert single.ending.kind == ("proved" if found.proved[k] else "argued")
+        # Alone, a chain whose bonds break is also followed by other motions, which may disagree.
+        assert single.ending.kind in ("proved" if found.proved[k] else "argued", "open")
         assert found.contacts[k] == len(single.contact_times)
 
 

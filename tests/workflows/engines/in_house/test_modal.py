@@ -92,7 +92,7 @@ def test_single_particle():
 
 
 def test_refuses_other_bonds():
-    with pytest.raises(SceneError, match="harmonic"):
+    with pytest.raises(SceneError, match="springs"):
         modal.run(Scene(potential="lj"))
 
 

@@ -50,8 +50,8 @@ class ManyRuns(Rows):
         Of all bond forces.
     strains, velocities : ndarray of shape (runs, n - 1) and (runs, n)
         Right after the last contact.
-    contacts : ndarray of shape (runs, 3, capacity)
-        Times and incoming speeds, and the momentum given.
+    contacts : ndarray of shape (runs, 2, capacity)
+        Times and incoming speeds.
     counts : ndarray of shape (runs,)
         How many contacts there were.
     bond_min, bond_max : ndarray of shape (runs,)
@@ -257,7 +257,7 @@ class ChainRunner:
             evaluations=ledgers["evaluations"],
             strains=strains,
             velocities=velocities,
-            contacts=contacts,
+            contacts=contacts[:, :2],
             counts=ledgers["contacts"],
             bond_min=1.0 + ledgers["contact_min"],
             bond_max=1.0 + ledgers["contact_max"],
