@@ -29,7 +29,7 @@ OBJECTS = [
     ("error_parts", ("run", *SMALL), ("error_parts",)),
     ("run --samples", ("run", *WARM, "--engine", "reference", "--samples", "3"), ()),
     ("analyze", ("analyze", "job"), ()),
-    ("analyze, two bodies", ("analyze", "two", "--target-particles", "2"), ()),
+    ("analyze", ("analyze", "two", "--target-particles", "2"), ()),
     ("validate", ("validate", *SMALL), ()),
     ("validations", ("validate", *SMALL), ("validations", 0)),
     ("comparisons", ("validate", *SMALL), ("validations", 0, "comparisons", 0)),

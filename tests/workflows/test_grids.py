@@ -85,7 +85,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(
     assert f"{count - len(killed) - 1} done, 1 failed, {len(killed)} unfinished" in out
     for k in killed:
         assert f"unfinished {names[k - 1]}: it was stopped: submit it again" in out
-    assert f"failed     {names[broken - 1]}: ERROR: Unknown command: special_bands" in out
+    assert f"failed     {names[broken - 1]}: ERROR: Unknown command: comm_modyfy" in out
 
     script.write_text(text)
     finished = {name: (grid / name / "log.lammps").stat().st_mtime_ns for name in names}

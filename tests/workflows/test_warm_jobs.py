@@ -39,7 +39,7 @@ def chain_modes(scene):
 @pytest.mark.slow
 def test_lmp_alone_gives_what_python_gives(bodies, tmp_path):
     scene = WARM.replace(**bodies, scheme="verlet", timestep=0.01)
-    write_job(scene, tmp_path / "job", dump=True)
+    write_job(scene, tmp_path / "job", dump=True, guards=True)
     done = run_lmp(tmp_path / "job")
     assert done.returncode == 0, done.stdout + done.stderr
     driven = lammps.run(scene, Numerics(scheme="verlet", timestep=0.01))
