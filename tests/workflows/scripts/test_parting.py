@@ -33,6 +33,10 @@ run 2500
 """
 
 
+# Atoms of a cubic cell of a face-centred crystal.
+FCC = np.array([[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]])
+
+
 def script(tmp_path, density, temperature):
     path = tmp_path / "in.x"
     path.write_text(SCRIPT.format(density=density, temperature=temperature))
@@ -81,7 +85,19 @@ def test_a_crystal_does_not_part(tmp_path):
 
 @pytest.mark.slow
 def test_numbers_of_processes_change_roundings_alone(tmp_path):
-    (found,) = timestep_study(script(tmp_path, 1.0, 0.1), ["temp"], vary="ranks=1,2").comparisons
+    # From a file: create_atoms numbers atoms as processes divide them, and then they are others.
+    cell = 4.0 ** (1.0 / 3.0)
+    corners = np.array(list(np.ndindex(3, 3, 3)))
+    places = np.concatenate([corners + shift for shift in FCC]) * cell
+    edge = f"0 {3.0 * cell:.17g}"
+    lines = ["crystal", "", f"{len(places)} atoms", "1 atom types", ""]
+    lines += [f"{edge} {axis}lo {axis}hi" for axis in "xyz"] + ["", "Atoms", ""]
+    lines += [f"{k} 1 {x:.17g} {y:.17g} {z:.17g}" for k, (x, y, z) in enumerate(places, 1)]
+    (tmp_path / "crystal.data").write_text("\n".join([*lines, ""]))
+    path = script(tmp_path, 1.0, 0.1)
+    head, tail = path.read_text().split("lattice", 1)
+    path.write_text(f"{head}read_data crystal.data\nmass{tail.split('mass', 1)[1]}")
+    (found,) = timestep_study(path, ["temp"], vary="ranks=1,2").comparisons
     assert found.kind in ("same", "together")
     assert found.parted is None
 
