@@ -21,10 +21,11 @@ test-all: .venv/ready-test  ## the whole test suite, which CI runs
 test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere
 
-check: .venv/ready-check  ## formatting, lint, types
+check: .venv/ready-check  ## formatting, lint, types, order of imports
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/lint-imports
 
 bench: .venv/ready-bench  ## ratios against peers, measured in one run
 	$(BIN)/python -m benchmarks
