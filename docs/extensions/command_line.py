@@ -9,7 +9,11 @@ from sphinx.util.docutils import SphinxDirective
 
 
 class CommandHelp(SphinxDirective):
-    """``{command-help}`` makes a section for each command, with what ``--help`` prints."""
+    """
+    ``{command-help}`` makes a section for each command, with what ``--help`` prints.
+
+    What ``chaincor run --help-scene`` prints is a section of its own, the last.
+    """
 
     def run(self) -> list[nodes.Node]:
         """
@@ -28,15 +32,15 @@ class CommandHelp(SphinxDirective):
             command = program.get_command(context, name)
             if command is None:
                 raise self.error(f"chaincor {name} cannot be loaded")
-            sections.append(_section(name, command, context))
-        return sections
+            own: Any = click.Context(command, info_name=name, parent=context, max_content_width=96)
+            sections.append(_section(f"chaincor {name}", command.get_help(own)))
+            if name == "run":
+                scene = _section("chaincor run --help-scene", command.scene_help(own))
+        return [*sections, scene]
 
 
-def _section(name: str, command: click.Command, context: click.Context) -> nodes.section:
-    own: Any = click.Context(command, info_name=name, parent=context, max_content_width=96)
-    text = command.get_help(own)
-    title = f"chaincor {name}"
-    section = nodes.section("", nodes.title("", title), ids=[f"chaincor-{name}"], names=[title])
+def _section(title: str, text: str) -> nodes.section:
+    section = nodes.section("", nodes.title("", title), ids=[nodes.make_id(title)], names=[title])
     section += nodes.literal_block(text, text, language="text")
     return section
 

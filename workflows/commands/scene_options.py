@@ -142,26 +142,59 @@ _GROUPS = (
 )
 
 
+def _show_scene_help(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
+    if wanted and not ctx.resilient_parsing and isinstance(ctx.command, SceneCommand):
+        click.echo(ctx.command.scene_help(ctx))
+        ctx.exit()
+
+
 class SceneCommand(click.Command):
-    """A command whose help shows the options of a scene in groups, its own at the end."""
+    """A command whose help shows its own options; those of its scene are a page of their own."""
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.params.append(
+            click.Option(
+                ["--help-scene"],
+                is_flag=True,
+                is_eager=True,
+                expose_value=False,
+                callback=_show_scene_help,
+                help="Show the options of the scene and exit.",
+            )
+        )
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the groups."""
-        options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
-        left = {p.name: record for p in options if (record := p.get_help_record(ctx))}
-        fields = iter(Scene.model_fields)
+        """Write the command's own options, and where the others are."""
+        with formatter.section("Options"):
+            shown = self._records(ctx)
+            formatter.write_dl([shown[name] for name in shown if name not in Scene.model_fields])
+        formatter.write_paragraph()
+        formatter.write_text(
+            "--help-scene shows the options of the scene, such as --potential toda, --particles 50 "
+            "or --speed 0.8; they win over SCENE.toml."
+        )
+
+    def scene_help(self, ctx: click.Context) -> str:
+        """Return the page about the options of a scene, in groups."""
+        formatter = ctx.make_formatter()
+        formatter.write_text(
+            f"Options of `{ctx.command_path}` that describe its scene. A file SCENE.toml has the "
+            "same keys, with _ in place of -; options win over it."
+        )
+        records, fields, begin = self._records(ctx), list(Scene.model_fields), 0
         for title, last in _GROUPS:
-            records = []
-            for name in fields:
-                if name in left:
-                    records.append(left.pop(name))
-                if name == last:
-                    break
-            if records:
+            end = fields.index(last) + 1
+            names, begin = fields[begin:end], end
+            if shown := [records[name] for name in names if name in records]:
                 with formatter.section(title):
-                    formatter.write_dl(records)
-        with formatter.section("Options of the command"):
-            formatter.write_dl(list(left.values()))
+                    formatter.write_dl(shown)
+        return formatter.getvalue().rstrip()
+
+    def _records(self, ctx: click.Context) -> dict[str, tuple[str, str]]:
+        """Return what help says of each option, by its name."""
+        options = [p for p in self.get_params(ctx) if isinstance(p, click.Option)]
+        return {p.name or "": r for p in options if (r := p.get_help_record(ctx)) is not None}
 
 
 def scene_options(*leave_out: str) -> Callable[[Callable], Callable]:

@@ -1,10 +1,12 @@
 """The command line as a whole: statuses, help, and never a traceback."""
 
+import importlib
 import json
 import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from chaincor.workflows import cli
@@ -28,7 +30,10 @@ def test_every_command_has_help(capsys, command):
 
 
 def test_help_of_run_documents_every_option(capsys):
-    _, out, _ = chaincor(capsys, "run", "--help")
+    own, scene = (chaincor(capsys, "run", page)[1] for page in ("--help", "--help-scene"))
+    for option in ("--animate", "--samples", "--json", "--help-scene"):
+        assert option in own.partition("Options:")[2]
+        assert f"\n  {option}" not in scene
     for option in (
         "--potential [harmonic|lj|toda|morse|log|power|table|formula]",
         "--toda-b",
@@ -49,9 +54,26 @@ def test_help_of_run_documents_every_option(capsys):
         "--dump",
         "--save",
         "--arrays",
-        "--json",
     ):
-        assert option in out
+        assert option in scene
+        assert f"\n  {option}" not in own
+
+
+@pytest.mark.parametrize("command", ["run", "inputs", "tradeoff", "validate"])
+def test_help_is_one_screen(capsys, command):
+    _, out, _ = chaincor(capsys, command, "--help")
+    assert len(out.splitlines()) <= 36  # a hundred with the options of the scene
+    assert "--help-scene shows the options of the scene" in out
+
+
+@pytest.mark.parametrize("command", ["run", "inputs", "tradeoff", "validate"])
+def test_no_option_is_on_neither_page(capsys, command):
+    pages = "".join(chaincor(capsys, command, page)[1] for page in ("--help", "--help-scene"))
+    module = importlib.import_module(f"chaincor.workflows.commands.{command}")
+    options = [p for p in getattr(module, command).params if isinstance(p, click.Option)]
+    assert len(options) > 20
+    for option in options:
+        assert sum(name in pages for name in option.opts) == len(option.opts), option.opts
 
 
 def test_an_unknown_command(capsys):
@@ -92,7 +114,7 @@ def test_words_of_options_are_known_in_capitals(capsys):
 
 
 def test_help_of_run_has_groups_defaults_and_examples(capsys):
-    _, out, _ = chaincor(capsys, "run", "--help")
+    _, out, _ = chaincor(capsys, "run", "--help-scene")
     heads = [line for line in out.splitlines() if line.endswith(":") and line[0] != " "]
     assert heads[:3] == [
         "What collides:",
@@ -103,6 +125,7 @@ def test_help_of_run_has_groups_defaults_and_examples(capsys):
     plain = " ".join(out.split())
     assert "fix wall/reflect [default: event]" in plain
     assert "[default: as the tolerance needs; with numerics of your own order6" in plain
+    _, out, _ = chaincor(capsys, "run", "--help")
     assert "\n    chaincor run --potential harmonic --particles 20" in out
 
 
