@@ -1,9 +1,10 @@
 """
-Compile the loops of every named bond once, before the tests start, one process a core.
+Compile loops of the named bonds once, before the tests start, in as many processes as cores.
 
     python -m tests.warm_kernels [all]
 
-With ``all`` also those that only slow tests need: of power bonds of any order.
+Without ``all`` only those that `make test` needs: every kind of loop for lj and toda, steps of
+other bonds.
 
 Left to the tests, every worker would compile for itself what the others compile meanwhile: half a
 minute for each bond. What is kept on disk already costs a second.
@@ -19,6 +20,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 
+HARMONIC = {"potential": "harmonic", "velocity": 0.1}
 # From the one that takes longest.
 BONDS = (
     {"potential": "log"},
@@ -26,7 +28,7 @@ BONDS = (
     {"potential": "toda"},
     {"potential": "morse"},
     {"potential": "lj"},
-    {"potential": "harmonic", "velocity": 0.1},
+    HARMONIC,
 )
 POWERS = tuple(
     {
@@ -37,19 +39,28 @@ POWERS = tuple(
     }
     for order in (3, 5, 6, 7, 8, 9)
 )
+# Of these also the loops of adaptive steps, of unequal masses and of two bodies.
+WAITED_FOR = ("toda", "lj")
 
 
-def compile_loops(fields: dict) -> None:
-    """Run every kind of step of a bond for one short collision."""
+def compile_steps(fields: dict) -> None:
+    """Take steps of either kind with a chain of unit masses at a wall."""
+    step_once(Scene(particles=5, **fields))
+
+
+def compile_adaptive(fields: dict) -> None:
+    """Take adaptive steps."""
+    adaptive.run(Scene(particles=5, **fields), 1e-6)
+
+
+def compile_masses(fields: dict) -> None:
+    """Take steps with unequal masses."""
+    step_once(Scene(particles=5, **fields).replace(masses=(1.0, 2.0)))
+
+
+def compile_bodies(fields: dict) -> None:
+    """Take steps of two bodies, and of many warm chains at once."""
     scene = Scene(particles=5, **fields)
-    step_once(scene)
-    adaptive.run(scene, 1e-6)
-
-
-def compile_lines(fields: dict) -> None:
-    """Do the same with unequal masses, with two bodies, and with many chains at once."""
-    scene = Scene(particles=5, **fields)
-    step_once(scene.replace(masses=(1.0, 2.0)))
     if fields["potential"] not in ("power", "morse"):
         step_once(scene.replace(target_particles=2))
     if fields["potential"] == "toda":
@@ -74,9 +85,13 @@ def step_once(scene: Scene) -> None:
 def main() -> None:
     """Compile in as many processes as there are cores."""
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        powers = POWERS if "all" in sys.argv else ()
-        tasks = [pool.submit(compile_loops, bond) for bond in BONDS + powers]
-        tasks += [pool.submit(compile_lines, bond) for bond in BONDS]
+        whole = "all" in sys.argv
+        bonds = BONDS + POWERS if whole else BONDS
+        more = [bond for bond in BONDS if whole or bond["potential"] in WAITED_FOR]
+        tasks = [pool.submit(compile_bodies, bond) for bond in more]
+        tasks += [pool.submit(compile_adaptive, bond) for bond in (bonds if whole else more)]
+        tasks += [pool.submit(compile_steps, bond) for bond in bonds]
+        tasks += [pool.submit(compile_masses, bond) for bond in more]
         tasks.append(pool.submit(compile_modes))
         for task in tasks:
             task.result()

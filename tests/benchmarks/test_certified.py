@@ -33,6 +33,7 @@ def test_bars_of_lammps_hold_what_was_proved(name, tolerance):
     assert not ROWS[name].refutes(found.restitution, found.restitution_error)
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("name", ["lj-5-0.0625", "harmonic-10-0.125", "log-10-0.25-target"])
 def test_a_wrong_number_is_refused(name):
     found = collide(BY_NAME[name].scene(engine="reference", tolerance=1e-9))

@@ -52,6 +52,7 @@ def test_published_values(case):
     assert found.error < PRINTED
 
 
+@pytest.mark.slow
 def test_exact_modes():
     random = np.random.default_rng(5)
     for _ in range(12):

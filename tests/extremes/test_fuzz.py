@@ -9,7 +9,7 @@ from tests.extremes.body_cases import body_case
 from tests.extremes.cases import case
 from tests.extremes.judging import call_as_process, call_in_process, faults
 
-BLOCK = 50
+BLOCK = 25
 # The first call of a kind compiles loops, on a fresh machine for ten seconds and more.
 HANG_SECONDS = 60.0
 

@@ -44,7 +44,8 @@ def test_both_engines_and_the_judge_agree(fields):
     assert theirs.target_displacements == pytest.approx(ours.target_displacements, abs=1e-8)
 
 
-@pytest.mark.parametrize("potential", ["harmonic", "lj", "toda", "log"])
+@pytest.mark.slow_cases
+@pytest.mark.parametrize("potential", ["toda", "harmonic", "lj", "log"])
 def test_the_number_tends_to_the_cold_one(potential):
     speed = {"velocity": 0.1} if potential == "harmonic" else {"speed": 0.4}
     scene = Scene(potential=potential, particles=10, engine="reference", tolerance=1e-10, **speed)

@@ -157,6 +157,7 @@ def test_the_certificate_looks_at_kinks(tmp_path):
     assert errors["linear"] < 1e-13
 
 
+@pytest.mark.slow
 def test_given_numerics_have_bars_that_hold_past_kinks():
     scene = Scene(potential=SLACK, particles=5, velocity=0.1, engine="reference", scheme="verlet")
     for step in np.geomspace(0.01, 0.1, 12).tolist():

@@ -23,7 +23,7 @@ def restitution(outcome, scene):
     "fields",
     [
         {"potential": "lj", "speed": 0.4},
-        {"potential": "log", "speed": 0.4},
+        pytest.param({"potential": "log", "speed": 0.4}, marks=pytest.mark.slow),
         pytest.param({"potential": "toda", "speed": 0.4}, marks=pytest.mark.slow),
         pytest.param(
             {"potential": "power", "power_order": 4, "power_c": 1.0, "speed": 0.4},
@@ -43,6 +43,7 @@ def test_agrees_with_stepping(fields):
     assert adaptive.bond_min == pytest.approx(stepped.bond_min, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_agrees_with_modes_at_any_speed():
     for velocity in (1e-13, 0.1):
         scene = Scene(potential="harmonic", particles=20, velocity=velocity)

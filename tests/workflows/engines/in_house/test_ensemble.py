@@ -75,6 +75,7 @@ def test_bonds_that_break_are_looked_at_one_by_one():
         assert found.contacts[k] == len(single.contact_times)
 
 
+@pytest.mark.slow
 def test_steps_that_resolve_nothing_settle_nothing():
     lines = lines_of(WARM.replace(velocity=3.0), 3)
     found = ManyCollisions(lines[0], WARM.bond, "extrapolated14").run(

@@ -66,6 +66,7 @@ def test_soft_bond_cannot_be_a_sphere():
         hard_sphere.run(Scene(potential="harmonic", particles=5, velocity=3.0))
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize(
     "fields",
     [

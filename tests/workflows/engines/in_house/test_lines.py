@@ -33,6 +33,7 @@ def momenta(scene, outcome):
     )
 
 
+@pytest.mark.slow_cases
 @pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c['potential']}-{c['target_particles']}")
 def test_reference_values(case):
     scene = case_scene(case)
