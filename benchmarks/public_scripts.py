@@ -18,9 +18,9 @@ from chaincor.workflows.scripts.script_run import Asked, ScriptRun, list_files, 
 from chaincor.workflows.scripts.study import ScriptStudy, timestep_study
 
 ASKED = Asked(None, tuple(read_quantity(text) for text in ALL))
-# The script as it stands may take so long, in processor seconds; longer ones run fewer steps.
-MOST_SECONDS, LONGEST_RUN = 0.6, 60.0
-LEAST_STEPS = 100
+# Seconds of the wall clock that one run may take.
+LONGEST_RUN = 120.0
+LEAST_STEPS = 200
 TRUTHS = 2
 # Half and third steps of nearby values that were not tried.
 FRESH = 0.991
@@ -31,16 +31,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("root", type=Path, help="folder that the names are in")
     parser.add_argument("names", nargs="+", help="input files below it")
+    parser.add_argument(
+        "--seconds", type=float, default=0.6, help="processor time of a script; longer ones are cut"
+    )
     options = parser.parse_args()
     print(
         "| input | runs / | answered | cannot tell | advised step / its own | bounds kept | time |"
     )
     print("|---" * 7 + "|")
     for name in options.names:
-        print(row(options.root, name), flush=True)
+        print(row(options.root, name, options.seconds), flush=True)
 
 
-def row(root: Path, name: str) -> str:
+def row(root: Path, name: str, seconds: float) -> str:
     """Study one input in a copy of its folder, follow the advice, and say what became of it."""
     folder = Path(tempfile.mkdtemp(prefix="public-"))
     started = time.perf_counter()
@@ -51,11 +54,11 @@ def row(root: Path, name: str) -> str:
                 shutil.copyfile(path, folder / path.name)
         script = folder / source.name
         try:
-            fewer = made_small(script)
+            fewer = made_small(script, seconds)
             study = timestep_study(script, timeout=LONGEST_RUN)
         except ChaincorError as error:
             said = re.sub(r"; expected .*", "", str(error))
-            return f"| {name} | - | refused: {said[:160]} | | | | |"
+            return f"| {name} | - | refused: {said[:160]} | - | - | - | - |"
         taken = time.perf_counter() - started
         return f"| {name} | {fewer} | {told(study)} | {followed(study)} | {taken:.0f} s |"
     finally:
@@ -80,24 +83,29 @@ def run(script: Path, finer: float) -> ScriptRun:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def made_small(script: Path) -> int:
-    """Divide the lengths of all runs until the script is quick; returns by how much."""
+def made_small(script: Path, seconds: float) -> int:
+    """Divide the lengths of all runs so that the script is quick; returns by how much."""
     text = script.read_text("utf-8", "replace")
-    fewer = 1
+    longest = max((int(steps) for _, steps in RUN.findall(text)), default=0)
 
-    def smaller(found: re.Match[str]) -> str:
-        return f"{found[1]}{max(int(found[2]) // fewer, 1)}"
+    def shorten(fewer: int) -> None:
+        script.write_text(
+            RUN.sub(lambda found: f"{found[1]}{max(int(found[2]) // fewer, 1)}", text), "utf-8"
+        )
 
-    while True:
-        done = run(script, 1.0)
-        longest = max((int(steps) for _, steps in RUN.findall(text)), default=0)
-        quick = done.seconds <= MOST_SECONDS
-        hung = "not ended" in (done.failure or "not ended")
-        if quick or not hung or longest / (2 * fewer) < LEAST_STEPS:
-            return fewer
-        fewer *= max(2, 2 ** math.floor(math.log2(max(done.seconds / MOST_SECONDS, 1.0))))
-        fewer = min(fewer, max(longest // LEAST_STEPS, 1))
-        script.write_text(RUN.sub(smaller, text), "utf-8")
+    fewer = max(longest // LEAST_STEPS, 1)
+    shorten(fewer)
+    done = run(script, 1.0)
+    if done.failure:
+        # A shortened start may leave particles too close to each other.
+        script.write_text(text, "utf-8")
+        return 1
+    taken = done.seconds
+    # So many steps more as there is time for, their number a power of two below the script's.
+    fewer = 2 ** math.ceil(math.log2(max(fewer * taken / seconds, 1.0)))
+    fewer = min(fewer, max(longest // LEAST_STEPS, 1))
+    shorten(fewer)
+    return fewer
 
 
 def told(study: ScriptStudy) -> str:
@@ -120,7 +128,7 @@ def followed(study: ScriptStudy) -> str:
     judges = [run(study.script, 4.0 * finest * FRESH**k) for k in range(TRUTHS)]
     judges = [each for each in judges if not each.failure]
     runs: dict[float, ScriptRun] = {}
-    kept, held = 0, 0
+    kept, judged = 0, 0
     for each in numbers:
         assert each.advice is not None
         if each.advice.promised_error is None or len(judges) < TRUTHS:
@@ -129,7 +137,7 @@ def followed(study: ScriptStudy) -> str:
         if step not in runs:
             runs[step] = run(study.script, study.own_step / step)
         if runs[step].failure:
-            held += 1
+            judged += 1
             continue
         truths = [judge.numbers[each.name].value for judge in judges]
         # The truth is uncertain by the scatter of a few runs.
@@ -137,8 +145,8 @@ def followed(study: ScriptStudy) -> str:
         bar = 2.0 * scatter / math.sqrt(len(truths))
         off = abs(runs[step].numbers[each.name].value - float(np.mean(truths)))
         kept += off <= each.advice.promised_error + bar
-        held += 1
-    return f"{kept} of {held}"
+        judged += 1
+    return f"{kept} of {judged}"
 
 
 if __name__ == "__main__":

@@ -3,16 +3,23 @@
 import numpy as np
 from numpy.typing import NDArray
 
+# Correlations over a larger share of a series, or fewer independent samples, tell no error.
+_LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
+_THREE_SIGMA = 0.99865
+
 
 def standard_error(series: NDArray[np.float64]) -> float:
     r"""
     Return the standard error of the mean of a stationary, correlated series.
 
-    .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k \geq 1} \gamma_k \Big)
+    .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k = 1}^{M - 1} \gamma_k \Big)
 
     with autocovariances :math:`\gamma_k`, summed over pairs of neighbouring lags as long as these
-    are positive and fall: the initial monotone sequence of Geyer (Statist. Sci. 7, 473, 1992),
-    which for time-reversible series errs on the large side.
+    are positive and fall: the initial monotone sequence of Geyer (Statist. Sci. 7, 473, 1992).
+    They are taken about the mean of the series, which hides about the part :math:`(2M - 1)/N` of
+    their sum: :math:`\sigma` is divided by what is left. It is widened as Student's t is, for
+    :math:`N \gamma_0` over that sum independent samples, so that three of it hold as often as
+    three of a Gaussian.
 
     Parameters
     ----------
@@ -22,12 +29,15 @@ def standard_error(series: NDArray[np.float64]) -> float:
     Returns
     -------
     float
-        Standard error; 0 for a constant series, inf for less than four samples.
+        Standard error; 0 for a constant series, inf where the series is too short against its
+        correlations to tell.
     """
+    from scipy.special import stdtrit
+
     count = len(series)
+    rest = series - series.mean()
     if count < 4:
         return float("inf")
-    rest = series - series.mean()
     if not np.any(rest):
         return 0.0
     spectrum = np.fft.rfft(rest, 2 * count)
@@ -35,6 +45,12 @@ def standard_error(series: NDArray[np.float64]) -> float:
     pairs = covariance[: count // 2 * 2].reshape(-1, 2).sum(axis=1)
     ends = np.flatnonzero(pairs <= 0.0)
     pairs = np.minimum.accumulate(pairs[: ends[0] if len(ends) else None])
-    variance = max(2.0 * float(pairs.sum()) - float(covariance[0]), 0.0) / count
-    # Less than independent samples have is a small number's luck; a mean of few is uncertain.
-    return float(np.sqrt(max(variance, float(covariance[0]) / count)))
+    lags = 2 * len(pairs)
+    left = 1.0 - (2 * lags - 1) / count
+    # Less than independent samples have is a small number's luck.
+    total = max(2.0 * float(pairs.sum()) - float(covariance[0]), float(covariance[0]))
+    independent = left * count * float(covariance[0]) / total
+    if lags > _LARGEST_SHARE * count or independent < _LEAST_INDEPENDENT:
+        return float("inf")
+    wider = float(stdtrit(independent - 1.0, _THREE_SIGMA)) / 3.0
+    return wider * float(np.sqrt(total / count)) / left

@@ -47,7 +47,7 @@ def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
         words = line.split("#")[0].split()
         if not words:
             continue
-        if words[0] == "N" and len(words) > 1:
+        if len(words) > 1 and words[0] in _PAIR_SETTINGS and "N" in words:
             found.append((last, _header(words, line, path, pair=pair), []))
         elif words[0].isdigit() and len(words) == 4:
             if not found:
@@ -61,12 +61,12 @@ def header_of(sections: list[Section], path: str) -> Section:
     """Return the one section of a bond's file; raises TableError for none or several."""
     if not sections or not sections[0].header:
         raise TableError(
-            f"bond table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
+            f"table {path!r} has no line 'N rows' before its rows, without which LAMMPS does "
             "not read it; expected a keyword, the line 'N rows', and the rows"
         )
     if len(sections) > 1:
         raise TableError(
-            f"bond table {path!r} has {len(sections)} sections; expected one: give each a file"
+            f"table {path!r} has {len(sections)} sections; expected one: give each a file"
         )
     return sections[0]
 
@@ -86,7 +86,7 @@ def _header(words: list[str], line: str, path: str, *, pair: bool) -> dict[str, 
             "'R low high' or 'FP slope slope'" if pair else "'FP slope slope' and 'EQ length'"
         )
         raise TableError(
-            f"bond table {path!r} has the line {line.strip()[:60]!r}; expected "
+            f"table {path!r} has the line {line.strip()[:60]!r}; expected "
             f"'N rows', then {expected} if they are known"
         ) from None
     return found
@@ -102,7 +102,7 @@ def _section(
             digits.append([_last_digit(word) for word in words])
         except ValueError:
             raise TableError(
-                f"bond table {path!r} has the row {line.strip()[:60]!r}; expected "
+                f"table {path!r} has the row {line.strip()[:60]!r}; expected "
                 "'index length energy force'"
             ) from None
     shape = (-1, 3)
@@ -142,7 +142,7 @@ def check_table(
     """
     if "N" in header and header["N"][0] != len(data):
         raise TableError(
-            f"bond table {path!r} says N {header['N'][0]:g} and has {len(data)} rows; expected as "
+            f"table {path!r} says N {header['N'][0]:g} and has {len(data)} rows; expected as "
             "many as it says: correct N, or rows that are not 'index length energy force'"
         )
     digits = least_digits(data, digits)
@@ -164,12 +164,15 @@ def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDAr
     return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
 
 
-def check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path: str) -> None:
+def check_energies(
+    data: NDArray[np.float64], digits: NDArray[np.float64], path: str, allowed: float = 0.0
+) -> None:
     """
     Compare the mean force between two rows, by their energies, with the forces around.
 
     A mean lies between the least and the largest force from the row before to the row after. Rows
-    as far apart as the bond changes its stiffness in may miss as much as they span again.
+    as far apart as the bond changes its stiffness in may miss as much as they span again; `allowed`
+    is a further difference of force.
     """
     lengths, energies, forces = data.T
     if np.ptp(energies) == 0.0:
@@ -185,9 +188,9 @@ def check_energies(data: NDArray[np.float64], digits: NDArray[np.float64], path:
     low, high = np.min(around, axis=1) - room, np.max(around, axis=1) + room
     off = np.maximum(low - means, means - high)
     worst = int(np.argmax(off))
-    if off[worst] > 0.0:
+    if off[worst] > allowed:
         raise TableError(
-            f"bond table {path!r} has energies that fall by {means[worst]:.6g} a length between "
+            f"table {path!r} has energies that fall by {means[worst]:.6g} a length between "
             f"{lengths[worst]:.6g} and {lengths[worst + 1]:.6g}, where its forces are "
             f"{around[worst].min():.6g} to {around[worst].max():.6g}; expected force = -dE/dr: "
             "correct either, or let all energies be 0, as only forces are used"
@@ -219,7 +222,7 @@ def check_slopes(
         room += 8.0 * (largest[2] + largest[0] * steepest) / step
         if not abs(slope - expected) <= room:
             raise TableError(
-                f"bond table {path!r} says FP {given[0]:g} {given[1]:g}, and its forces change by "
+                f"table {path!r} says FP {given[0]:g} {given[1]:g}, and its forces change by "
                 f"{expected:.6g} a length at the {name} row; expected dF/dr there: correct FP, or "
                 "leave it out, as it is not used"
             )

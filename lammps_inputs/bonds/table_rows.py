@@ -105,12 +105,16 @@ class Rows:
             least = np.minimum(least, np.sqrt(np.convolve(inside, window, mode="valid"))[:count])
         return least
 
+    def errors(self) -> Array:
+        """Return about how far the force may be off at each row, of shape (rows,)."""
+        missed, share = self.open_between()
+        return missed * share + 3.0 * self.noise() + self.digits
+
     def largest_error(self, low: float, high: float) -> float:
         """Return about how far the force may be off between two strains."""
-        missed, share = self.open_between()
         first, last = np.searchsorted(self.strains, (low, high))
         around = slice(max(first - 2, 0), last + 2)
-        return float(np.max((missed * share + 3.0 * self.noise() + self.digits)[around]))
+        return float(np.max(self.errors()[around]))
 
     def alternatives(self) -> list["CubicSpline"]:
         """
@@ -162,7 +166,7 @@ class Rows:
             agree = float(np.max(missed_without[around])) + 4.0 * float(self.digits[row])
             if off > _OUTLIER * agree and np.max(missed[around]) > 3.0 * agree:
                 raise TableError(
-                    f"bond table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, "
+                    f"table {path!r} has a force of {self.forces[row]:.6g} in row {row + 1}, "
                     f"where its other rows say {float(spline(self.strains[row])):.6g}; expected a "
                     "smooth force: correct that row, or leave it out"
                 )

@@ -73,16 +73,23 @@ class Samples:
         if quantity.kind == "last":
             return float(all_values[-1]), float("nan")
         times = self.times - self.times[0]
+        start = (1.0 - SHARE) * times[-1]
         # Times are sums of steps, and rounded.
-        inside = times >= (1.0 - SHARE - 1e-9) * times[-1]
-        values, times = all_values[inside], times[inside]
+        inside = times > start + 1e-9 * times[-1]
+        values = np.concatenate([[np.interp(start, times, all_values)], all_values[inside]])
+        times = np.concatenate([[start], times[inside]])
+        # Integrals by the trapezoidal rule: samples lie elsewhere at another step.
+        halves = 0.5 * np.diff(times)
+        weights = np.append(halves, 0.0) + np.append(0.0, halves)
+        weights /= weights.sum()
+        mean = float(weights @ values)
         if quantity.kind == "mean":
-            return float(values.mean()), standard_error(values)
-        from_middle = times - times.mean()
-        slope = float(from_middle @ values / (from_middle @ from_middle))
+            return mean, standard_error(values)
+        from_middle = times - weights @ times
+        slope = float((weights * from_middle) @ values / (weights @ from_middle**2))
         if quantity.kind == "drift":
             return slope * float(np.ptp(times)), float("nan")
-        return float((values - values.mean() - slope * from_middle).std()), float("nan")
+        return float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)), float("nan")
 
 
 def read_quantity(text: str) -> Quantity:

@@ -117,6 +117,18 @@ def notes(study: ScriptStudy) -> list[str]:
                 "different questions; let the script's runs take one time, a step that divides it, "
                 "or leave the step to `chaincor timestep` without --vary"
             )
+        short = [
+            number.name
+            for number in each.numbers
+            if number.name in map(str, study.asked.quantities)
+            and number.name.endswith(":mean")
+            and number.standard_error is None
+        ]
+        if short:
+            said.append(
+                f"note: one run is too short against its correlations to tell the error of its "
+                f"{', '.join(short)}; run longer"
+            )
         if not each.repeatable:
             said.append("note: the same command gave different digits twice")
     scaled = study.scale_periods

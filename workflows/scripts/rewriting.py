@@ -132,6 +132,10 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     if is_value and words[1] in change.variables:
         return [f"variable {words[1]} index {change.variables[words[1]]}"]
     words = _set(list(words), change)
+    if words[:2] == ["thermo_style", "custom"] and change.samples:
+        # LAMMPS knows no keyword that its thermo output does not have.
+        keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
+        words += [each for each in keywords if each not in words]
     before: list[str] = []
     if change.scale_periods and change.finer != 1.0:
         before = _scale(words, change.finer)

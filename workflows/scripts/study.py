@@ -200,6 +200,11 @@ def timestep_study(
     refuse_other_runs(text)
     kind = _kind(text, vary)
     ladder = read_ladder(vary) if vary and kind in ("variable", "setting", "step") else None
+    if kind == "step" and ladder is not None and ladder.fine > ladder.coarse:
+        raise InputError(
+            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}; expected the coarse end "
+            f"first: --vary {STEP}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
+        )
     _check_names(text, ladder if kind == "variable" else None, fixed, bool(drawn))
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)

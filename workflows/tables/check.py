@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -31,9 +31,14 @@ TOLERANCE = 1e-3
 # LAMMPS works lengths out of R and RSQ again, and warns of a relative difference beyond this.
 _SAME_LENGTH = 1e-6
 _WHOLE_ANGLE = 180.0
+# Rows so many times further apart than those on either side have a gap between them, whose error
+# is seen within so many rows.
+_GAP, _AROUND = 1.9, 10
+# Noise is no larger anywhere than so many times its median.
+_EVEN = 10.0
 # Interpolated between rows, curvature is looked at so many times finer.
 _FINER = 8
-_MOST_ROWS = 10_000_000
+MOST_LINES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -149,22 +154,36 @@ def check_table(
         text = path.read_bytes().decode("utf-8", "replace")
     except (OSError, ValueError) as error:
         raise InputError(f"cannot read the table {str(path)!r}: {why_unreadable(error)}") from None
+    if text.count("\n") > MOST_LINES:
+        raise InputError(
+            f"the table {str(path)!r} has more than {MOST_LINES} lines; expected fewer rows: none "
+            "needs so many"
+        )
     try:
-        section = _chosen(sections_of(text, str(path), pair=True), keyword, path)
+        sections = sections_of(text, str(path), pair=True)
+        section = _chosen(sections, keyword, path)
     except TableError as error:
         return _unreadable(path, keyword, kind or "bond", style, tolerance, str(error))
-    return _report(section, path, kind or _kind_of(section), style, tolerance)
+    report = _report(section, path, kind or _kind_of(section), style, tolerance)
+    alike = sum(each.keyword == section.keyword for each in sections)
+    if alike == 1:
+        return report
+    fault = (
+        f"it has {alike} sections named {section.keyword}, of which LAMMPS reads the first; "
+        "expected a keyword of its own for each"
+    )
+    return replace(report, faults=(fault, *report.faults))
 
 
 def _chosen(sections: list[Section], keyword: str | None, path: Path) -> Section:
     """Return the section asked for; raises InputError where it is not clear which."""
-    names = [each.keyword for each in sections]
+    names = list(dict.fromkeys(each.keyword for each in sections))
     if not sections:
         raise TableError(
             f"{str(path)!r} has no line 'N rows' and no row 'index length energy force'; expected "
             "a keyword, the line 'N rows', and the rows"
         )
-    if keyword is None and len(sections) == 1:
+    if keyword is None and len(names) == 1:
         return sections[0]
     found = [each for each in sections if each.keyword == keyword]
     if not found:
@@ -187,14 +206,23 @@ def _kind_of(section: Section) -> Kind:
 def _report(
     section: Section, path: Path, kind: Kind, style: Style, tolerance: float
 ) -> TableReport:
+    if "BITMAP" in section.header and len(section.data):
+        # In the order of their bits, which begins somewhere inside.
+        first = -int(np.argmin(section.data[:, 0]))
+        section = replace(
+            section,
+            data=np.roll(section.data, first, axis=0),
+            digits=np.roll(section.digits, first, axis=0),
+        )
     data = section.data
     faults, notes = _of_header(section, kind), []
-    usable = len(data) >= LEAST_ROWS and bool(np.all(np.isfinite(data)))
-    if not usable:
-        faults.append(
-            f"it has {np.count_nonzero(np.all(np.isfinite(data), axis=1))} rows of finite numbers; "
-            f"expected {LEAST_ROWS} at least"
-        )
+    wrong = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
+    usable = len(data) >= LEAST_ROWS and not len(wrong)
+    if len(wrong):
+        said = " ".join(f"{number:g}" for number in data[wrong[0]])
+        faults.append(f"row {wrong[0] + 1} says '{said}'; expected finite numbers")
+    elif not usable:
+        faults.append(f"it has {len(data)} rows; expected {LEAST_ROWS} at least")
     elif np.any(np.diff(data[:, 0]) <= 0.0):
         row = int(np.flatnonzero(np.diff(data[:, 0]) <= 0.0)[0]) + 2
         faults.append(
@@ -202,7 +230,7 @@ def _report(
             f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
         )
         usable = False
-    if not usable or len(data) > _MOST_ROWS:
+    if not usable:
         return _unreadable(path, section.keyword, kind, style, tolerance, *faults, section=section)
     digits = least_digits(data, section.digits)
     lengths, energies, forces = data.T
@@ -213,13 +241,15 @@ def _report(
     spline = spline_through(lengths, forces)
     slopes = np.abs(spline(lengths, 1))
     rows = Rows(lengths, forces, digits[:, 2] + slopes * digits[:, 0])
-    faults += _of_rows(section, digits, rows, str(path))
+    faults += _of_rows(section, digits, rows, str(path), kind, tolerance * largest)
     warned = _inconsistent(lengths, energies, forces)
     if warned:
         notes.append(
             f"LAMMPS will warn: {warned} of {len(data)} force values in table {section.keyword} "
             "are inconsistent with -dE/dr"
         )
+    if kind == "pair" and _ends_by_zero(data):
+        notes.append(f"its last row is 0: there the energy jumps by {-energies[-2]:.3g}")
     noise = float(np.max(rows.noise())) / largest
     left = rows.largest_error(float(lengths[0]), float(lengths[-1])) / largest
     by_style, wanted = _of_style(lengths, spline, style, largest, tolerance)
@@ -331,12 +361,15 @@ def _of_spacing(header: dict[str, list[float]], lengths: Array) -> list[str]:
     return []
 
 
-def _of_rows(section: Section, digits: Array, rows: Rows, path: str) -> list[str]:
+def _of_rows(
+    section: Section, digits: Array, rows: Rows, path: str, kind: Kind, allowed: float
+) -> list[str]:
     """Compare rows with each other, energies with forces, and slopes with both."""
     slopes = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
+    whole = slice(-1 if kind == "pair" and _ends_by_zero(section.data) else None)
     checks: list[Callable[[], None]] = [
         lambda: rows.refuse_outlier(path),
-        lambda: check_energies(section.data, digits, path),
+        lambda: check_energies(section.data[whole], digits[whole], path, allowed),
     ]
     if slopes != [0.0, 0.0]:
         checks.append(lambda: check_slopes(slopes, section.data, digits, path))
@@ -349,6 +382,11 @@ def _of_rows(section: Section, digits: Array, rows: Rows, path: str) -> list[str
     if np.ptp(section.data[:, 1]) == 0.0:
         faults.append("all its energies are the same; expected the energy in the third column")
     return faults
+
+
+def _ends_by_zero(data: Array) -> bool:
+    """Return whether a last row of zeros stands for the cutoff, as LAMMPS's pair_write has it."""
+    return bool(np.all(data[-1, 1:] == 0.0) and data[-2, 1] != 0.0)
 
 
 def _inconsistent(lengths: Array, energies: Array, forces: Array) -> int:
@@ -390,7 +428,9 @@ def _too_large(
     wanted: dict[str, int],
 ) -> str:
     """Say why a table leaves too much open."""
-    noise = 3.0 * float(np.max(rows.noise())) / largest
+    noises = rows.noise()
+    # At a kink alone it is none.
+    noise = 3.0 * float(min(np.max(noises), _EVEN * np.median(noises))) / largest
     digits = float(np.max(rows.digits)) / largest
     asked = f"of the largest force; expected {tolerance:.2g} at most"
     if by_style > tolerance >= left:
@@ -398,7 +438,22 @@ def _too_large(
             f"{style} interpolation in {len(rows.strains)} rows errs by {by_style:.2g} {asked}: "
             f"take style spline, or {wanted[style]} rows"
         )
+    steps = np.diff(rows.strains)
+    wider = steps / np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
+    gap, worst = int(np.argmax(wider)), int(np.argmax(rows.errors()))
+    if wider[gap] > _GAP and abs(gap - worst) <= _AROUND:
+        return (
+            f"between rows {gap + 1} and {gap + 2}, at {rows.strains[gap]:.9g} and "
+            f"{rows.strains[gap + 1]:.9g}, rows are missing, which leaves an error of {left:.2g} "
+            f"{asked}: give rows there"
+        )
     if max(noise, digits) > 0.5 * left:
         cause = "its forces are noisy" if noise > digits else "its numbers have few digits"
-        return f"{cause}, which leaves an error of {left:.2g} {asked}: write all digits, or smooth"
-    return f"its {len(rows.strains)} rows leave an error of {left:.2g} {asked}: give more rows"
+        return (
+            f"{cause}, which leaves an error of {left:.2g} near {rows.strains[worst]:.9g}, "
+            f"{asked}: write all digits, or smooth"
+        )
+    return (
+        f"its {len(rows.strains)} rows leave an error of {left:.2g} {asked}: give more rows near "
+        f"{rows.strains[worst]:.9g}, or a force without kinks"
+    )

@@ -32,7 +32,8 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     if target.exists():
         raise InputError(f"{str(target)!r} is there already; expected a new file for --write")
     sections = sections_of(Path(report.path).read_text("utf-8", "replace"), report.path, pair=True)
-    data = next(each for each in sections if each.keyword == report.keyword).data
+    section = next(each for each in sections if each.keyword == report.keyword)
+    data = section.data
     force = spline_through(data[:, 0], data[:, 2])
     energy = force.antiderivative()
     lengths = np.linspace(report.low, report.high, rows)
@@ -40,6 +41,8 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
     slopes = force(np.array([report.low, report.high]), 1)
     first = "FPRIME" if report.kind == "pair" else "FP"
     header = f"N {rows} {first} {slopes[0]:.17g} {slopes[1]:.17g}"
+    if "EQ" in section.header:
+        header += f" EQ {section.header['EQ'][0]:.17g}"
     if report.kind == "pair":
         header = f"N {rows} R {report.low:.17g} {report.high:.17g} " + header.split(maxsplit=2)[2]
     lines = [report.keyword or "TABLE", header, ""]

@@ -1,6 +1,7 @@
 """Ladders with errors of known kinds, drawn without a word of the code that judges them."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 # Kind, and the order that a verdict of an order must name; None where none may be named.
 ORDERS = {
@@ -53,3 +54,11 @@ def draw(kind, rungs, columns, random):
         "irregular and noise": 1e-3 * h * jumps + 2e-4 * chance,
     }
     return h, truth + errors[kind], truth
+
+
+def autoregressive(count, correlation_time, random):
+    """Return a series of mean 0 and variance 1, correlated as exp(-k/correlation_time)."""
+    memory = np.exp(-1.0 / correlation_time) if correlation_time else 0.0
+    noise = random.normal(size=count) * np.sqrt(1.0 - memory**2)
+    noise[0] /= np.sqrt(1.0 - memory**2)
+    return lfilter([1.0], [1.0, -memory], noise)

@@ -6,6 +6,7 @@ import pytest
 from chaincor.analysis.ladders.means import judge_means
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.analysis.ladders.verdict import judge_ladder
+from tests.analysis.ladders.draws import autoregressive
 
 DRAWS = 200
 # 95 % are meant to hold; of 200 draws, three standard deviations fewer than that.
@@ -49,25 +50,31 @@ def test_what_follows_no_power_is_bounded_by_its_finest_rungs():
     assert found.value_error >= 2.0 * abs(values[-1, 0] - values[-2, 0])
 
 
-@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
-def test_standard_errors_of_correlated_series(memory):
+@pytest.mark.parametrize("time", [0.0, 1.5, 10.0])
+def test_standard_errors_of_long_series(time):
     """An autoregressive series: its mean has variance (1 + a)/(1 - a)/N of a sample's."""
     random = np.random.default_rng(8)
     count = 4000
-    errors, means = [], []
-    for _ in range(100):
-        noise = random.normal(size=count)
-        series = np.empty(count)
-        series[0] = noise[0] / np.sqrt(1.0 - memory**2)
-        for k in range(1, count):
-            series[k] = memory * series[k - 1] + noise[k]
-        errors.append(standard_error(series))
-        means.append(series.mean())
-    exact = np.sqrt((1.0 + memory) / (1.0 - memory) / count / (1.0 - memory**2))
+    series = [autoregressive(count, time, random) for _ in range(100)]
+    memory = np.exp(-1.0 / time) if time else 0.0
+    exact = np.sqrt((1.0 + memory) / (1.0 - memory) / count)
     # Each is uncertain by some 5 % at 200 correlation times, their mean by a tenth of that; the
-    # estimate errs on the large side, by some percent.
-    assert np.mean(errors) == pytest.approx(exact, rel=0.06)
-    assert np.std(means) == pytest.approx(exact, rel=3.0 / np.sqrt(200.0))
+    # estimate errs on the large side, by the window's 2 %, Student's 2 % and some percent.
+    assert np.mean([standard_error(each) for each in series]) == pytest.approx(exact, rel=0.08)
+    assert np.std([each.mean() for each in series]) == pytest.approx(exact, rel=3.0 / np.sqrt(200))
+
+
+@pytest.mark.parametrize(("count", "time"), [(100, 0), (100, 3), (100, 10), (200, 10), (200, 30)])
+def test_means_of_short_series_are_within_three_bars_or_not_told(count, time):
+    """Of series as short as 7 correlation times at least 96 in 100; long ones are told."""
+    random = np.random.default_rng(9)
+    series = [autoregressive(count, time, random) for _ in range(1000)]
+    bars = np.array([standard_error(each) for each in series])
+    means = np.abs([each.mean() for each in series])
+    assert np.mean(means <= 3.0 * bars) > 0.96
+    # Bars are told where a series has 30 correlation times, and not beyond what it spans.
+    assert np.mean(np.isfinite(bars)) > (0.95 if count >= 30 * time else 0.6)
+    assert np.median(bars[np.isfinite(bars)]) < 1.0
 
 
 def test_standard_errors_of_what_is_no_series():

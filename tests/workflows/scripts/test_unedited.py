@@ -9,7 +9,7 @@ from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.scripts.quantities import read_quantity
+from chaincor.workflows.scripts.quantities import Quantity, Samples, read_quantity
 from chaincor.workflows.scripts.report import describe_script_study, notes, script_study_to_dict
 from chaincor.workflows.scripts.rewriting import Change, rewrite
 from chaincor.workflows.scripts.script_run import Asked, list_files, run_script
@@ -107,6 +107,26 @@ def test_nothing_else_is_rewritten(tmp_path):
         'run 5\n"""\nif "1 > 0" then "print \'dump\'"\n'
     )
     assert rewrite(text, tmp_path, Change(finer=2.0)) == text
+
+
+def test_keywords_that_a_script_does_not_print_are_sampled(tmp_path):
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + "thermo_style custom step temp\nrun 20\n")
+    run, _ = one_run(path, tmp_path, ("press", "etotal:drift", "temp"))
+    assert set(run.numbers) == {"press:mean", "etotal:drift", "temp:mean"}
+
+
+def test_means_are_integrals_over_the_same_time():
+    """Of a parabola: the trapezoidal rule errs by h^2/6 however samples lie, plain sums by h/2."""
+    for count in (20, 23, 31):
+        times = np.linspace(0.0, 2.0, count)
+        samples = Samples(times, {"x": times**2})
+        step = times[1]
+        assert abs(samples.number(Quantity("x", "mean"))[0] - 7.0 / 3.0) < step**2 / 3.0
+        # Of the line through t^2 on [1, 2]: slope 3, and 1/sqrt(180) about it.
+        assert samples.number(Quantity("x", "drift"))[0] == pytest.approx(3.0, abs=step**2)
+        rest = samples.number(Quantity("x", "fluctuation"))[0]
+        assert rest == pytest.approx(180**-0.5, abs=step**2)
 
 
 @pytest.mark.slow

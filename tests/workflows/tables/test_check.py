@@ -87,6 +87,12 @@ def _noisy(data, column, size):
     return data
 
 
+def _kinked(data):
+    """Add a force that begins to grow at 1.2, with its energy."""
+    beyond = np.maximum(data[:, 0] - 1.2, 0.0)
+    return data + 20.0 * np.transpose([0.0 * beyond, -(beyond**2) / 2.0, beyond])
+
+
 FAULTY = {
     "N too large": ({"head": {"N": [401]}}, "says N 401 and has 400"),
     "N too small": ({"head": {"N": [399]}}, "says N 399"),
@@ -112,7 +118,18 @@ FAULTY = {
     "a digit lost": ({"spoil": lambda d, h: _with(d, 30, 2, d[30, 2] / 10.0)}, "correct that row"),
     "no energies": ({"spoil": lambda d, h: d * [1, 0, 1]}, "energies are the same"),
     "no forces": ({"spoil": lambda d, h: d * [1, 1, 0]}, "all forces are 0"),
-    "not a number": ({"spoil": lambda d, h: _with(d, 3, 2, np.nan)}, "finite numbers"),
+    "not a number": (
+        {"spoil": lambda d, h: _with(d, 3, 2, np.nan)},
+        "row 4 says '0.610526 1.39046 nan'",
+    ),
+    "a gap": (
+        {"spoil": lambda d, h: h.update(N=[380]) or np.delete(d, slice(30, 50), 0)},
+        "between rows 30 and 31",
+    ),
+    "a kink": (
+        {"spoil": lambda d, h: _kinked(d)},
+        "give more rows near 1.2",
+    ),
     "infinite": ({"kind": "pair", "spoil": lambda d, h: _with(d, 0, 1, np.inf)}, "finite numbers"),
     "slopes of the other sign": ({"head": {"FP": [97.8, -0.3]}}, "dF/dr"),
     "12 rows": ({"rows": 12}, "rows leave an error"),
@@ -195,6 +212,59 @@ def test_sections_are_chosen_by_keyword(tmp_path):
     for keyword in (None, "THREE"):
         with pytest.raises(InputError, match="sections ONE, TWO"):
             check_table(both, keyword)
+
+
+def test_sections_of_one_name_are_a_fault(tmp_path):
+    one = write(tmp_path / "a", name="ONE")
+    path = tmp_path / "both.table"
+    path.write_text(one.read_text() + one.read_text())
+    for keyword in (None, "ONE"):
+        assert "2 sections named ONE" in check_table(path, keyword).faults[0]
+
+
+def test_angles_and_pairs_are_not_called_bonds(tmp_path):
+    for kind in ("angle", "pair"):
+        report = check_table(write(tmp_path / kind, kind, spoil=lambda d, h: d * [1, 3, 1]))
+        assert "force = -dE/dr" in report.faults[0]
+        assert "bond" not in " ".join(report.faults)
+
+
+def test_what_pair_write_and_bitmaps_look_like(tmp_path):
+    """A table that ends by 0 at its cutoff, and rows that begin in the middle."""
+    cut = write(
+        tmp_path / "cut",
+        "pair",
+        spoil=lambda d, h: d * (np.arange(400) < 399)[:, None] ** [0, 1, 1],
+    )
+    report = check_table(cut)
+    assert report.is_good
+    assert "the energy jumps by 0.0165" in report.notes[-1]
+    rolled = write(
+        tmp_path / "rolled",
+        "pair",
+        head={"BITMAP": [0.9, 2.5]},
+        spoil=lambda d, h: h.pop("R") and np.roll(d, 150, axis=0),
+    )
+    assert check_table(rolled).is_good
+
+
+def test_lines_beyond_all_need_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("chaincor.workflows.tables.check.MOST_LINES", 100)
+    with pytest.raises(InputError, match="more than 100 lines"):
+        check_table(write(tmp_path / "t.table"))
+
+
+def test_keywords_of_the_header_in_any_order_and_eq_is_kept(tmp_path):
+    path = write(tmp_path / "t.table", head={"EQ": [1.0]})
+    text = path.read_text()
+    line = next(line for line in text.splitlines() if line.startswith("N "))
+    words = line.split()
+    path.write_text(text.replace(line, " ".join([*words[2:], *words[:2]])))
+    assert check_table(path).is_good
+    new = tmp_path / "new.table"
+    assert cli._run(["table", str(path), "--write", str(new)]) == 0
+    assert "EQ 1" in new.read_text()
+    assert check_table(new).is_good
 
 
 def test_the_command_says_good_and_faulty(tmp_path, capsys):
