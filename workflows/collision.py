@@ -11,12 +11,16 @@ from chaincor.workflows.accuracy.step_guess import foresee_sharpness
 from chaincor.workflows.campaign.carry_out import (
     TASKS_PER_WORKER,
     Done,
-    Sink,
     carry_out,
     workers_for,
 )
 from chaincor.workflows.campaign.progress import progress_bar
-from chaincor.workflows.campaign.work import MOST_SECONDS, collide_one, tasks_of
+from chaincor.workflows.campaign.work import (
+    MOST_SECONDS,
+    collide_one,
+    collide_scenes,
+    tasks_of,
+)
 from chaincor.workflows.given import scenes_given, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
@@ -170,11 +174,11 @@ def _collide_each(
         progress_bar(progress, len(scenes), seconds) as advance,
         workers_for(tasks, workers) as (executor, in_flight),
     ):
-        carry_out(tasks, executor, found, in_flight=in_flight, advance=advance)
+        carry_out(tasks, collide_scenes, executor, found.take, in_flight=in_flight, advance=advance)
     return [result for result in found.results if result is not None]
 
 
-class _InOrder(Sink):
+class _InOrder:
     """Puts results in the order of their scenes; the first failure is raised."""
 
     def __init__(self, scenes: list[Scene]) -> None:

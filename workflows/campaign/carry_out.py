@@ -1,13 +1,12 @@
 """Carrying out many collisions: tasks to workers, what comes of them to whoever takes it."""
 
+import itertools
 import math
-from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, NamedTuple
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
@@ -22,11 +21,12 @@ TASKS_PER_WORKER = 2
 SOONER_HERE = 3.0
 
 
+# Is given scenes and returns what came of each: a result, the error that it failed with, or None
+# where it has to be carried out alone.
 Work = Callable[[Any], Sequence[Any]]
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(NamedTuple):
     """
     Collisions that one worker carries out.
 
@@ -38,63 +38,38 @@ class Task:
         What collides.
     costs : sequence of float
         Seconds that each is expected to take.
-    work : callable
-        Is given the scenes and returns what came of each: a result, the error that it failed with,
-        or None where it has to be carried out alone.
     """
 
     places: Sequence[int]
     scenes: Sequence[Scene]
     costs: Sequence[float]
-    work: Work
 
-    def part(self, chosen: Sequence[int]) -> Self:
+    def part(self, chosen: Sequence[int]) -> "Task":
         """Return a task for some of the collisions, counted from 0."""
-        return replace(
-            self,
-            places=[self.places[k] for k in chosen],
-            scenes=[self.scenes[k] for k in chosen],
-            costs=[self.costs[k] for k in chosen],
+        return Task(
+            [self.places[k] for k in chosen],
+            [self.scenes[k] for k in chosen],
+            [self.costs[k] for k in chosen],
         )
 
 
-@dataclass(frozen=True)
-class Done:
-    """What came of collision `k` of a task: a result, or the error that it failed with."""
+class Done(NamedTuple):
+    """What came of one collision: its place, cost and scene as in its task, and what was found."""
 
-    task: Task
-    k: int
+    place: int
+    scene: Scene
+    cost: float
     found: Any
-
-    @property
-    def place(self) -> int:
-        """Where its scene stands among all that were asked for."""
-        return self.task.places[self.k]
-
-    @property
-    def scene(self) -> Scene:
-        """What collided."""
-        return self.task.scenes[self.k]
-
-
-class Sink(ABC):
-    """Who takes what comes of collisions."""
-
-    def is_wanted(self, task: Task) -> Sequence[bool]:
-        """Say of each collision of a task whether it is still to be carried out."""
-        return [True] * len(task.places)
-
-    @abstractmethod
-    def take(self, done: Sequence[Done]) -> None:
-        """Take what has come; an error raised here ends everything."""
 
 
 def carry_out(
     tasks: Sequence[Task],
+    work: Work,
     executor: Executor,
-    sink: Sink,
+    take: Callable[[Sequence[Done]], None],
     *,
     in_flight: int,
+    is_wanted: Callable[[Sequence[Scene]], Sequence[bool]] | None = None,
     advance: Advance = lambda _: None,
     left: list[Task] | None = None,
 ) -> None:
@@ -105,12 +80,17 @@ def carry_out(
     ----------
     tasks : sequence of Task
         What is to be done.
+    work : callable
+        How: see `Work`.
     executor : concurrent.futures.Executor
         Who does it. At an interrupt, or an error, it is shut down at once.
-    sink : Sink
-        Who takes the results, as they come, and what was finished when an interrupt came.
+    take : callable
+        Takes the results, as they come, and what was finished when an interrupt came. What it
+        raises ends everything.
     in_flight : int
         How many tasks are handed out at a time.
+    is_wanted : callable, optional
+        Says of each scene of a task, just before it is handed out, whether it is still wanted.
     advance : callable
         Is told the expected seconds of each collision that is done.
     left : list of Task, optional
@@ -123,16 +103,21 @@ def carry_out(
         If no collision can be carried out any more.
     Exception
         Whatever is no named failure of a collision: an error of the program, or of a user's own
-        bond; and what `sink` raises.
+        bond; and what `take` raises.
     """
     queue = deque(sorted(tasks, key=_turn))
     pending: dict[Future, Task] = {}
     try:
         while queue or pending:
             while queue and len(pending) < in_flight:
-                task = _still_wanted(queue.popleft(), sink, advance)
+                task = queue.popleft()
+                if is_wanted is not None:
+                    wanted = is_wanted(task.scenes)
+                    for cost in itertools.compress(task.costs, [not each for each in wanted]):
+                        advance(cost)
+                    task = task.part([k for k, each in enumerate(wanted) if each])
                 if task.places:
-                    pending[executor.submit(task.work, task.scenes)] = task
+                    pending[executor.submit(work, task.scenes)] = task
             done: list[Done] = []
             over = wait(pending, return_when=FIRST_COMPLETED).done if pending else set()
             for future in over:
@@ -142,16 +127,16 @@ def carry_out(
                     queue.extendleft(alone)  # what takes long by itself is not left for the end
                 else:
                     left += alone
-            sink.take(done)
+            take(done)
             for future in over:
                 del pending[future]
             for each in done:
-                advance(each.task.costs[each.k])
+                advance(each.cost)
     except BaseException:
         over = {future for future in pending if future.done()}
         executor.shutdown(wait=False, cancel_futures=True)
         sound = (f for f in over if not f.cancelled() and f.exception() is None)
-        sink.take([each for future in sound for each in _ended(future, pending[future])[0]])
+        take([each for future in sound for each in _ended(future, pending[future])[0]])
         raise
 
 
@@ -159,16 +144,6 @@ def _turn(task: Task) -> tuple[bool, int]:
     """Order by cost, which is not known better than to a factor of two."""
     alone = len(task.places) == 1
     return alone, -round(math.log2(max(task.costs[0], 1e-9))) if alone else 0
-
-
-def _still_wanted(task: Task, sink: Sink, advance: Callable[[float], None]) -> Task:
-    wanted = sink.is_wanted(task)
-    if all(wanted):
-        return task
-    for cost, is_wanted in zip(task.costs, wanted, strict=True):
-        if not is_wanted:
-            advance(cost)
-    return task.part([k for k, is_wanted in enumerate(wanted) if is_wanted])
 
 
 def _ended(future: Future, task: Task) -> tuple[list[Done], list[Task]]:
@@ -183,7 +158,8 @@ def _ended(future: Future, task: Task) -> tuple[list[Done], list[Task]]:
     except (WorkerDiedError, *MACHINE_FAILURES) as error:
         # Of several, the one that it is about will tell.
         found = [error] if len(task.places) == 1 else [None] * len(task.places)
-    done = [Done(task, k, each) for k, each in enumerate(found) if each is not None]
+    columns = zip(task.places, task.scenes, task.costs, found, strict=True)
+    done = [Done(*each) for each in columns if each[-1] is not None]
     return done, [task.part([k]) for k, each in enumerate(found) if each is None]
 
 

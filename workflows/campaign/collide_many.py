@@ -14,7 +14,6 @@ from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.campaign.carry_out import (
     TASKS_PER_WORKER,
     Done,
-    Sink,
     Task,
     carry_out,
     workers_for,
@@ -22,7 +21,7 @@ from chaincor.workflows.campaign.carry_out import (
 from chaincor.workflows.campaign.ensemble import Ensemble, Sample
 from chaincor.workflows.campaign.progress import Advance, progress_bar
 from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
-from chaincor.workflows.campaign.work import MOST_SECONDS, tasks_of
+from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes, tasks_of
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
 from chaincor.workflows.given import workers_given
@@ -114,7 +113,9 @@ def _collide_many(
         alone = [scene for task in left for scene in task.scenes]
         tasks = tasks_of(alone, TASKS_PER_WORKER * workers, places=places)
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
-            carry_out(tasks, executor, found, in_flight=in_flight, advance=advance)
+            carry_out(
+                tasks, collide_scenes, executor, found.take, in_flight=in_flight, advance=advance
+            )
     return Ensemble(
         samples=tuple(sample for sample in found.samples if sample is not None),
         scene=shared,
@@ -132,12 +133,14 @@ def _meet_together(group: Group, found: "_Samples", workers: int, advance: Advan
     meetings.meet(group.part(0, 1).starts(), group.velocities[:1])
     share = min(meetings.share(float(np.median(group.velocities))), -(-len(group) // workers))
     work = partial(_samples, meetings)
-    tasks = [group.task(k, min(k + share, len(group)), work) for k in range(0, len(group), share)]
+    tasks = [group.task(k, min(k + share, len(group))) for k in range(0, len(group), share)]
     left: list[Task] = []
     with ThreadPoolExecutor(workers) as threads:
         try:
             in_flight = TASKS_PER_WORKER * workers
-            carry_out(tasks, threads, found, in_flight=in_flight, advance=advance, left=left)
+            carry_out(
+                tasks, work, threads, found.take, in_flight=in_flight, advance=advance, left=left
+            )
         except BaseException:
             meetings.stop()
             raise
@@ -166,13 +169,14 @@ def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
     return samples
 
 
-class _Samples(Sink):
+class _Samples:
     """Puts samples in the order of the scenes; a failure is a sample that says why."""
 
     def __init__(self, count: int) -> None:
         self.samples: list[Sample | None] = [None] * count
 
     def take(self, done: Sequence[Done]) -> None:
+        """Take what has come."""
         for each in done:
             found = each.found
             if not isinstance(found, Sample):

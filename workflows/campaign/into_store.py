@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, Sink, Task, carry_out
+from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER, Done, carry_out
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.campaign.progress import progress_bar
 from chaincor.workflows.campaign.work import collide_to_rows, tasks_of
@@ -51,9 +51,9 @@ class Tally:
     busy_seconds: float = 0.0
 
 
-class IntoStore(Sink):
+class IntoStore:
     """
-    What a store leaves to be done of many collisions, and the sink that writes it there.
+    What a store leaves to be done of many collisions, and how it gets there.
 
     Parameters
     ----------
@@ -107,28 +107,33 @@ class IntoStore(Sink):
         """
         started = time.perf_counter()
         self._store.check_writable()
-        tasks = tasks_of(self.todo, in_flight, collide_to_rows)
+        tasks = tasks_of(self.todo, in_flight)
         # Two sweeps that share a store come to different ones first.
         random.shuffle(tasks)
         seconds = sum(sum(task.costs) for task in tasks)
         with progress_bar(progress, len(self.todo), seconds) as advance:
-            carry_out(tasks, executor, self, in_flight=in_flight, advance=advance)
+            carry_out(
+                tasks,
+                collide_to_rows,
+                executor,
+                self._take,
+                in_flight=in_flight,
+                is_wanted=None if self._recompute else self._is_wanted,
+                advance=advance,
+            )
         self.tally.seconds = time.perf_counter() - started
         return self.tally
 
-    def is_wanted(self, task: Task) -> Sequence[bool]:
+    def _is_wanted(self, scenes: Sequence[Scene]) -> Sequence[bool]:
         """Leave out what another sweep has computed meanwhile."""
-        if self._recompute:
-            return [True] * len(task.scenes)
-        standings = self._store.standings(task.scenes)
         wanted = [
             standing is None or not standing.answers(scene, arrays=self._arrays)
-            for scene, standing in zip(task.scenes, standings, strict=True)
+            for scene, standing in zip(scenes, self._store.standings(scenes), strict=True)
         ]
         self.tally.found += wanted.count(False)
         return wanted
 
-    def take(self, done: Sequence[Done]) -> None:
+    def _take(self, done: Sequence[Done]) -> None:
         """Write what has come, and count it."""
         rows = [each.found if isinstance(each.found, Row) else Row.of(each.found) for each in done]
         pairs = [(each.scene, row) for each, row in zip(done, rows, strict=True)]

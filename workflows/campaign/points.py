@@ -2,12 +2,10 @@
 
 import itertools
 import math
+import random
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
-
-import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import PotentialError, SceneError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, Scene
@@ -62,14 +60,18 @@ class SweepPoints(Sequence[Scene]):
             return tuple(self._scene(number) for number in numbers)
         return self._scene(numbers)
 
-    def _scene(self, number: int) -> Scene:
+    def fields(self, number: int) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return all fields of a point, and those that its axes set."""
         parts, rest = [], number
         for group in reversed(self.groups):
             rest, place = divmod(rest, len(group))
             parts.append(group[place])
         point = merged(*reversed(parts))
         dropped = {rival for key in point for rival in _RIVALS.get(key, ())}
-        fields = {key: value for key, value in self.base.items() if key not in dropped} | point
+        return {key: value for key, value in self.base.items() if key not in dropped} | point, point
+
+    def _scene(self, number: int) -> Scene:
+        fields, point = self.fields(number)
         _fold_parameters(fields)
         try:
             return Scene(**from_folder(fields, self._folder))
@@ -104,62 +106,20 @@ def shard(points: SweepPoints, number: int, count: int) -> tuple[Scene, ...]:
         raise SweepError(
             f"shard {number}/{count} does not exist; expected 1/{count} to {count}/{count}"
         )
-    # Points that differ only in their tolerance share a row, and so must share a part: they make
-    # one cell. Cells are numbered like points, the last axis fastest.
-    alike = [_alike(group) for group in points.groups]
-    shape = tuple(len(places) for places in alike) or (1,)
-    order = np.lexsort((_scattered(math.prod(shape)), _lengths(points, alike, shape)))
-    chosen = []
-    for cell in order[number - 1 :: count]:
-        digits = np.unravel_index(cell, shape)
-        for place in itertools.product(*(a[d] for a, d in zip(alike, digits, strict=False))):
-            chosen.append(_number(points, place))
-    return tuple(points[index] for index in sorted(chosen))
-
-
-def _alike(group: list[dict[str, Any]]) -> list[list[int]]:
-    """Return the places of an axis, those together whose values differ only in the tolerance."""
-    if not any("tolerance" in entry for entry in group):
-        return [[place] for place in range(len(group))]
-    places: dict[str, list[int]] = {}
-    for place, entry in enumerate(group):
-        rest = sorted((key, value) for key, value in entry.items() if key != "tolerance")
-        places.setdefault(repr(rest), []).append(place)
-    return list(places.values())
-
-
-def _number(points: SweepPoints, place: Sequence[int]) -> int:
-    number = 0
-    for group, digit in zip(points.groups, place, strict=True):
-        number = number * len(group) + digit
-    return number
-
-
-def _lengths(
-    points: SweepPoints, alike: Sequence[list[list[int]]], shape: tuple[int, ...]
-) -> NDArray[np.float64]:
-    """Return the chain length of each cell, as far as it is a number: others are no scenes."""
-    lengths = np.full(shape, _as_number(points.base.get("particles", 0)))
-    for axis, (group, places) in enumerate(zip(points.groups, alike, strict=True)):
-        own = np.array([_as_number(group[p[0]].get("particles", np.nan)) for p in places])
-        own = own.reshape([-1 if k == axis else 1 for k in range(len(shape))])
-        lengths = np.where(np.isnan(own), lengths, own)
-    return lengths.ravel()
-
-
-def _as_number(value: Any) -> float:
-    try:
-        return float(value) if isinstance(value, int | float) else 0.0
-    except OverflowError:
-        return 0.0
-
-
-def _scattered(count: int) -> NDArray[np.uint64]:
-    """Return a random-looking key for each of 0 ... count - 1, the same everywhere (splitmix64)."""
-    keys = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
-        keys = (keys ^ (keys >> np.uint64(shift))) * np.uint64(factor)
-    return keys ^ (keys >> np.uint64(31))
+    # Points that differ only in their tolerance share a row, and so must share a part.
+    cells: dict[str, list[int]] = {}
+    lengths: dict[str, str] = {}
+    for place in range(len(points)):
+        fields, _ = points.fields(place)
+        fields.pop("tolerance", None)
+        cells.setdefault(key := repr(sorted(fields.items())), []).append(place)
+        lengths[key] = repr(fields.get("particles"))
+    # Scattered in the same way by every Python.
+    chance = random.Random(0)
+    order = sorted(cells, key=lambda key: (lengths[key], chance.random()))
+    return tuple(
+        points[k] for k in sorted(k for key in order[number - 1 :: count] for k in cells[key])
+    )
 
 
 def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[str]] = ()) -> None:

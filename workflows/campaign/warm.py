@@ -16,8 +16,7 @@ from chaincor.lammps_inputs.scene_parts.identity import plain_fields
 from chaincor.lammps_inputs.thermal_state import LARGEST_SEED, draw
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings
 from chaincor.workflows.accuracy.expected_cost import expected_seconds
-from chaincor.workflows.campaign.carry_out import Task, Work
-from chaincor.workflows.campaign.work import collide_scenes
+from chaincor.workflows.campaign.carry_out import Task
 from chaincor.workflows.engines.in_house.lines.many_states import StartStates
 from chaincor.workflows.given import scenes_given
 
@@ -82,10 +81,10 @@ class Group(Sequence[Scene]):
             given=None if self.given is None else self.given[chosen],
         )
 
-    def task(self, begin: int, end: int, work: Work = collide_scenes) -> Task:
+    def task(self, begin: int, end: int) -> Task:
         """Return a part as a task."""
         part = self.part(begin, end)
-        return Task(part.places, part, [self.expected] * len(part), work)
+        return Task(part.places, part, [self.expected] * len(part))
 
     def starts(self) -> StartStates:
         """Return where they begin; what is drawn is the same as of each by itself."""

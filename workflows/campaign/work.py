@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_e
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import scout, scouting_details
 from chaincor.workflows.accuracy.table_rows import with_rows
-from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task, Work
+from chaincor.workflows.campaign.carry_out import MACHINE_FAILURES, Task
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.time_limit import limited_to
@@ -126,10 +126,7 @@ def collide_to_rows(scenes: Sequence[Scene]) -> list[Row | None]:
 
 
 def tasks_of(
-    scenes: Sequence[Scene],
-    parts: int,
-    work: Work = collide_scenes,
-    places: Sequence[int] | None = None,
+    scenes: Sequence[Scene], parts: int, places: Sequence[int] | None = None
 ) -> list[Task]:
     """
     Share collisions out: those to be carried out together, and each of the others by itself.
@@ -138,9 +135,6 @@ def tasks_of(
     collision does not depend on it.
     """
     numbers = range(len(scenes)) if places is None else places
-    tasks = []
-    for company in companies(scenes, parts):
-        chosen = [scenes[k] for k in company]
-        given = [numbers[k] for k in company]
-        tasks.append(Task(given, chosen, expected_of_task(chosen), work))
-    return tasks
+    whole = Task(numbers, scenes, [0.0] * len(scenes))
+    shared = [whole.part(company) for company in companies(scenes, parts)]
+    return [task._replace(costs=expected_of_task(task.scenes)) for task in shared]
