@@ -17,8 +17,8 @@ from chaincor.analysis.job_folder import (
 )
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
 # impact-located wall 1.9 and of 67 with the stock wall 3.6: about twice that. The study is

@@ -25,7 +25,6 @@ from chaincor.lammps_inputs.scene_parts.field_types import (
     Masses,
     Parameters,
     ParticleCount,
-    Scheme,
     Seed,
     TableRows,
     TableStyle,
@@ -45,6 +44,7 @@ from chaincor.lammps_inputs.scene_parts.identity import (
 )
 from chaincor.lammps_inputs.scene_parts.rules import NUMERICS_KEYS, check_together, told
 from chaincor.lammps_inputs.scene_parts.scene_file import parse_toml, read_scene_fields
+from chaincor.lammps_inputs.schemes import Scheme
 
 DEFAULT_SPEED = 0.4  # units of v*
 DEFAULT_HARMONIC_VELOCITY = 0.1

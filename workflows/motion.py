@@ -10,11 +10,12 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.replay import Replay
 
 if TYPE_CHECKING:
     from ase import Atoms
     from MDAnalysis import Universe
+
+    from chaincor.workflows.engines.replay import Replay
 
 # Pictures end when the chain has left the wall for this share of the collision, and for as long as
 # sound takes over so many bonds.
@@ -33,7 +34,7 @@ def shown_until(scene: Scene, last_contact_time: float) -> float:
 class Motion:
     """What a result can show of the motion, from how it was run and how long it took."""
 
-    replay: Replay | None
+    replay: "Replay | None"
     last_contact_time: float
     contact: str | None
     duration: float
@@ -84,7 +85,7 @@ class Motion:
             )
         return chain.history(0.0), target
 
-    def _known_replay(self) -> Replay:
+    def _known_replay(self) -> "Replay":
         if self.replay is None:
             raise InputError(
                 "the result does not say how it was run; expected one returned by collide()"

@@ -4,15 +4,18 @@ import math
 from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import write_arrays, written_aside
 from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS
-from chaincor.workflows.engines.replay import Replay
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.showing.shown import Shown
+
+if TYPE_CHECKING:
+    from chaincor.workflows.engines.replay import Replay
 
 # Arrays go to NPZ files, not into the JSON object.
 ARRAY_FIELDS = (
@@ -25,36 +28,6 @@ ARRAY_FIELDS = (
 # Only of bonds that need them.
 BOND_FIELDS = ("energy", "parameters", "stiffness", "natural_length")
 _NOT_PLAIN = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
-
-
-@dataclass(frozen=True)
-class ErrorBar:
-    """
-    Error of the restitution, cause by cause; None where it was not measured.
-
-    Attributes
-    ----------
-    step : float or None
-        From the run at another step.
-    table : float
-        From the certified force error of the bond table.
-    rounding : float
-        From coordinates held as absolute numbers, or from the arithmetic.
-    ending : float
-        What contacts could change that may still come; 0 unless the end is open.
-    """
-
-    step: float | None
-    table: float
-    rounding: float
-    ending: float = 0.0
-
-    @property
-    def total(self) -> float | None:
-        """Sum of the parts; None if the step error is unknown."""
-        if self.step is None:
-            return None
-        return self.step + self.table + self.rounding + self.ending
 
 
 @dataclass(frozen=True, repr=False)
@@ -197,7 +170,7 @@ class Collision(Shown):
     parameters: dict[str, float] | None = None
     stiffness: float | None = None
     natural_length: float | None = None
-    replay: Replay | None = field(default=None, repr=False, compare=False)
+    replay: "Replay | None" = field(default=None, repr=False, compare=False)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""

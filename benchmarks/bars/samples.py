@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes, jitter
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house

@@ -3,8 +3,9 @@
 import numpy as np
 
 from benchmarks.bars.samples import Random, Samples, draw_scene, find_truth
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import USUAL_STEPS, sharpness

@@ -12,7 +12,6 @@ from chaincor.lammps_inputs.thermal_state import LARGEST_SEED
 
 Engine = Literal["lammps", "reference"]
 Wall = Literal["event", "reflect"]
-Scheme = Literal["verlet", "order4", "order6", "order8"]
 TableStyle = Literal["linear", "spline"]
 Contact = Literal["hard", "power"]
 

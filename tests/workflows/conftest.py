@@ -10,7 +10,8 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
-from chaincor.workflows.result import Collision, ErrorBar
+from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.result import Collision
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Failure, Row
 

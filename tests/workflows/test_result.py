@@ -8,7 +8,8 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.result import ARRAY_FIELDS, ErrorBar
+from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.result import ARRAY_FIELDS
 
 
 @pytest.fixture(scope="module")

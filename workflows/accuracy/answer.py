@@ -10,7 +10,7 @@ from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_of
 from chaincor.workflows.engines.time_limit import time_limit
-from chaincor.workflows.result import ErrorBar
+from chaincor.workflows.error_bar import ErrorBar
 
 
 @dataclass(frozen=True)

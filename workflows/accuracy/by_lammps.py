@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.field_types import TableStyle
 from chaincor.lammps_inputs.scene_parts.given_bodies import DEFAULT_CONTACT_STIFFNESS
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import within_time
@@ -42,6 +43,7 @@ from chaincor.workflows.engines.rounding import (
     rounding_of_steps,
 )
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import (
     CostError,
     CrossingError,
@@ -50,7 +52,6 @@ from chaincor.workflows.errors import (
     TimestepError,
 )
 from chaincor.workflows.measured import measured
-from chaincor.workflows.result import ErrorBar
 
 # The table may use this share of the tolerance: it costs little more for being exact, a step much.
 _TABLE_SHARE = 0.01

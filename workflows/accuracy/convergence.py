@@ -4,8 +4,9 @@ import math
 import sys
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
 from chaincor.workflows.accuracy.irregular import refine

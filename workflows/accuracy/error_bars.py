@@ -6,14 +6,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import coarsening, jitter_error, rounding_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
-from chaincor.workflows.result import ErrorBar
 
 # With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares
 # measured are larger, because near-grazing contacts make the convergence irregular. A scheme that

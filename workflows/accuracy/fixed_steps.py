@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE

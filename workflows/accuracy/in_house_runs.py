@@ -6,8 +6,9 @@ import numpy as np
 
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.numerics import Numerics, StepSchemeName
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import RunError, TimestepError

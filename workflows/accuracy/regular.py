@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, ending_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain, compressed_strains
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
-from chaincor.lammps_inputs.numerics import DEFAULT_TIMESTEPS, StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, StepSchemeName
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured

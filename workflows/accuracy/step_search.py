@@ -2,8 +2,8 @@
 
 import math
 
-from chaincor.lammps_inputs.numerics import StepSchemeName
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step

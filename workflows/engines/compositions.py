@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS
-from chaincor.lammps_inputs.scene_parts.field_types import Scheme
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 
 _KAHAN_LI = "Kahan and Li (1997), Math. Comp. 66, 1089"
 SOURCES: dict[str, str] = {

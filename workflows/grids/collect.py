@@ -14,8 +14,9 @@ from chaincor.analysis.dumps.printed import printed_numbers, stopped_with
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
-from chaincor.workflows.result import ARRAY_FIELDS, Collision, ErrorBar
+from chaincor.workflows.result import ARRAY_FIELDS, Collision
 from chaincor.workflows.store.row import Failure
 from chaincor.workflows.versions import versions
 

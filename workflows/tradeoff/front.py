@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from chaincor.lammps_inputs.numerics import SCHEME_ORDERS, Numerics
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Engine, Scheme
+from chaincor.lammps_inputs.scene_parts.field_types import Engine
+from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, Scheme
 from chaincor.workflows.accuracy.by_lammps import usual_scheme
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.measured import measured

@@ -12,8 +12,8 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.rounding import jitter_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
-from chaincor.workflows.result import ErrorBar
 from tests.reference_cases import CASES, case_name, case_scene
 
 # The published values are good to this.

@@ -5,10 +5,10 @@ from dataclasses import replace
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.numerics import DEFAULT_TIMESTEPS, Numerics
+from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
-from chaincor.lammps_inputs.scene_parts.field_types import Scheme
+from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
     NO_EXTRAS,
