@@ -11,9 +11,10 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.errors import CrossingError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.row import Failure, Row
+from chaincor.workflows.store.row import Row
 
 
 @pytest.fixture
@@ -79,9 +80,9 @@ def make_attempt(make_collision: Callable[..., Collision]) -> Callable[..., Atte
 @pytest.fixture
 def make_failure() -> Callable[..., Attempt]:
     """Return a function that makes an attempt without a result."""
-    crossing = Failure("CrossingError", "particles would cross", stands=True)
+    crossing = CrossingError("particles would cross")
 
-    def make(scene: Scene, failure: Failure = crossing) -> Attempt:
+    def make(scene: Scene, failure: Exception = crossing) -> Attempt:
         return Attempt(scene, Row.of(failure))
 
     return make

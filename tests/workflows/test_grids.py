@@ -111,7 +111,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(
     for job in collect_grid(whole):
         with Store(store) as kept:
             found = kept.find(job.scene)
-        assert found.restitution == pytest.approx(job.found.restitution, abs=1e-12)
+        assert found.restitution == pytest.approx(job.row.restitution, abs=1e-12)
     assert chaincor(capsys, "show", str(store))[0] == 0
     assert chaincor(capsys, "plot", str(store), "-o", str(tmp_path / "curve.png"))[0] == 0
 
@@ -143,9 +143,9 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_
     write_grid([scene], [], tmp_path, "bash")
     assert submit(tmp_path) == 0
     (job,) = collect_grid(tmp_path)
-    assert (job.found.tolerance, job.found.tolerance_met) == (1e-6, True)
+    assert [job.row.columns[name] for name in ("tolerance", "tolerance_met")] == [1e-6, True]
     # Of the momentum of masses 1, 4, 1; a run by LAMMPS loses no more than rounding of some steps.
-    assert job.found.momentum_residual < 1e-12
+    assert job.row.columns["momentum_residual"] < 1e-12
     log = tmp_path / "0001" / "log.lammps"
     worse = [
         "restitution_error = 1e-3" if line.startswith("restitution_error = ") else line
@@ -153,7 +153,7 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_
     ]
     log.write_text("\n".join(worse))
     (job,) = collect_grid(tmp_path)
-    assert job.found.tolerance_met is False
+    assert job.row.columns["tolerance_met"] is False
     # Of a job of older scripts that went on in the second of its runs, and of no job at all.
     lost = [line for line in worse if not line.startswith("contacts = ")]
     wrong = ["restitution = -7.5", "restitution_error = 0.1", "contacts = 3"]

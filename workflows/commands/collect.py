@@ -20,11 +20,10 @@ def collect(folder: str, output: str, as_json: bool) -> None:
     """
     from chaincor.workflows.grids.collect import collect_grid, count_states
     from chaincor.workflows.store.results_store import Store
-    from chaincor.workflows.store.row import Row
 
     jobs = collect_grid(Path(folder))
     with Store(output) as store:
-        store.record([(job.scene, Row.of(job.found)) for job in jobs if job.scene and job.found])
+        store.record([(job.scene, job.row) for job in jobs if job.scene and job.row])
     counts = count_states(jobs)
     left = [job for job in jobs if job.state != "done"]
     if as_json:

@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,8 +15,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.grids.grid import ASKED, MANIFEST
-from chaincor.workflows.result import ARRAY_FIELDS, Collision
-from chaincor.workflows.store.row import Failure
+from chaincor.workflows.store.row import Row
 from chaincor.workflows.versions import versions
 
 _NAMES = (
@@ -25,6 +23,10 @@ _NAMES = (
     *("momentum_change", "wall_impulse"),
 )
 _WALL_TIME = re.compile(r"^Total wall time: (\d+):(\d+):(\d+)", re.MULTILINE)
+
+
+class JobError(Exception):
+    """LAMMPS stopped; its words."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class CollectedJob:
         What there is to say, in one line.
     scene : Scene or None
         What was asked for; None where nothing was tried.
-    found : Collision or Failure or None
+    row : Row or None
         What came of it.
     """
 
@@ -51,7 +53,7 @@ class CollectedJob:
     state: str
     words: str
     scene: Scene | None = None
-    found: Collision | Failure | None = None
+    row: Row | None = None
 
 
 def collect_grid(folder: Path) -> list[CollectedJob]:
@@ -99,11 +101,9 @@ def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> Coll
             return CollectedJob(name, "unfinished", words)
         made = re.search(r"^LAMMPS \(([^)]*)\)", everything, re.MULTILINE)
         known = known | ({} if made is None else {"lammps": made[1]})
-        result = _collision(asked, as_run, found, log, known)
-        return CollectedJob(name, "done", "", asked, result)
+        return CollectedJob(name, "done", "", asked, _row(asked, as_run, found, log, known))
     if said is not None:
-        failure = Failure("JobError", said, stands=False)
-        return CollectedJob(name, "failed", said, asked, failure)
+        return CollectedJob(name, "failed", said, asked, Row.of(JobError(said)))
     return CollectedJob(name, "unfinished", "it was stopped: submit it again")
 
 
@@ -130,15 +130,15 @@ def _text(path: Path) -> str:
         return ""
 
 
-def _collision(
+def _row(
     asked: Scene, as_run: Scene, found: dict[str, float], log: str, known: dict[str, str]
-) -> Collision:
-    """Make a result of what a log holds; what it does not hold is not a number, or 0 of a count."""
+) -> Row:
+    """Make a row of what a log holds; columns of which it says nothing stay empty."""
     numerics = Numerics.from_scene(as_run)
     error: float | None = found["restitution_error"]
     if error is not None and math.isnan(error):
         error = None
-    eta, v0, v_star = found["restitution"], asked.impact_velocity, asked.bond.natural_speed
+    v0, v_star = asked.impact_velocity, asked.bond.natural_speed
     tolerance = asked.asked_tolerance
     missed = error is not None and tolerance is not None and error > tolerance
     took = _WALL_TIME.search(log)
@@ -148,44 +148,31 @@ def _collision(
     ended = re.search(r"^ending = .*, end (\w+)$", log, re.MULTILINE)
     mass = float(np.sum(asked.line.chain_masses))
     residual = abs(found.get("momentum_change", math.nan) - found.get("wall_impulse", math.nan))
-    nothing = np.empty(0)
-    fields: dict[str, Any] = {
-        "restitution": eta,
-        "restitution_error": error,
-        "kinematic_restitution": math.sqrt(eta),
-        "contacts": int(found.get("contacts", 0)),
-        "last_contact_time": found.get("last_contact_time", math.nan),
-        "engine": "lammps",
-        "wall": numerics.wall,
-        "scheme": numerics.scheme,
-        "timestep": numerics.timestep,
-        "table": None if asked.bond.is_harmonic else numerics.table,
-        "table_points": numerics.table_points,
-        "potential": asked.label,
-        "particles": asked.particles,
-        "velocity": v0,
-        "speed": None if v_star is None else v0 / v_star,
-        "v_star": v_star,
-        "bond_min": math.nan,
-        "bond_max": math.nan,
-        "bond_range_source": "a log holds none",
-        "bond_error": None,
-        "energy_drift": math.nan,
-        "momentum_residual": residual / (mass * v0),
-        "ending": "open" if ended is None else ended[1],
-        "duration": math.nan,
-        "fragments": 0,
-        "crossed": False,
-        "tolerance": tolerance,
-        "tolerance_met": None if tolerance is None or error is None else not missed,
-        "reason": f"the job reached {error:.2g}, not {tolerance:g}" if missed else None,
-        "error_parts": ErrorBar(error, 0.0, 0.0),
-        "seconds": seconds,
-        "seconds_total": seconds,
-        "scene_sha256": asked.sha256,
-        "versions": known,
-        "details": {"collected": "from the log of a job"},
-    }
-    for name in ARRAY_FIELDS:
-        fields[name] = nothing
-    return Collision(**fields)
+    return Row.of_fields(
+        {
+            "restitution": found["restitution"],
+            "restitution_error": error,
+            "kinematic_restitution": math.sqrt(found["restitution"]),
+            "contacts": int(found["contacts"]),
+            "last_contact_time": found.get("last_contact_time"),
+            "wall": numerics.wall,
+            "scheme": numerics.scheme,
+            "timestep": numerics.timestep,
+            "table": None if asked.bond.is_harmonic else numerics.table,
+            "table_points": numerics.table_points,
+            "velocity": v0,
+            "speed": None if v_star is None else v0 / v_star,
+            "v_star": v_star,
+            "bond_range_source": "a log holds none",
+            "momentum_residual": residual / (mass * v0),
+            "ending": "open" if ended is None else ended[1],
+            "tolerance": tolerance,
+            "tolerance_met": None if tolerance is None or error is None else not missed,
+            "reason": f"the job reached {error:.2g}, not {tolerance:g}" if missed else None,
+            "error_parts": vars(ErrorBar(error, 0.0, 0.0)),
+            "seconds": seconds,
+            "seconds_total": seconds,
+            "versions": known,
+            "details": {"collected": "from the log of a job"},
+        }
+    )

@@ -6,7 +6,7 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property, lru_cache
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,7 @@ from chaincor.workflows.store.schema import (
 )
 
 
-@dataclass(frozen=True)
-class Failure:
+class Failure(NamedTuple):
     """
     Why a collision has no result.
 
@@ -36,24 +35,13 @@ class Failure:
     message : str
         One line.
     stands : bool
-        Whether the same scene would fail again: then it is tried anew only on request.
+        Whether the same scene would fail again: then it is tried anew only on request. That is so
+        for named errors of the collision itself, not for those of the machine.
     """
 
     name: str
     message: str
     stands: bool
-
-    @classmethod
-    def from_error(cls, error: BaseException) -> Self:
-        """
-        Describe an error.
-
-        It stands for named errors of the collision itself, not for those of the machine.
-        """
-        passing = isinstance(error, MissingLibraryError | WorkerDiedError)
-        stands = isinstance(error, RunError | InputError) and not passing
-        message = " ".join(str(error).split()) or type(error).__name__
-        return cls(type(error).__name__, message, stands)
 
 
 @dataclass(frozen=True)
@@ -77,19 +65,26 @@ class Row:
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def of(cls, found: Collision | Failure | BaseException) -> Self:
+    def of(cls, found: Collision | BaseException) -> Self:
         """Return what a store keeps of a result, or of a failure."""
-        if isinstance(found, BaseException):
-            found = Failure.from_error(found)
-        if isinstance(found, Failure):
-            values = (found.name, found.message, None, int(found.stands))
-            return cls(dict(zip(FAILURE_COLUMNS, values, strict=True)) | {"host": host_name()})
-        fields = found.plain()
+        if isinstance(found, Collision):
+            return cls.of_fields(found.plain(), found.arrays())
+        passing = isinstance(found, MissingLibraryError | WorkerDiedError)
+        stands = isinstance(found, RunError | InputError) and not passing
+        message = " ".join(str(found).split()) or type(found).__name__
+        values = (type(found).__name__, message, None, int(stands))
+        return cls(dict(zip(FAILURE_COLUMNS, values, strict=True)) | {"host": host_name()})
+
+    @classmethod
+    def of_fields(
+        cls, fields: dict[str, Any], arrays: dict[str, NDArray[np.float64]] | None = None
+    ) -> Self:
+        """Return what a store keeps of the fields of a result; what has no column is a detail."""
         columns = {"versions": _versions_json(tuple(fields.pop("versions").items()))}
-        columns |= {name: finite(fields.pop(name)) for name in RESULT_COLUMNS}
+        columns |= {name: finite(fields.pop(name, None)) for name in RESULT_COLUMNS}
         for name in _OF_SCENES:
-            del fields[name]
-        return cls(columns | {"details": _json(fields), "host": host_name()}, found.arrays())
+            fields.pop(name, None)
+        return cls(columns | {"details": _json(fields), "host": host_name()}, arrays or {})
 
     @cached_property
     def scene(self) -> dict[str, Any]:

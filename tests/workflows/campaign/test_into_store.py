@@ -17,13 +17,14 @@ from chaincor.workflows.campaign.into_store import IntoStore, collide_into_store
 from chaincor.workflows.campaign.work import collide_scenes, collide_to_rows, tasks_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import (
+    CrossingError,
     MissingLibraryError,
     SchedulerError,
     StoreError,
     WorkerDiedError,
 )
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.row import Failure, Row
+from chaincor.workflows.store.row import Row
 from tests.waiting import HANGS
 
 SCENES = [Scene(potential=p, particles=n, speed=0.4) for p in ("lj", "toda") for n in (5, 9, 20)]
@@ -40,7 +41,7 @@ def counted(monkeypatch, make_attempt):
             return [None] * len(scenes)
         asked.extend(scenes)
         if scenes == [BROKEN]:
-            return [Row.of(Failure("CrossingError", "crossed", stands=True))]
+            return [Row.of(CrossingError("crossed"))]
         return [make_attempt(scenes[0]).row]
 
     monkeypatch.setattr(into_store, "collide_to_rows", instant)

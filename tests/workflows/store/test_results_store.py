@@ -7,8 +7,9 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
+from chaincor.workflows.errors import WorkerDiedError
 from chaincor.workflows.store.query import query_rows
-from chaincor.workflows.store.row import Failure, Row, host_name
+from chaincor.workflows.store.row import Row, host_name
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
 
@@ -126,5 +127,5 @@ def test_a_failure_stands_for_the_same_and_tighter_tolerances(store, make_failur
     assert standing.would_fail(SCENE)
     assert standing.would_fail(SCENE.replace(tolerance=1e-8))
     assert not standing.would_fail(SCENE.replace(tolerance=1e-4))
-    store.record([make_failure(SCENE, Failure("WorkerDiedError", "killed", stands=False))])
+    store.record([make_failure(SCENE, WorkerDiedError("killed"))])
     assert not store.standing(SCENE).would_fail(SCENE)

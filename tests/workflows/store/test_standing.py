@@ -9,9 +9,10 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.into_store import IntoStore
+from chaincor.workflows.errors import CrossingError
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.results_store import Store
-from chaincor.workflows.store.row import Failure, Row
+from chaincor.workflows.store.row import Row
 from chaincor.workflows.store.standing import Standing
 
 SCENE = Scene(potential="lj", particles=10, speed=0.4, tolerance=1e-6)
@@ -201,7 +202,7 @@ def test_of_two_failures_a_merge_keeps_the_later(tmp_path, make_failure):
     paths = [tmp_path / "first.sqlite", tmp_path / "second.sqlite"]
     for path, name in zip(paths, ("first", "second"), strict=True):
         with Store(path) as part:
-            part.record([make_failure(SCENE, Failure("CrossingError", name, stands=True))])
+            part.record([make_failure(SCENE, CrossingError(name))])
             part.connection.execute(
                 "UPDATE collisions SET finished = ?", (LATER if name == "second" else "2026",)
             )
