@@ -62,11 +62,6 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     Each run takes place in a copy of the script's folder, at the same physical time exactly;
     dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
     """
-    study_script(script, output, as_json, options)
-
-
-def study_script(script: Path, output: Path | None, as_json: bool, options: dict[str, Any]) -> None:
-    """Run a study and print it; `options` are those of `timestep_study`."""
     from chaincor.workflows.scripts.page import PAGE
     from chaincor.workflows.scripts.report import (
         describe_script_study,
@@ -87,3 +82,7 @@ def study_script(script: Path, output: Path | None, as_json: bool, options: dict
         click.echo(describe_script_study(study))
         if output is not None:
             click.echo(f"page: {output / PAGE}")
+    if click.get_current_context().info_name == "tradeoff":
+        click.echo(
+            "chaincor: note: tradeoff --script is `chaincor timestep`, by an old name", err=True
+        )

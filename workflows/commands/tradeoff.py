@@ -12,11 +12,28 @@ from chaincor.workflows.json_output import json_text
 # A study chooses these itself, and writes none of the files of a single run.
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
-# Of a script of the user's own.
-_SCRIPT = ("script", "observable", "vary", "fix", "seeds", "phases", "timeout", "lmp")
+
+class _Tradeoff(SceneCommand):
+    """With ``--script FILE`` it is `chaincor timestep`, which studied scripts under this name."""
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: Any,
+    ) -> click.Context:
+        """Hand a script over to that command."""
+        if "--script" not in args:
+            return super().make_context(info_name, args, parent, **extra)
+        from chaincor.workflows.commands.timestep import timestep
+
+        k = args.index("--script")
+        args = [*args[:k], *args[k + 2 :], "--", *args[k + 1 : k + 2]]
+        return timestep.make_context(info_name, args, parent, **extra)
 
 
-@click.command(cls=SceneCommand)
+@click.command(cls=_Tradeoff)
 @scene_options(*_OWN, *FILE_KEYS)
 @click.option(
     "-o",
@@ -31,37 +48,6 @@ _SCRIPT = ("script", "observable", "vary", "fix", "seeds", "phases", "timeout", 
     is_flag=True,
     help="measure what LAMMPS costs on this machine, for all later runs, and nothing else",
 )
-@click.option(
-    "--script",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="a LAMMPS script of your own instead of a scene",
-)
-@click.option(
-    "--observable",
-    metavar="REGEX",
-    help="the number that the script prints: a pattern with one group; the last match counts",
-)
-@click.option(
-    "--vary",
-    metavar="NAME=FROM:TO:COUNT",
-    help="the variable and its ladder, coarse end first, such as timestep=0.01:0.0005:8",
-)
-@click.option(
-    "--fix",
-    multiple=True,
-    metavar="NAME=VALUE,VALUE",
-    help="repeat the ladder at each of these values of another variable",
-)
-@click.option(
-    "--seeds",
-    type=int,
-    metavar="N",
-    help="for scripts with random numbers: so many runs a rung, each with its own -var seed",
-)
-@click.option("--phases", type=int, metavar="N", help="so many nearby values a rung [default: 8]")
-@click.option("--timeout", type=float, metavar="S", help="seconds one run may take [default: 600]")
-@click.option("--lmp", metavar="PATH", help="the LAMMPS command [default: the one installed]")
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 def tradeoff(
     scene_file: str | None,
@@ -77,18 +63,8 @@ def tradeoff(
     Prints the cheapest setting for each decade of error, the error by cause, and one line of
     advice for the scene's tolerance (1e-6 by default).
 
-    With --script it is `chaincor timestep`, for a LAMMPS script of your own.
+    With --script FILE it is `chaincor timestep FILE`, for a LAMMPS script of your own.
     """
-    own = {name: options.pop(name) for name in _SCRIPT}
-    given_own = [f"--{name}" for name, value in own.items() if value not in (None, ())]
-    if own["script"] is not None:
-        _tradeoff_script(scene_file, output, quick or calibrate, as_json, own, options)
-        return
-    if given_own:
-        raise click.UsageError(
-            f"{', '.join(given_own)} {'belongs' if len(given_own) == 1 else 'belong'} to a LAMMPS "
-            "script; expected --script FILE beside it"
-        )
     if calibrate:
         given = [name for name, value in options.items() if value is not None]
         given += [
@@ -127,36 +103,6 @@ def tradeoff(
         click.echo(describe_study(study))
         if output is not None:
             click.echo(f"page: {output / PAGE}")
-
-
-def _tradeoff_script(
-    scene_file: str | None,
-    output: Path | None,
-    other: bool,
-    as_json: bool,
-    own: dict[str, Any],
-    options: dict[str, Any],
-) -> None:
-    from chaincor.workflows.commands.timestep import study_script
-
-    tolerance = options.pop("tolerance")
-    given = [name for name, value in options.items() if value is not None]
-    given += ["SCENE.toml"] if scene_file is not None else []
-    given += ["--quick or --calibrate"] if other else []
-    if given:
-        raise click.UsageError(
-            f"--script runs a script of yours, so that {', '.join(given)} would not be used; "
-            "expected one or the other"
-        )
-    for name in ("observable", "vary"):
-        if own[name] is None:
-            raise click.UsageError(
-                f"--script needs --{name}; expected such as --observable 'restitution = (\\S+)' "
-                "--vary timestep=0.01:0.0005:8"
-            )
-    script = own.pop("script")
-    study_script(script, output, as_json, own | {"tolerance": tolerance})
-    click.echo("chaincor: note: tradeoff --script is `chaincor timestep`, by an old name", err=True)
 
 
 def _calibrate(as_json: bool) -> None:

@@ -92,8 +92,9 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
     status = cli._run(
         ["tradeoff", *words, "--vary", "timestep=0.1:0.02:4", "--tolerance", "1e-3", "-o", str(out)]
     )
-    text = capsys.readouterr().out
+    text, note = capsys.readouterr()
     assert status == 0
+    assert "tradeoff --script is `chaincor timestep`, by an old name" in note
     assert "verdict      regular" in text
     assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
     names = {path.name for path in out.iterdir()}
@@ -113,9 +114,12 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--vary", "timestep=0.1:0.01:4"], "--script"),
-        (["--script", "in.law", "--vary", "timestep=0.1:0.01:4"], "needs --observable"),
-        (["--script", "in.law", "--observable", "x", "--particles", "3"], "particles"),
+        (["--vary", "timestep=0.1:0.01:4"], "No such option: '--vary'"),
+        (["--script"], "Missing argument 'SCRIPT'"),
+        (
+            ["--script", "in.law", "--observable", "x", "--particles", "3"],
+            "No such option: '--particles'",
+        ),
         (["--script", "no.in", "--observable", "x = (.*)", "--vary", "a=1:9:4"], "expected a file"),
     ],
 )
