@@ -21,7 +21,7 @@ from chaincor.workflows.campaign.work import (
     collide_scenes,
     tasks_of,
 )
-from chaincor.workflows.given import scenes_given, workers_given
+from chaincor.workflows.given import scenes_given, told_shortly, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
 
@@ -67,6 +67,7 @@ def collide(
 ) -> list["Row"]: ...
 
 
+@told_shortly
 def collide(
     scene: Scene | Iterable[Scene],
     tolerance: float | None = None,
@@ -126,28 +127,11 @@ def collide(
         If no number that can be trusted came out; each cause has a name. Of several scenes the
         first one that fails stops all, unless there is a store.
     """
-    try:
-        if isinstance(scene, Scene) and store is None:
-            return collide_one(
-                scene if tolerance is None else scene.replace(tolerance=tolerance), most_seconds
-            )
-        return _collide_each(
-            scenes_given(scene), tolerance, store, arrays, most_seconds, workers, progress
+    if isinstance(scene, Scene) and store is None:
+        return collide_one(
+            scene if tolerance is None else scene.replace(tolerance=tolerance), most_seconds
         )
-    except KeyboardInterrupt as interrupt:
-        # Where it happened to be says nothing, and a notebook takes seconds to show it.
-        raise interrupt.with_traceback(None) from None
-
-
-def _collide_each(
-    scenes: list[Scene],
-    tolerance: float | None,
-    store: "Store | Path | str | None",
-    arrays: bool,
-    most_seconds: float,
-    workers: int | None,
-    progress: bool,
-) -> list[Collision] | list["Row"]:
+    scenes = scenes_given(scene)
     workers = min(workers_given(workers), len(scenes))
     if arrays and store is None:
         raise InputError(

@@ -1,13 +1,30 @@
-"""What callers in Python hand over, refused in one line where it is something else."""
+"""Calls from Python: what is handed over, refused in one line, and Ctrl-C in the midst of it."""
 
-from collections.abc import Iterable, Mapping
+import functools
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.versions import cores_allowed
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def told_shortly(function: Callable[P, R]) -> Callable[P, R]:
+    """Leave out of Ctrl-C where it happened to be: that says nothing, and takes a notebook long."""
+
+    @functools.wraps(function)
+    def call(*arguments: P.args, **named: P.kwargs) -> R:
+        try:
+            return function(*arguments, **named)
+        except KeyboardInterrupt as interrupt:
+            raise interrupt.with_traceback(None) from None
+
+    return call
 
 
 def scene_given(value: Any) -> Scene:

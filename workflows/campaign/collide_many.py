@@ -24,10 +24,11 @@ from chaincor.workflows.campaign.warm import Group, group_scenes, shared_fields
 from chaincor.workflows.campaign.work import MOST_SECONDS, collide_scenes, tasks_of
 from chaincor.workflows.durations import format_duration
 from chaincor.workflows.errors import CostError
-from chaincor.workflows.given import workers_given
+from chaincor.workflows.given import told_shortly, workers_given
 from chaincor.workflows.versions import versions
 
 
+@told_shortly
 def collide_many(
     scenes: Scene | Sequence[Scene],
     samples: int | None = None,
@@ -76,20 +77,6 @@ def collide_many(
     MissingLibraryError, WorkerStartError
         If no collision at all can be run.
     """
-    try:
-        return _collide_many(scenes, samples, velocities, workers, progress, most_seconds)
-    except KeyboardInterrupt as interrupt:
-        raise interrupt.with_traceback(None) from None
-
-
-def _collide_many(
-    scenes: Scene | Sequence[Scene],
-    samples: int | None,
-    velocities: ArrayLike | None,
-    workers: int | None,
-    progress: bool,
-    most_seconds: float,
-) -> Ensemble:
     started = time.perf_counter()
     workers = workers_given(workers)
     groups = group_scenes(scenes, samples, velocities)

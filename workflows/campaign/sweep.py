@@ -15,7 +15,7 @@ from chaincor.workflows.campaign.points import (
 )
 from chaincor.workflows.campaign.sweep_file import axis_values, refuse_outputs
 from chaincor.workflows.errors import SweepError
-from chaincor.workflows.given import scene_given, workers_given
+from chaincor.workflows.given import scene_given, told_shortly, workers_given
 from chaincor.workflows.store.export import require_pandas, to_pandas
 from chaincor.workflows.store.results_store import Store
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     import pandas
 
 
+@told_shortly
 def sweep(
     scene: Scene,
     *,
@@ -63,19 +64,7 @@ def sweep(
     StoreError
         If pandas is missing (``pip install chaincor[export]``), or the store cannot be used.
     """
-    try:
-        return _sweep(scene_given(scene), store, workers, progress, axes)
-    except KeyboardInterrupt as interrupt:
-        raise interrupt.with_traceback(None) from None
-
-
-def _sweep(
-    scene: Scene,
-    store: Store | Path | str | None,
-    workers: int | None,
-    progress: bool,
-    axes: dict[str, Iterable[Any]],
-) -> "pandas.DataFrame":
+    scene = scene_given(scene)
     require_pandas()
     workers = workers_given(workers)
     base = {key: getattr(scene, key) for key in scene.model_fields_set}
