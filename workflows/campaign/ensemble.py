@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.distribution import Distribution, Share, share_above
-from chaincor.analysis.showing.numbers import known_digits
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
+from chaincor.workflows.campaign.ensemble_text import rows_of
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.result import Collision, finite
 
@@ -196,17 +196,10 @@ class Ensemble:
     def _repr_html_(self) -> str:
         if not self._sound:
             return f"<p>{len(self.samples)} collisions, none with a number</p>"
-        eta, e, above = self.eta, self.e, self.above_one
-        rows = [
-            ("mean", *(_mean(d) for d in (eta, e))),
-            ("standard deviation", *(_known(d.deviation) for d in (eta, e))),
-            *(
-                (f"quantile {100.0 * q.probability:g} %", f"{q.value:.4g}", f"{p.value:.4g}")
-                for q, p in zip(eta.quantiles, e.quantiles, strict=True)
-            ),
-        ]
+        above = self.above_one
         cells = "".join(
-            f"<tr><th>{name}</th><td>{one}</td><td>{other}</td></tr>" for name, one, other in rows
+            f"<tr><th>{name}</th><td>{one}</td><td>{other}</td></tr>"
+            for name, one, other in rows_of(self.eta, self.e)
         )
         missed = len(self.failures), len(self.inexact)
         return (
@@ -216,13 +209,3 @@ class Ensemble:
             f"{cells}<tr><th>P(e &gt; 1)</th><td colspan='2'>{above.value:.3g}, "
             f"{above.low:.3g} to {above.high:.3g} with 95 % confidence</td></tr></table>"
         )
-
-
-def _mean(found: Distribution) -> str:
-    if math.isnan(found.standard_error):
-        return f"{found.mean:.6g}"
-    return f"{known_digits(found.mean, found.standard_error)} +- {found.standard_error:.1g}"
-
-
-def _known(value: float) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.2g}"

@@ -1,6 +1,7 @@
 """An ensemble for people: numbers with both their errors, and a histogram in characters."""
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,12 +9,14 @@ from chaincor.analysis.distribution import Distribution, Quantile
 from chaincor.analysis.figures.terminal import draw_histogram
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import chain_masses
-from chaincor.workflows.campaign.ensemble import Ensemble
+
+if TYPE_CHECKING:
+    from chaincor.workflows.campaign.ensemble import Ensemble
 
 DEFAULT_PRECISION = 0.01
 
 
-def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
+def describe_ensemble(result: "Ensemble", scene: Scene, precision: float) -> str:
     """Describe the samples of a warm scene; `precision` is wanted of the mean of eta."""
     eta, e, above = result.eta, result.e, result.above_one
     seeds = [sample.seed for sample in result.samples]
@@ -29,13 +32,8 @@ def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
         f"{scene.impact_velocity / thermal:.4g} times the thermal speed of a particle",
         "",
         f"{'':22} {'eta = K_r/K_i':<32}e = sqrt(eta)",
-        f"{'mean':22} {_mean(eta):<32}{_mean(e)}",
-        f"{'numerical error':22} {_bar(eta):<32}{_bar(e)}",
-        f"{'standard deviation':22} {_number(eta.deviation):<32}{_number(e.deviation)}",
+        *(f"{name:22} {one:<32}{other}" for name, one, other in rows_of(eta, e)),
     ]
-    for one, other in zip(eta.quantiles, e.quantiles, strict=True):
-        name = f"quantile {100.0 * one.probability:g} %"
-        lines.append(f"{name:22} {_interval(one):<32}{_interval(other)}")
     share = f"{above.value:.4g}, {above.low:.4g} to {above.high:.4g} with 95 % confidence"
     if above.doubtful:
         share += f"; error bars leave {above.doubtful} open"
@@ -56,6 +54,20 @@ def describe_ensemble(result: Ensemble, scene: Scene, precision: float) -> str:
         f"{len(seeds) / result.seconds_total:.3g} collisions a second",
     ]
     return "\n".join(lines)
+
+
+def rows_of(eta: Distribution, e: Distribution) -> list[tuple[str, str, str]]:
+    """Return what is told of both ratios, line by line: its name, that of eta, that of e."""
+    each = [
+        ("mean", _mean),
+        ("numerical error", _bar),
+        ("standard deviation", lambda found: _number(found.deviation)),
+    ]
+    rows = [(name, told(eta), told(e)) for name, told in each]
+    for one, other in zip(eta.quantiles, e.quantiles, strict=True):
+        name = f"quantile {100.0 * one.probability:g} %"
+        rows.append((name, _interval(one), _interval(other)))
+    return rows
 
 
 def _mean(found: Distribution) -> str:
@@ -91,6 +103,6 @@ def _precision(eta: Distribution, precision: float) -> str:
     return f"mean of eta to {precision:g} needs about {needed - eta.count} more samples"
 
 
-def _schemes(result: Ensemble) -> str:
+def _schemes(result: "Ensemble") -> str:
     schemes = [sample.scheme for sample in result.samples if sample.scheme is not None]
     return ", ".join(f"{schemes.count(name)} {name}" for name in sorted(set(schemes)))
