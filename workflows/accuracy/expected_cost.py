@@ -54,6 +54,8 @@ _VIBRATING, _SEVERAL = 0.15, 5.0
 # A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
 # as particles. Measured for 1000 to 4000.
 _MODAL_PAIR = 7e-8
+# Longer chains, which no cache holds, were not measured.
+_MOST_MEASURED = 500
 # Its adaptive steps: by pairs of particles and digits of the sharpness.
 _ADAPTIVE_PAIR = 5e-5
 
@@ -94,6 +96,11 @@ def expected_seconds(scene: Scene) -> float:
     run = cost_model().integration(scene, numerics, duration)
     choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
     return _LAMMPS_SECONDS + LAMMPS_RUNS * run + choice + modal
+
+
+def may_take_longer(scene: Scene) -> bool:
+    """Return whether several times what is expected is usual: for chains longer than measured."""
+    return scene.span > _MOST_MEASURED and not serves(scene)
 
 
 def usually_shatters(scene: Scene) -> bool:

@@ -1,12 +1,17 @@
 """How far work is: a bar on a terminal and in a notebook, a line a minute elsewhere."""
 
 import contextlib
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 from chaincor.analysis.showing.notebook import in_notebook
 from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 # Called after every collision with what it was expected to cost.
 Advance = Callable[[float], None]
@@ -46,7 +51,7 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
     from rich.progress import TimeRemainingColumn as TimeLeft
 
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _moves(console):
         line = LineAMinute()
         yield counted(
             lambda number, share: line.tell(
@@ -102,24 +107,44 @@ def _notebook_bar(points: int) -> Callable[[int, float], None]:
 
 
 @contextlib.contextmanager
-def show_elapsed(expected: float) -> Iterator[None]:
+def show_elapsed(expected: float, *, at_least: bool = False) -> Iterator[None]:
     """
-    Show the time that has passed, and the time expected, while something runs.
+    Show the time that has passed, and the time expected, while a collision runs.
 
     Nothing is shown for the first two seconds, and where standard error is no terminal a line a
-    minute.
+    minute. One that is interrupted leaves no number: that is said, with what was expected.
+
+    Parameters
+    ----------
+    expected : float
+        Seconds.
+    at_least : bool
+        Whether it may take several times as long.
     """
-    done = threading.Event()
-    thread = threading.Thread(target=_show_elapsed, args=(expected, done), daemon=True)
+    done, started = threading.Event(), time.monotonic()
+    known = format_duration(expected)
+    known = f"at least {known}, perhaps several times that" if at_least else f"about {known}"
+    thread = threading.Thread(target=_show_elapsed, args=(expected, known, done), daemon=True)
     thread.start()
     try:
         yield
+    except KeyboardInterrupt:
+        done.set()
+        thread.join()
+        elapsed = format_duration(time.monotonic() - started)
+        print(
+            f"chaincor: no number yet after {elapsed} (expected: {known}): a "
+            "larger tolerance or fewer particles take less",
+            file=sys.stderr,
+            flush=True,
+        )
+        raise
     finally:
         done.set()
         thread.join()
 
 
-def _show_elapsed(expected: float, done: threading.Event) -> None:
+def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
     started, line = time.monotonic(), LineAMinute()
     if done.wait(_QUIET_SECONDS):
         return
@@ -128,27 +153,29 @@ def _show_elapsed(expected: float, done: threading.Event) -> None:
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _moves(console):
         while not done.wait(LINE_SECONDS):
-            late = time.monotonic() - started > expected
-            known = "longer than" if late else "about"
-            line.tell(f"running, {known} the {format_duration(expected)} that were expected,")
+            line.tell(_told(time.monotonic() - started, expected, known, "running") + ",")
         return
-    columns = (SpinnerColumn(), BarColumn(), TextColumn("{task.description}"))
+    # The bar is short, so that the words beside it stay whole on 80 columns.
+    columns = (SpinnerColumn(), BarColumn(10), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
         task = bar.add_task("", total=expected)
         while True:
             elapsed = time.monotonic() - started
-            bar.update(task, completed=min(elapsed, expected), description=_told(elapsed, expected))
+            words = _told(elapsed, expected, known, format_duration(elapsed))
+            bar.update(task, completed=min(elapsed, expected), description=words)
             bar.refresh()
             if done.wait(_REFRESH_SECONDS):
                 return
 
 
-def _told(elapsed: float, expected: float) -> str:
+def _told(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
-        return f"{format_duration(elapsed)} of about {format_duration(expected)}; Ctrl-C stops it"
-    return (
-        f"{format_duration(elapsed)}, longer than the {format_duration(expected)} expected: steps "
-        "are being refined, and how much longer that takes is not known; Ctrl-C stops it"
-    )
+        return f"{begin}, {known} expected"
+    return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"
+
+
+def _moves(console: "Console") -> bool:
+    """Return whether lines can be written over: not in a file, nor where IPython runs a program."""
+    return console.is_terminal and not console.is_dumb_terminal

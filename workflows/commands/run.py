@@ -77,7 +77,7 @@ def run(
 
     Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
     """
-    from chaincor.workflows.accuracy.expected_cost import expected_seconds
+    from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
     from chaincor.workflows.campaign.progress import show_elapsed
     from chaincor.workflows.collision import MOST_SECONDS, collide
     from chaincor.workflows.outputs import refuse_other_kinds
@@ -105,7 +105,7 @@ def run(
         from chaincor.workflows.pictures.watch import find_terminal
 
         terminal = find_terminal()
-    with show_elapsed(expected_seconds(scene)):
+    with show_elapsed(expected_seconds(scene), at_least=may_take_longer(scene)):
         result = collide(scene, most_seconds=most_seconds)
     if as_json:
         click.echo(json_text(result.to_dict(), scene))

@@ -1,5 +1,6 @@
 """The first cell of a lesson: a folder for its files, and a shell that finds the commands."""
 
+import itertools
 import os
 import sys
 from pathlib import Path
@@ -14,8 +15,9 @@ def begin(lesson: str) -> None:
     """
     Go to a new folder for the files of a lesson, and let shell cells find `chaincor` and `lmp`.
 
-    The folder is ``LESSON_files`` beside the notebook, or ``LESSON_files_2`` and so on where there
-    is one with files in it: nothing is overwritten. `lmp` is also told where its MPI library is.
+    The folder is ``LESSON_files`` beside the notebook. Files of an earlier run are kept: what there
+    is becomes ``LESSON_files_earlier``, or ``LESSON_files_earlier_2`` and so on. `lmp` is also told
+    where its MPI library is.
 
     Parameters
     ----------
@@ -36,18 +38,22 @@ def begin(lesson: str) -> None:
 
 
 def _new_folder(home: Path, lesson: str) -> Path:
+    folder = home / f"{lesson}_files"
     try:
-        for number in range(1, 1000):
-            folder = home / (f"{lesson}_files" if number == 1 else f"{lesson}_files_{number}")
-            folder.mkdir(exist_ok=True)
-            if not any(folder.iterdir()):
-                return folder
+        os.chdir(home)  # Windows renames no folder that one is in
+        if folder.is_dir() and any(folder.iterdir()):
+            numbers = (f"_{number}" if number > 1 else "" for number in itertools.count(1))
+            earlier = (home / f"{folder.name}_earlier{number}" for number in numbers)
+            kept = next(path for path in earlier if not path.exists())
+            folder.rename(kept)
+            print(f"files of an earlier run: {kept}")
+        folder.mkdir(exist_ok=True)
     except OSError as error:
         raise InputError(
             f"no folder for the lesson can be made in {str(home)!r}: {error.strerror}; expected "
             "one to write to: open the notebook in a folder of your own"
         ) from None
-    raise InputError(f"{home} has 999 folders of this lesson; expected fewer: remove some")
+    return folder
 
 
 def _let_the_shell_find_commands() -> None:
@@ -55,8 +61,9 @@ def _let_the_shell_find_commands() -> None:
     from chaincor.workflows.engines.lammps.library import find_mpi_library
 
     _put_first("PATH", Path(sys.executable).parent)
-    # Jupyter's kernel sets this, and programs would draw progress bars as if on a terminal.
+    # IPython runs programs as if on a terminal, but shows no bar that moves.
     os.environ.pop("FORCE_COLOR", None)
+    os.environ["TERM"] = "dumb"
     library = find_mpi_library()
     if library is not None:
         _put_first("LD_LIBRARY_PATH", library.parent)

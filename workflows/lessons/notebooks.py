@@ -16,6 +16,12 @@ _SOLUTION = re.compile(
 )
 _PICTURE = re.compile(r"^!\[([^\]]*)\]\(\.\./images/([\w.-]+)\)\n", re.MULTILINE)
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)", re.MULTILINE)
+# What shells of Windows have not: each is said in Python instead.
+_CAT = re.compile(r"cat (\S+)")
+_STATUS = re.compile(r"(.*); echo \"exit status \$\?\"")
+_PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail) -?(?:o )?(.*)\)")
+# Outside of quotes, which shells of Windows know, too.
+_OF_A_SHELL = re.compile(r"[|;&<>$`()*']")
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
 _ATTACHED = re.compile(r"\]\(attachment:([\w.-]+)\)")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
@@ -31,10 +37,11 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
     """
     Make a notebook of a lesson's page.
 
-    Blocks of Python become cells. Each command of a console block becomes a cell of bash; what the
-    page says it prints is left out, since the notebook shows it. A block that begins with the name
-    of a file becomes a cell that writes the file. A picture that code of the page draws is shown
-    where the page shows it; one that ``result.plot`` draws appears by itself, and any other goes
+    Blocks of Python become cells. Each command of a console block becomes a cell that runs it, on
+    Windows too; what the page says it prints is left out, since the notebook shows it. A block that
+    begins with the name of a file becomes a cell that writes the file. A picture that code of the
+    page draws is shown where the page shows it, with its words beside the solutions alone, since
+    they may tell an answer; one that ``result.plot`` draws appears by itself, and any other goes
     into the notebook. Solutions are what stands in ``<details>`` under the summary *Solution*.
 
     Parameters
@@ -58,7 +65,7 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
     text = page.read_text(encoding="utf-8")
     text = _SOLUTION.sub(r"**Solution.**\n\1" if solutions else "", text)
     title, _, rest = text.partition("\n")
-    parts = [title, _cell(_BEGIN.format(page.stem)), *_parts(rest)]
+    parts = [title, _cell(_BEGIN.format(page.stem)), *_parts(rest, solutions)]
     made = jupytext.reads("\n\n".join(part for part in parts if part), fmt="md")
     made.metadata = _METADATA
     for number, cell in enumerate(made.cells):
@@ -77,7 +84,7 @@ _SHOW = """from IPython.display import Image
 Image("{}")"""
 
 
-def _parts(text: str) -> Iterator[str]:
+def _parts(text: str, captions: bool) -> Iterator[str]:
     """Yield prose and cells in turn."""
     place, shows_itself = 0, False
     drawn = "".join(code for _, code in _BLOCK.findall(text))
@@ -92,7 +99,8 @@ def _parts(text: str) -> Iterator[str]:
         else:
             if not shows_itself:
                 yield _cell(_SHOW.format(picture))
-            yield "*{}*".format(words.replace("*", r"\*"))
+            if captions:
+                yield "*{}*".format(words.replace("*", r"\*"))
         place = found.end()
     yield _without_links(text[place:])
 
@@ -101,13 +109,33 @@ def _cells(kind: str, code: str, whole: str) -> Iterator[str]:
     named = _FILE.match(code)
     if kind == "console":
         for command in _COMMAND.findall(code):
-            yield _cell(f"%%bash\n{command}")
+            yield _cell(_portable(command))
     elif named and kind in ("python", "toml"):
         yield _cell(f"%%writefile {named[1]}\n{code}")
     elif kind == "python":
         yield _cell(code)
     else:
         yield whole
+
+
+def _portable(command: str) -> str:
+    """
+    Say a command of a page so that IPython carries it out where there is no bash, too.
+
+    ValueError if it needs more of a shell than IPython and Python do in its place.
+    """
+    line = re.sub(r"\s*\\\n\s*", " ", command)
+    if found := _CAT.fullmatch(line):
+        return f'print(open("{found[1]}").read())'
+    if found := _PART_OF_OUTPUT.fullmatch(line):
+        run, tool, which = found.groups()
+        part = f"printed[-{which}:]" if tool == "tail" else f"printed.grep({which})"
+        return f'printed = !{run}\nprint(*{part}, sep="\\n")'
+    status = _STATUS.fullmatch(line)
+    alone = status[1] if status else line
+    if not alone.startswith("chaincor ") or _OF_A_SHELL.search(re.sub(r'"[^"]*"', "", alone)):
+        raise ValueError(f"{command!r} needs a shell; expected what Windows can do, too")
+    return f"!{alone}" + ('\nprint("exit status", _exit_code)' if status else "")
 
 
 def _cell(code: str) -> str:

@@ -29,8 +29,14 @@ def test_a_cell_run_again_goes_no_deeper_and_overwrites_nothing(home):
     assert Path.cwd() == home / "1_lesson_files"
     Path("mine").write_text("1")
     begin("1_lesson")
-    assert Path.cwd() == home / "1_lesson_files_2"
-    assert (home / "1_lesson_files" / "mine").read_text() == "1"
+    # Texts of lessons name the folder, which is that of the last run.
+    assert Path.cwd() == home / "1_lesson_files"
+    assert not list(Path.cwd().iterdir())
+    assert (home / "1_lesson_files_earlier" / "mine").read_text() == "1"
+    Path("mine").write_text("2")
+    begin("1_lesson")
+    assert (home / "1_lesson_files_earlier" / "mine").read_text() == "1"
+    assert (home / "1_lesson_files_earlier_2" / "mine").read_text() == "2"
 
 
 def test_the_shell_finds_chaincor_and_lmp(home, monkeypatch):

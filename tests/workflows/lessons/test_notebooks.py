@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import re
 import sys
 
 import nbformat
@@ -22,10 +23,16 @@ See [the next](2_tables.md) and [how to](../howto.md).
 ![What no code of the page draws.](../images/drawing.svg)
 
 ```console
-$ echo one \\
-    two
+$ chaincor run \\
+    --where "speed<1"
 one two
-$ echo three
+$ chaincor run --speed 0; echo "exit status $?"
+...
+$ cat job/in.chain
+...
+$ (cd job && lmp -in in.chain 2> /dev/null | grep -o "Bond.*missing")
+Bond atoms 1 2 missing
+$ (cd job && lmp -in in.chain | tail -8)
 ...
 ```
 
@@ -98,8 +105,12 @@ def page(tmp_path):
 def test_cells_of_a_page(page):
     assert sources(notebook(page)) == [
         'from chaincor.workflows.lessons import begin\n\nbegin("1_lesson")',
-        "%%bash\necho one \\\n    two",
-        "%%bash\necho three",
+        '!chaincor run --where "speed<1"',
+        '!chaincor run --speed 0\nprint("exit status", _exit_code)',
+        'print(open("job/in.chain").read())',
+        "printed = !cd job && lmp -in in.chain\n"
+        'print(*printed.grep("Bond.*missing"), sep="\\n")',
+        'printed = !cd job && lmp -in in.chain\nprint(*printed[-8:], sep="\\n")',
         "%%writefile sweep.toml\n# sweep.toml\n[axes]",
         "%%writefile mine.py\n# mine.py\nX = 1",
         'axes = result.plot.energy()\naxes.figure.savefig("own.png")',
@@ -117,6 +128,15 @@ def test_cells_of_a_page(page):
     assert "**Solution.**\n\nSo much." in prose
 
 
+@pytest.mark.parametrize(
+    "command", ["sed -i s/1/2/ a", "for k in 1 2; do lmp; done", "chaincor run | cat", "a 'b c'"]
+)
+def test_what_windows_cannot_do_is_in_no_lesson(page, command):
+    page.write_text(f"# A lesson\n\n```console\n$ {command}\n```\n")
+    with pytest.raises(ValueError, match="needs a shell"):
+        notebook(page)
+
+
 def test_a_picture_that_no_code_draws_is_in_the_notebook(page):
     cells = nbformat.reads(notebook(page), as_version=4).cells
     (cell,) = (cell for cell in cells if "attachments" in cell)
@@ -130,7 +150,8 @@ def test_hand_in_has_the_question_and_not_the_solution(page):
     assert "How much?" in text
     assert "Next: more." in text
     assert sources(text)[-1] == 'check("1.1", ...)'
-    for gone in ("Solution", "So much", "secret", "details"):
+    # Nor what a picture shows, which may be what is asked.
+    for gone in ("Solution", "So much", "secret", "details", "What the plot at 1 v", "another"):
         assert gone not in text
 
 
@@ -165,9 +186,15 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
                 cell["id"] = f"solution-{len(book.cells)}"
                 book.cells.append(cell)
     assert not asked
+    for cell in book.cells:
+        if cell.source.startswith("!") and "_exit_code" not in cell.source:
+            cell.source += "\nassert _exit_code == 0"
     assert book.cells[-1].id.startswith("solution")
     NotebookClient(book, timeout=1200, resources={"metadata": {"path": str(tmp_path)}}).execute()
     assert (tmp_path / f"{name}_files").is_dir()
+    for cell in book.cells:
+        if re.match("print|!", cell.source):
+            assert "".join(output.text for output in cell.outputs).strip(), cell.source
     shown = [str(output) for cell in book.cells for output in cell.get("outputs", [])]
     assert sum("image/png" in text for text in shown) >= 1
 
