@@ -24,6 +24,7 @@ from chaincor.workflows.campaign.work import (
 from chaincor.workflows.given import scenes_given, told_shortly, workers_given
 from chaincor.workflows.outputs import refuse_shared_outputs, refuse_unusable_outputs
 from chaincor.workflows.result import Collision
+from chaincor.workflows.showing.table import ResultTable
 
 if TYPE_CHECKING:
     from chaincor.workflows.store.results_store import Store
@@ -109,9 +110,9 @@ def collide(
     Returns
     -------
     Collision, list of Collision or list of Row
-        The result; of several scenes all, in their order. Where a tolerance could not be met,
-        `tolerance_met` is False and `reason` says why. With a store its rows: there `result` is
-        None, and `failure` says why, where a collision has none.
+        The result; of several scenes all, in their order, in a list that shows a table. Where a
+        tolerance could not be met, `tolerance_met` is False and `reason` says why. With a store
+        its rows: there `result` is None, and `failure` says why, where a collision has none.
 
     Raises
     ------
@@ -159,7 +160,7 @@ def collide(
         workers_for(tasks, workers) as (executor, in_flight),
     ):
         carry_out(tasks, collide_scenes, executor, found.take, in_flight=in_flight, advance=advance)
-    return [result for result in found.results if result is not None]
+    return ResultTable(result for result in found.results if result is not None)
 
 
 class _InOrder:

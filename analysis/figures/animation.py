@@ -1,5 +1,6 @@
 """A collision as a moving picture: particles on their line, and how fast each one goes."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,15 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure
+from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
 
 _FRAMES_PER_SECOND = 25
 # An hour; each is drawn.
 _MOST_FRAMES = 90_000
+# Springs of more particles are lines; bonds longer than this have broken, or are about to.
+_MOST_COILED, _LONGEST_DRAWN = 60, 3.0
 
 
 def animate_collision(
@@ -34,7 +39,8 @@ def animate_collision(
     """
     Write a collision as GIF, or as MP4 where ffmpeg is installed.
 
-    Above, the velocity of each particle; below, the chain itself, coloured by velocity.
+    Above, the velocity of each particle; below, the chain itself, coloured by velocity. A notebook
+    shows meanwhile how many of the pictures are drawn.
 
     Parameters
     ----------
@@ -75,15 +81,46 @@ def animate_collision(
         raise InputError(f"{path} needs ffmpeg, which is not installed; write a .gif instead")
 
     time = np.asarray(times, dtype=float)
-    n = np.shape(displacements)[1]
     moments = np.linspace(time[0], time[-1], frames)
-    x = _interpolate(time, np.asarray(displacements, dtype=float), moments) + rest_positions(
-        n, targets
-    )
+    x = _interpolate(time, np.asarray(displacements, dtype=float), moments)
+    x += rest_positions(x.shape[1], targets)
     v = _interpolate(time, np.asarray(velocities, dtype=float), moments) / impact_velocity
 
+    figure, draw = _stage(x, v, moments, title, targets)
+    # The layout is found once: finding it for every frame would take most of the time.
+    draw(0)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")
+    animation = FuncAnimation(figure, draw, frames=frames, blit=False)
+    writer = PillowWriter if path.suffix == ".gif" else FFMpegWriter
+    with written_aside(path) as aside:
+        animation.save(
+            str(aside),
+            writer=writer(fps=_FRAMES_PER_SECOND),
+            dpi=100,
+            progress_callback=_progress(frames) if in_notebook() else None,
+        )
+    return path
+
+
+def _progress(frames: int) -> Callable[[int, int], object]:
+    bar = session_bar(frames)
+    return lambda drawn, _: bar(drawn + 1, f"{drawn + 1} of {frames} pictures")
+
+
+def _stage(
+    x: NDArray[np.float64],
+    v: NDArray[np.float64],
+    moments: NDArray[np.float64],
+    title: str,
+    targets: int,
+) -> tuple["Figure", Callable[[int], tuple["Artist", ...]]]:
+    """Return a figure and what draws moment k into it; x and v are of shape (moments, n)."""
+    from matplotlib.lines import Line2D
+
+    n = x.shape[1]
     figure, (upper, lower) = new_figure(
-        2, 1, figsize=(7.0, 3.6), sharex=True, height_ratios=(3.0, 1.0)
+        2, 1, figsize=(7.0, 3.9), sharex=True, height_ratios=(3.0, 1.0)
     )
     size = float(np.clip(3000.0 / n, 3.0, 60.0))
     limit = max(1.2, float(np.max(np.abs(v))))
@@ -91,7 +128,8 @@ def animate_collision(
     style = {"cmap": "cividis", "vmin": -1.2, "vmax": 1.2, "s": size, "linewidths": 0.0}
     (line,) = upper.plot(x[0], v[0], color=GREY, linewidth=0.7)
     points = upper.scatter(x[0], v[0], c=v[0], **style)
-    beads = lower.scatter(x[0], np.zeros(n), c=v[0], **style)
+    (springs,) = lower.plot(*_springs(x[0], targets), color=GREY, linewidth=0.7, zorder=1)
+    beads = lower.scatter(x[0], np.zeros(n), c=v[0], zorder=2, **style)
     upper.axhline(0.0, color=BLACK, linewidth=0.6)
     lowest = 0.0
     if targets:
@@ -106,27 +144,45 @@ def animate_collision(
     upper.set_ylim(-1.1 * limit, 1.1 * limit)
     upper.set_ylabel(r"velocity $v_i/v_0$")
     lower.set_yticks([])
+    lower.set_ylim(-1.0, 1.0)
     lower.grid(visible=False)
+    other = "target" if targets else "wall"
+    shades = ((-1.2, f"moving to the {other}"), (0.0, "at rest"), (1.2, "moving away"))
+    figure.legend(
+        handles=[
+            Line2D([], [], color=points.to_rgba(speed), marker="o", linestyle="", label=text)
+            for speed, text in shades
+        ],
+        loc="outside lower center",
+        ncols=3,
+    )
     caption = upper.set_title(title, loc="left", fontsize=10)
 
     def draw(k: int) -> tuple["Artist", ...]:
         line.set_data(x[k], v[k])
         points.set_offsets(np.column_stack((x[k], v[k])))
         points.set_array(v[k])
+        springs.set_data(*_springs(x[k], targets))
         beads.set_offsets(np.column_stack((x[k], np.zeros(n))))
         beads.set_array(v[k])
         caption.set_text(f"{title}   t = {moments[k]:.1f}".strip())
-        return line, points, beads, caption
+        return line, points, springs, beads, caption
 
-    # The layout is found once: finding it for every frame would take most of the time.
-    draw(0)
-    figure.canvas.draw()
-    figure.set_layout_engine("none")
-    animation = FuncAnimation(figure, draw, frames=frames, blit=False)
-    writer = PillowWriter if path.suffix == ".gif" else FFMpegWriter
-    with written_aside(path) as aside:
-        animation.save(str(aside), writer=writer(fps=_FRAMES_PER_SECOND), dpi=100)
-    return path
+    return figure, draw
+
+
+def _springs(
+    x: NDArray[np.float64], targets: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a zigzag from each particle to the next of its body; none of very long bonds."""
+    coils = 8 if x.size <= _MOST_COILED else 1
+    share = np.linspace(0.0, 1.0, coils + 1)
+    along = x[:-1, None] + np.diff(x)[:, None] * share
+    across = np.broadcast_to(0.3 * np.r_[0.0, (-1.0) ** np.arange(coils - 1), 0.0], along.shape)
+    along = np.where(np.diff(x)[:, None] < _LONGEST_DRAWN, along, np.nan)
+    if targets:
+        along[targets - 1] = np.nan  # the contact
+    return along.ravel(), across.ravel()
 
 
 def _interpolate(

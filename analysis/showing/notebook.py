@@ -3,7 +3,8 @@
 import contextlib
 import io
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -13,6 +14,8 @@ if TYPE_CHECKING:
 # Twice as fine as it is wide, for fine screens.
 _DOTS_PER_INCH = 160
 _PIXELS_PER_INCH = 90
+# A notebook keeps every message that it is sent.
+_BAR_SECONDS = 0.3
 
 
 def in_notebook() -> bool:
@@ -26,6 +29,31 @@ def _shell() -> Any:
     from IPython import get_ipython
 
     return get_ipython()
+
+
+def session_bar(most: int) -> Callable[[float, str], None]:
+    """
+    Show a bar in a notebook that needs no widgets; returns what to call with its length and words.
+
+    The bar stays when its length is `most`.
+    """
+    from html import escape
+
+    from IPython.display import HTML, display
+
+    shown = 0.0
+    handle = display(HTML(""), display_id=True)
+
+    def show(length: float, words: str) -> None:
+        nonlocal shown
+        now = time.monotonic()
+        if length < most and now < shown + _BAR_SECONDS:
+            return
+        shown = now
+        bar = f'<progress value="{length:.4g}" max="{most}"></progress>'
+        handle.update(HTML(f"{bar} {escape(words)}"))
+
+    return show
 
 
 def session_axes(settings: Any) -> "Axes":

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from chaincor.analysis.showing.notebook import in_notebook
+from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
 
 if TYPE_CHECKING:
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 # Called after every collision with what it was expected to cost.
 Advance = Callable[[float], None]
-# A notebook keeps every message that it is sent.
-_NOTEBOOK_SECONDS = 0.3
 # What is over sooner needs no word.
 _QUIET_SECONDS = 2.0
 _REFRESH_SECONDS = 0.25
@@ -79,29 +77,16 @@ def progress_bar(wanted: bool, points: int, seconds: float) -> Iterator[Advance]
 
 
 def _notebook_bar(points: int) -> Callable[[int, float], None]:
-    """Show a bar that needs no widgets; it stays, with the time taken, when all is done."""
-    from IPython.display import HTML, display
-
-    started, shown = time.monotonic(), 0.0
-    handle = display(HTML(f"{points} collisions"), display_id=True)
+    """Show a bar that stays, with the time taken, when all is done."""
+    started, bar = time.monotonic(), session_bar(points)
 
     def show(done: int, share: float) -> None:
-        nonlocal shown
-        now = time.monotonic()
-        if done < points and now < shown + _NOTEBOOK_SECONDS:
-            return
-        shown, elapsed = now, now - started
-        value, left = f"{points * share:.4g}", ""
-        if done == points:
-            value = str(points)
-        elif share > 0.0:
+        elapsed, left = time.monotonic() - started, ""
+        if share > 0.0 and done < points:
             left = f", about {format_duration(elapsed * (1.0 - share) / share)} left"
-        handle.update(
-            HTML(
-                f'<progress value="{value}" max="{points}"></progress> {done} of {points} '
-                f"collisions in {format_duration(elapsed)}{left}"
-            )
-        )
+        words = f"{done} of {points} collisions in {format_duration(elapsed)}{left}"
+        # All the work may be done before the last collision is.
+        bar(points if done == points else min(points * share, 0.999 * points), words)
 
     return show
 

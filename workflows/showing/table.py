@@ -1,11 +1,14 @@
-"""A result as a small table of HTML, for notebooks."""
+"""Results as tables: one in a notebook, a list of them anywhere."""
 
 from html import escape
+from typing import TypeVar
 
+from chaincor.analysis.showing.numbers import with_error
 from chaincor.workflows.showing.described import Described
 from chaincor.workflows.showing.terms import TERMS
 from chaincor.workflows.showing.text import closing, heading, rows
 
+Result = TypeVar("Result", bound=Described)
 # Left to the notebook's own theme: no colours, which would be wrong in a dark one.
 _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
@@ -31,3 +34,42 @@ def html_table(result: Described) -> str:
 def _named(name: str) -> str:
     title = f" title='{escape(TERMS[name])}'" if name in TERMS else ""
     return f"<th style='{_CELL}'{title}>{escape(name)}</th>"
+
+
+class ResultTable(list[Result]):
+    """A list of results that shows itself as a table, a result a line."""
+
+    def __repr__(self) -> str:
+        if not self:
+            return "[]"
+        table = [_HEADINGS, *map(_line, self)]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        return "\n".join(
+            "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
+            for line in table
+        )
+
+    def _repr_html_(self) -> str:
+        def row(kind: str, texts: tuple[str, ...]) -> str:
+            cells = (f"<{kind} style='{_CELL}'>{escape(text)}</{kind}>" for text in texts)
+            return f"<tr>{''.join(cells)}</tr>"
+
+        body = "".join(row("td", _line(result)) for result in self)
+        return f"<table><thead>{row('th', _HEADINGS)}</thead><tbody>{body}</tbody></table>"
+
+
+_HEADINGS = ("bonds", "particles", "v0", "eta", "e", "contacts", "end")
+
+
+def _line(result: Described) -> tuple[str, ...]:
+    speed = f"{result.velocity:.6g}" if result.speed is None else f"{result.speed:.6g} v*"
+    missed = "" if result.tolerance_met is not False else ", tolerance not met"
+    return (
+        result.potential,
+        str(result.particles),
+        speed,
+        with_error(result.restitution, result.restitution_error),
+        f"{result.kinematic_restitution:.6g}",
+        str(result.contacts),
+        f"{result.ending}{missed}",
+    )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from chaincor.analysis.figures.animation import animate_collision
+from chaincor.analysis.figures.animation import _stage, animate_collision
 from chaincor.analysis.figures.bond_lengths import plot_bond_lengths
 from chaincor.analysis.figures.contact_intervals import plot_contact_intervals, plot_contact_speeds
 from chaincor.analysis.figures.energy_partition import plot_energy_partition
@@ -150,6 +150,19 @@ def test_animation_is_a_gif_that_moves(motion, tmp_path):
         first = np.asarray(image.convert("RGB"))
         image.seek(5)
         assert np.any(first != np.asarray(image.convert("RGB")))
+
+
+def test_springs_join_particles_of_one_body_and_legends_say_the_colours():
+    x = np.array([[-1.0, 0.0, 0.5, 1.5, 9.0]])
+    figure, draw = _stage(x, np.zeros((1, 5)), np.zeros(1), "", targets=2)
+    draw(0)
+    along = figure.axes[1].get_lines()[0].get_xdata().reshape(4, -1)
+    # None over the contact, nor where the bond broke.
+    assert [bool(np.isfinite(bond).all()) for bond in along] == [True, False, True, False]
+    np.testing.assert_allclose(along[0][[0, -1]], [-1.0, 0.0])
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    assert words == ["moving to the target", "at rest", "moving away"]
 
 
 def test_animation_refuses_what_it_cannot_write(motion, tmp_path, monkeypatch):

@@ -108,8 +108,7 @@ def test_cells_of_a_page(page):
         '!chaincor run --where "speed<1"',
         '!chaincor run --speed 0\nprint("exit status", _exit_code)',
         'print(open("job/in.chain").read())',
-        "printed = !cd job && lmp -in in.chain\n"
-        'print(*printed.grep("Bond.*missing"), sep="\\n")',
+        'printed = !cd job && lmp -in in.chain\nprint(*printed.grep("Bond.*missing"), sep="\\n")',
         'printed = !cd job && lmp -in in.chain\nprint(*printed[-8:], sep="\\n")',
         "%%writefile sweep.toml\n# sweep.toml\n[axes]",
         "%%writefile mine.py\n# mine.py\nX = 1",

@@ -7,6 +7,8 @@ from html.parser import HTMLParser
 import pytest
 
 from chaincor.analysis.figures import style
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.collision import collide
 from chaincor.workflows.pictures.live_page import live_page
 from tests.workflows.pictures.browser import Browser, find_chromium
 from tests.workflows.pictures.live_scenes import PROMISE, SCENES, page_scene, reference
@@ -111,7 +113,7 @@ def test_the_page_computes_from_its_file(opened):
     browser = opened("#potential=toda&particles=6&speed=0.5&toda_b=4")
     browser.wait(IDLE)
     assert re.match(r"0\.[\d\u2009]+ ± \d·10⁻", text_of(browser, "eta"))
-    assert "proved" in text_of(browser, "ending")
+    assert text_of(browser, "ending").startswith("Proved that")
     assert text_of(browser, "command") == (
         "chaincor run --engine reference --potential toda --toda-b 4 --particles 6 --speed 0.5"
     )
@@ -209,3 +211,48 @@ def test_thirty_scenes_against_collide(browser, name):
     assert difference <= PROMISE
     assert difference <= found["error"] + expected.restitution_error
     assert found["contacts"] == expected.contacts
+
+
+@needs_browser
+@pytest.mark.slow
+def test_bonds_are_as_long_as_the_program_says(opened):
+    browser = opened("#potential=lj&particles=20&speed=0.9")
+    browser.wait(IDLE)
+    words = text_of(browser, "facts")
+    found = re.search(r"up to the last contact, seen at steps: (0\.\d+) to (1\.\d+)", words)
+    scene = Scene(particles=20, speed=0.9, engine="reference", scheme="order8", timestep=0.05)
+    expected = collide(scene)
+    # What the program's and the page's steps leave unseen, and half of the page's last digit. In
+    # the time that the page follows it after the last contact a bond gets 1.25 long.
+    room = 2.0 * expected.bond_error + 5e-4
+    assert float(found[1]) == pytest.approx(expected.bond_min, abs=room)
+    assert float(found[2]) == pytest.approx(expected.bond_max, abs=room)
+    assert room < 0.01
+
+
+@needs_browser
+@pytest.mark.slow
+def test_each_field_is_understood(opened):
+    browser = opened("#potential=harmonic&particles=1&velocity=0.1")
+    browser.wait(IDLE)
+    assert text_of(browser, "verdict").startswith("100.0 % of the translational energy comes back")
+    assert "Bond" not in text_of(browser, "facts")
+    browser.evaluate("find('particles').value = 6; find('masses').value = '1 2, 3'; change()")
+    browser.wait("find('command').textContent.includes('--masses 1,2,3')")
+    browser.wait(IDLE)
+    browser.evaluate("find('target').value = 'free'; change()")
+    browser.wait("find('verdict').textContent.includes('% of the energy of relative motion')")
+    browser.evaluate("find('temperature').value = 2; change()")
+    browser.wait("!find('refusal').hidden")
+    assert text_of(browser, "refusal") == "Temperature is 2: expected a number from 0 to 1."
+    # Nothing of the scene before it stays.
+    for name in ("command", "command-label", "eta", "verdict", "ending", "facts"):
+        assert text_of(browser, name) == ""
+    # What the page cannot compute, the program may.
+    browser.open(browser.path, "#potential=log&particles=20&speed=9")
+    browser.wait("!find('refusal').hidden")
+    assert "see the command below" in text_of(browser, "refusal")
+    assert text_of(browser, "command").endswith("--potential log --particles 20 --speed 9")
+    browser.evaluate("find('potential').value = 'power'; change()")
+    browser.wait("find('power_order-hint').textContent === '3 to 20'")
+    assert text_of(browser, "power_c-hint") == "0.001 to 1000"

@@ -17,6 +17,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.showing.table import ResultTable
 from chaincor.workflows.showing.terms import TERMS
 from chaincor.workflows.showing.text import closing, describe, heading, rows
 
@@ -153,6 +154,22 @@ def test_energy_starts_whole(result):
         assert translation[:, 1].max() == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_list_of_results_is_a_table(plain):
+    slow = collide(Scene(potential="harmonic", particles=3, engine="reference"))
+    missed = dataclasses.replace(plain, tolerance_met=False, reason="", potential="<b>")
+    many = ResultTable([plain, slow, missed])
+    lines = [line.split() for line in repr(many).splitlines()]
+    assert lines[0] == ["bonds", "particles", "v0", "eta", "e", "contacts", "end"]
+    assert lines[1][:4] == ["lj", "10", "0.4", "v*"]
+    assert lines[1][4] == f"{plain.restitution:.8f}"
+    assert lines[2][:3] == ["harmonic", "3", "0.1"]
+    assert repr(many).endswith("tolerance not met")
+    texts = Cells(many._repr_html_()).texts
+    assert len(texts) == 4 * 7
+    assert texts[21] == "<b>"
+    assert repr(ResultTable()) == "[]"
+
+
 def test_a_free_target_is_in_the_picture():
     ax = collide(SCENES["target"]).plot.world_lines()
     lowest = min(line.get_ydata().min() for line in ax.get_lines())
@@ -240,7 +257,8 @@ CELLS = (
     "import matplotlib.pyplot as plt\nplt.close(plt.figure())",
     "ax = result.plot.spectrum()",
     "figure, ax = plt.subplots()\nresult.plot.spectrum(ax=ax);",
-    "many = collide([result.scene] * 3)",
+    "many = collide([result.scene] * 3)\nmany",
+    "result.plot.animate(pictures=2)",
 )
 
 
@@ -254,8 +272,12 @@ def test_a_notebook_shows_each_figure_once():
     assert shown[0] == [{"text/plain", "text/html"}]
     for cell in (1, 3, 4):
         assert shown[cell] == [{"image/png", "text/plain"}]
-    (bar,) = notebook.cells[5].outputs
+    bar, table = notebook.cells[5].outputs
     assert "3 of 3 collisions" in bar["data"]["text/html"]
+    assert table["data"]["text/html"].count("<tr>") == 4
+    bar, moving = notebook.cells[6].outputs
+    assert "2 of 2 pictures" in bar["data"]["text/html"]
+    assert "image/gif" in moving["data"]["text/html"]
 
 
 @pytest.mark.parametrize(

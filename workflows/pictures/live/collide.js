@@ -81,16 +81,18 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
   // Sound has to cross at least.
   if (span * slow > 2 * mostSteps * step) throw new Refusal(TOO_LONG);
   let look = 0, calmSince = 0, counted = 0, ending = null, told = Date.now();
-  let shortest = 0, longest = 0;
+  // Of the bonds: from the first contact to this step, and to the step before the last contact.
+  let lengths = [0, 0], within = [0, 0], met = 0;
   reel && reel.note(motion);
   while (!ending) {
     motion.advance();
     reel && reel.note(motion);
     const now = motion.time, contacts = motion.contacts;
-    for (let i = 0; i < motion.now.strain.length; i++) {
+    if (contacts.length !== met) [within, met] = [[...lengths], contacts.length];
+    for (let i = 0; contacts.length && i < motion.now.strain.length; i++) {
       if (i === line.gap) continue;
-      shortest = Math.min(shortest, motion.now.strain[i]);
-      longest = Math.max(longest, motion.now.strain[i]);
+      lengths[0] = Math.min(lengths[0], motion.now.strain[i]);
+      lengths[1] = Math.max(lengths[1], motion.now.strain[i]);
     }
     if (motion.steps % 64 === 0 && Date.now() - told > TELL_EVERY) {
       told = Date.now();
@@ -132,8 +134,8 @@ function follow(setup, step, { film, most, patience, known, steady, tell = () =>
     end,
     step,
     steps: motion.steps,
-    shortest,
-    longest,
+    shortest: within[0],
+    longest: within[1],
     energies: partition(setup, u, velocity),
     final: { strain: Array.from(strain), velocity: Array.from(velocity) },
     displacements: u,

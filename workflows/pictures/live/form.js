@@ -88,7 +88,13 @@ function commandOf(scene) {
 /** Show what belongs to the choices made. */
 function arrange() {
   const { linear, limits } = BOND_FORM[find("potential").value];
-  for (const key of BOND_NUMBERS) find(key).parentElement.hidden = !(key in limits);
+  const scene = {};
+  for (const key of BOND_NUMBERS) {
+    find(key).parentElement.hidden = !(key in limits);
+    if (!(key in limits)) continue;
+    find(`${key}-hint`).textContent = limits[key](scene).join(" to ").replaceAll("-", "\u2212");
+    scene[key] = Number(find(key).value);
+  }
   find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
   find("speed-hint").textContent = linear
     ? "0.0001 to 10; springs behave alike at every speed"

@@ -66,7 +66,7 @@ function hear(task, own, data) {
     }
   } else if (data.kind === "refused") {
     own.busy = false;
-    refuse(data.expected ? data.message : `The computation failed: ${data.message}`);
+    refuse(data.expected ? data.message : `The computation failed: ${data.message}`, state.scene);
     if (data.expected) startCurve();
   } else if (data.kind === "point") {
     shown.curve.push(data.point);
@@ -110,14 +110,19 @@ function change({ later = 0 } = {}) {
     // At the first look the address stays as it was given.
     if (state.scene || location.hash) history.replaceState(null, "", address);
     state.scene = scene;
-    find("command").textContent = commandOf(scene);
-    find("command-label").textContent = scene.temperature
-      ? "By the program, with a state of its own at this temperature (the random numbers differ):"
-      : "The same by the program:";
+    sayCommand(scene);
     find("progress").textContent = "Computing \u2026";
     state.fresh = true;
     start("collide", scene);
   }, later);
+}
+
+/** Say how the program computes a scene; nothing where there is none. */
+function sayCommand(scene) {
+  find("command").textContent = scene ? commandOf(scene) : "";
+  find("command-label").textContent = !scene ? "" : scene.temperature
+    ? "By the program, with a state of its own at this temperature (the random numbers differ):"
+    : "The same by the program:";
 }
 
 // What is shown ---------------------------------------------------------------------------------
@@ -139,7 +144,7 @@ function show(run, done) {
   find("verdict").textContent = unknown
     ? `Runs with steps halved differ by ${run.error.toPrecision(1)}: this motion is chaotic, and the ` +
       "page gives no number. The pictures show one of many motions."
-    : `${share} of the energy ${run.rigid === false || scene.target_particles ? "of relative motion " : ""}` +
+    : `${share} of the ${scene.target_particles ? "energy of relative motion" : "translational energy"} ` +
       `comes back, after ${count} ${count === 1 ? "contact" : "contacts"}, the last at t = ${last.toFixed(2)}. ` +
       (loose > 0 ? `The chain breaks at ${loose} ${loose === 1 ? "bond" : "bonds"}. ` : "");
   find("ending").textContent = ENDINGS[run.ending](run);
@@ -150,9 +155,9 @@ function show(run, done) {
       `${(2 * run.step).toPrecision(3)} gives the error bar. ${run.seconds.toFixed(2)} s.`
     : "A second run, with half the time step, for the error bar \u2026";
   const unit = run.unit === null ? "" : `; v* = ${run.unit.toPrecision(9)}`;
-  find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}; while the page follows the motion, ` +
-    `also after the last contact, the shortest bond is ` +
-    `${(1 + run.shortest).toFixed(4)}, the longest ${(1 + run.longest).toFixed(2)}.` +
+  find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}.` +
+    (run.masses.length > 2 ? ` Bond lengths up to the last contact, seen at steps: ` +
+      `${(1 + run.shortest).toFixed(3)} to ${(1 + run.longest).toFixed(3)}.` : "") +
     (scene.temperature ? ` Warm: T = ${scene.temperature}, seed ${scene.seed} of this page's own ` +
       "random numbers (sfc32): the program draws another state from the same seed."
       : "");
@@ -171,14 +176,14 @@ function show(run, done) {
   } else seek(clamp(state.time, times[0], times[times.length - 1]));
 }
 
-/** Say why there is no number, and show none. */
-function refuse(message) {
+/** Say why there is no number, and show none; of a scene that the program may compute, how. */
+function refuse(message, scene = null) {
   find("refusal").textContent = message;
   find("refusal").hidden = false;
   document.body.dataset.refused = "yes";
   for (const id of ["progress", "eta", "verdict", "ending", "kinematic", "facts"])
     find(id).textContent = "";
-  find("command").textContent = find("command-label").textContent = "";
+  sayCommand(scene);
   shown.run = null;
   play(false);
   for (const picture of PICTURES) {

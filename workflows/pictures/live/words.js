@@ -14,7 +14,7 @@ function withBar(value, bar) {
 const superscript = (k) => String(k).replace(/./g, (c) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"["0123456789".indexOf(c)] ?? "\u207b");
 
 const ENDINGS = {
-  proved: () => "That was the last contact: proved, since the energy left cannot bring the chain back.",
+  proved: () => "Proved that it was the last contact: the energy left cannot bring the chain back.",
   argued: () => "Very likely the last contact, but not proved: the energy left could bring the chain " +
     "back if nearly all of it met in one bond.",
   open: (run) => `Not proved that it was the last contact: none came in the time ${run.watched.toFixed(0)} ` +
