@@ -1,8 +1,8 @@
 """The words of a result, each explained in a sentence."""
 
 TERMS = {
-    "v*": "speed scale of a potential: the kinetic energy of a particle at v* compresses a bond to "
-    "where it stores twice what a spring would",
+    "v*": "speed at which a bond no longer acts as a spring: the kinetic energy of one particle at "
+    "v* compresses one bond so far that it stores twice the energy of a spring as short",
     "restitution (energy)": "eta = K_r/K_i, final over initial kinetic energy of the centre of "
     "mass (with a free target: of the relative motion); after +- how far it may be from the exact "
     "number",
@@ -10,8 +10,8 @@ TERMS = {
     "other texts mean this one",
     "contacts": "how often particle 1 meets the wall or the target; times t count from the first "
     "contact, in units of sqrt(mass/stiffness)",
-    "end": "how sure it is that no further contact comes: proved by energy and momentum, argued, "
-    "or open",
+    "end": "how sure it is that no further contact comes: proved (energy and momentum rule it "
+    "out), argued (it is very unlikely), or open",
     "chain": "the centre of mass after the collision, its kinetic energy (translation), and all "
     "other energy (vibration)",
     "target": "the same of the free target",
@@ -20,8 +20,8 @@ TERMS = {
     "energy drift": "(E_end - E_start)/E_start; exact motion has none",
     "momentum residual": "momentum at the end that the contacts do not explain, as a share of the "
     "initial momentum, which is n v0 for unit masses; exact motion has none",
-    "fragments": "pieces the chain is in: across a broken bond there is more relative energy than "
-    "it takes to part",
+    "fragments": "number of pieces of the chain; a bond is broken where the two sides move apart "
+    "with more energy than the bond can hold",
     "crossed": "harmonic bonds let particles pass through each other, which atoms do not",
     "run by": "engine (lammps, or reference: the in-house one); how the contact is met (event "
     "wall: located within a step; reflect wall: stock fix wall/reflect); the scheme that "
@@ -33,13 +33,13 @@ TERMS = {
 OF_DUMPS = {
     "frames": "states of all particles that the dump holds; what happens between two of them is "
     "worked out from both",
-    "format and reading": "how far eta may be from that of the run because the dump has so many "
-    "digits and frames; the error of the run itself (steps, table, wall) is not in it",
+    "format and reading": "error of eta that the dump's limited digits and frames cause; the error "
+    "of the run itself (steps, table, wall) is not in it",
     "f/n": "contacts per particle of the chain; 1 for hard balls, about 0.87 for long chains of "
     "springs",
     "interval": "time from one contact to the next, in units of sqrt(mass/stiffness)",
     "incoming speed": "speed of particle 1 just before a contact, in units of v0, the speed of the "
-    "chain before the first",
+    "chain before its first contact",
     "vibration": "share of the energy in the last frame that is not translation of the chain",
     "chain": "velocity of its centre of mass in the last frame, and its energy there",
     "target": "the same of the free target",
@@ -47,18 +47,18 @@ OF_DUMPS = {
     "springs, leave out",
     "strongest modes": "the three vibrations with most energy in the last frame, and their shares "
     "of the energy of all modes; j = 1 has the longest wave, of two chain lengths",
-    "strongest at first": "the same in the first frame, of a chain that came vibrating",
-    "note": "what limits the numbers above; one that says something impossible forbids to trust "
-    "any of them, and the exit status is then 1",
+    "strongest at first": "the strongest modes in the first frame, where the chain came vibrating",
+    "note": "what limits the numbers above; where a note calls something impossible, trust none of "
+    "the numbers: the exit status is then 1",
 }
 
 OF_STUDIES = {
     "setting": "engine, wall, scheme, table and step (dt of Verlet, H of composed schemes) "
     "together",
-    "kept": "the error of eta that a setting promises here and in scenes like this one: the worst "
-    "that it or a smaller step had, times a reserve",
-    "cause wall": "the stock wall less the located one, at the same steps; none where contacts are "
-    "located within the step",
+    "kept": "an error of eta that a setting should not exceed here and in similar scenes: the "
+    "largest error measured at this step and smaller ones, times a safety factor",
+    "cause wall": "difference of eta between LAMMPS's own wall and contacts located within the "
+    "step, at the same steps",
     "cause integrator": "what finite steps leave with exact bonds, exact contacts and no rounding",
     "cause table": "tabulated bonds less exact ones, at the same steps",
     "cause rounding": "double precision less wider numbers, at the same steps",
@@ -69,18 +69,18 @@ OF_STUDIES = {
 }
 
 OF_SCRIPTS = {
-    "rung": "nearby values of the variable, one run each; a ladder is a row of rungs from coarse "
-    "to fine",
+    "rung": "a few runs at nearby values of the variable, such as the time step; a ladder is a row "
+    "of rungs from coarse to fine",
     "regular": "the error is a smooth power of the step: the value can be extrapolated",
-    "irregular": "the number jumps about between nearby steps, by less the finer they are",
+    "irregular": "the number jumps about between nearby steps; the jumps shrink with the step",
     "noise": "the number jumps about, and the step has no part in it: only more runs help",
-    "bounded": "none of regular, irregular and noise is sure; means bound the error, "
-    "without an order",
+    "bounded": "it is not sure which of regular, irregular and noise it is: means over each rung "
+    "bound the error, and no order is given",
     "cannot tell": "the number has the same digits in all runs",
-    "order": "the power of the step that the error, or its scatter, falls with; after +- what it "
-    "holds within in 95 of 100 cases",
-    "scatter": "standard deviation of one run at nearby values",
-    "promises": "the error that a single run on this rung keeps",
+    "order": "the power of the step with which the error, or its scatter, falls; after +- its "
+    "uncertainty, at 95 % confidence",
+    "scatter": "standard deviation of the number over the runs of a rung",
+    "promises": "an error that a single run on this rung should not exceed",
 }
 
 ALL_TERMS = TERMS | OF_DUMPS | OF_STUDIES | OF_SCRIPTS

@@ -7,7 +7,7 @@ from chaincor.workflows.showing.described import Described
 
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
-    "argued": "very likely over: another contact is not ruled out",
+    "argued": "another contact is very unlikely, but not ruled out",
     "open": "a piece still approaches the {}; contacts to come are in the error bar",
 }
 
@@ -66,7 +66,7 @@ def rows(result: Described) -> list[tuple[str, str]]:
         *_bodies_after(result),
         ("bond lengths", _bond_lengths(result)),
         ("energy drift", f"{result.energy_drift:.1e}"),
-        ("momentum residual", f"off by {result.momentum_residual:.1e} of the initial momentum"),
+        ("momentum residual", f"{result.momentum_residual:.1e} of the initial momentum"),
     ]
     if result.fragments > 1:
         found.append(("fragments", f"{result.fragments} at the last contact: bonds broke"))
