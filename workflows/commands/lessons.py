@@ -16,9 +16,8 @@ import click
     help="folder for the notebooks",
 )
 @click.option("--solutions", is_flag=True, help="with the solutions, for teachers")
-@click.option("--hand-in", is_flag=True, hidden=True, help="what is the default now")
 @click.option("--force", is_flag=True, help="replace notebooks that are in the folder already")
-def lessons(output: Path, solutions: bool, hand_in: bool, force: bool) -> None:
+def lessons(output: Path, solutions: bool, force: bool) -> None:
     """
     Write the lessons as notebooks for students: `jupyter lab DIR` opens them.
 
@@ -29,8 +28,6 @@ def lessons(output: Path, solutions: bool, hand_in: bool, force: bool) -> None:
     from chaincor.workflows.lessons.notebooks import notebook
     from chaincor.workflows.lessons.pages import lesson_pages
 
-    if solutions and hand_in:
-        raise InputError("--solutions and --hand-in are given; expected one of the two")
     made = {
         output / f"{name}.ipynb": notebook(page, solutions=solutions)
         for name, page in lesson_pages().items()
