@@ -14,7 +14,9 @@ LEAST_RUNGS = 3
 _CHANCE = 0.05
 # Where no power fits, the finest rung is as far from the limit as from its neighbour, twice.
 _NO_LAW = 2.0
-_WIDER = 1.2
+# A choice among windows makes bars too short, and among verdicts, where a rung has few runs: by
+# 1 + this over them, as `benchmarks.bars.ladders` counts with 4 and 8.
+_WIDER, _FEW_RUNS = 1.2, 2.2
 
 
 @dataclass(frozen=True)
@@ -73,12 +75,12 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
         )
     h = steps.mean(axis=1) / steps.max()
     means, errors = values.mean(axis=1), scatter / np.sqrt(columns)
-    # A choice among windows, and scatter from few runs, make such bars too short.
-    sure = _WIDER * float(t.ppf(0.975, rungs * (columns - 1)))
+    gaussian = float(t.ppf(0.975, rungs * (columns - 1)))
+    sure = (1.0 + _FEW_RUNS / columns) * gaussian
     for window in range(rungs, LEAST_RUNGS - 1, -1):
         x, y, e = h[-window:], means[-window:], errors[-window:]
         fits = [(p, *_fit(x**p, y, e)) for p in ORDERS]
-        limit = float(chi2.ppf(1.0 - _CHANCE, window - 2)) * (sure / 1.96) ** 2
+        limit = float(chi2.ppf(1.0 - _CHANCE, window - 2)) * (_WIDER * gaussian / 1.96) ** 2
         kept = [fit for fit in fits if fit[3] <= limit]
         if kept:
             break

@@ -251,6 +251,8 @@ def _noise(
     spread = np.sqrt(float(np.sum(rest**2)) / freedom / float(x @ x) / columns)
     hidden = abs(level) + float(t.ppf(0.975, freedom)) * spread
     bias = hidden * h.mean(axis=1) + error
+    # The mean of all runs may hide as much of it, on an average over rungs.
+    error = float(np.hypot(error, hidden * h.mean()))
     reason = "runs scatter, the step changes neither how much nor the mean"
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
 

@@ -335,7 +335,7 @@ def _of_header(section: Section, kind: Kind) -> list[str]:
         )
     if kind == "pair" and lengths[0] <= 0.0:
         faults.append(f"its distances begin at {lengths[0]:g}; LAMMPS expects positive ones")
-    faults += _of_spacing(header, lengths)
+    faults += _of_spacing(header, lengths, section.digits[:, 0])
     if "EQ" in header and not lengths[0] <= header["EQ"][0] <= lengths[-1]:
         faults.append(
             f"it says EQ {header['EQ'][0]:g}, and its rows go from {lengths[0]:g} to "
@@ -344,13 +344,13 @@ def _of_header(section: Section, kind: Kind) -> list[str]:
     return faults
 
 
-def _of_spacing(header: dict[str, list[float]], lengths: Array) -> list[str]:
-    """Compare distances with those that LAMMPS works out of R and RSQ."""
+def _of_spacing(header: dict[str, list[float]], lengths: Array, digits: Array) -> list[str]:
+    """Compare distances with those that LAMMPS works out of R and RSQ, but for lost digits."""
     for name, power in (("R", 1), ("RSQ", 2)):
         if name in header:
             low, high = header[name]
             made = np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power)
-            off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made)
+            off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made) + digits
             if np.any(off):
                 row = int(np.flatnonzero(off)[0])
                 return [

@@ -59,6 +59,8 @@ GOOD = [
     {"kind": "pair", "power": 2},
     {"rows": 100},
     {"form": "%.7g"},
+    # Distances that LAMMPS warns of: they differ from those of R by their last digit.
+    {"kind": "pair", "spoil": lambda d, h: np.column_stack([np.round(d[:, 0], 5), d[:, 1:]])},
     {"head": {"FP": [0, 0]}},
     {"head": {"EQ": [1.0]}},
     {"spoil": lambda d, h: d + np.array([0.0, 7.5, 0.0])},
