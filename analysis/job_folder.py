@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
+from chaincor.analysis.dumps.declared_setup import declared_setup
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
@@ -20,6 +21,7 @@ from chaincor.analysis.dumps.view import DumpView, Frames, ViewedDump
 from chaincor.analysis.frame_analysis import CHAIN_AND_WALL, Bodies, EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
@@ -124,6 +126,7 @@ def _existing(path: Path) -> Path:
 def _job_of(
     folder: Path, kinds: dict[str, list[Path]], data: Path | None, dump: Path | None
 ) -> Job:
+    dump, data = (_beside(folder, path) for path in (dump, data))
     if dump is None:
         dump = _only_one(kinds["dump"], "dump", folder)
     if dump is None:
@@ -142,6 +145,13 @@ def _job_of(
         scripts=tuple(kinds["script"]),
         logs=tuple(kinds["log"]),
     )
+
+
+def _beside(folder: Path, path: Path | None) -> Path | None:
+    """Return a file that is named: where the name says, else in the folder."""
+    if path is None or path.exists() or not (folder / path).exists():
+        return path
+    return folder / path
 
 
 def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
@@ -243,6 +253,12 @@ def analyze_job(
         bond = bond or scene.bond
         impact_velocity = impact_velocity or scene.impact_velocity
         _expect_count(scene.all_particles, job.scene, layout.by_ids.particles, job.dump)
+    elif bond is None and declared_setup(job.logs, job.scripts).spring is not None:
+        bond = Harmonic()
+        notes.append("script or log says bond_style harmonic: energies are those of such bonds")
+    if job.scene is None and (view.wall != 0.0 or view.upwards):
+        side = "+x" if view.upwards else "-x"
+        notes.append(f"the wall is taken to be at x = {view.wall:g}, met by a chain along {side}")
     if job.data is not None and bodies == CHAIN_AND_WALL:
         _expect_count(count_atoms(job.data), job.data, layout.particles, job.dump)
         _expect_one_chain(job.data, layout.particles)
@@ -315,9 +331,32 @@ def uses_reflecting_wall(job: Job) -> bool:
 
 
 def view_of(job: Job) -> DumpView:
-    """Return how to see the dump of a job: in the units that lie beside it, if any do."""
-    path = job.dump.parent / UNITS_FILE
-    return DumpView(UnitSystem.from_file(path)) if path.exists() else DumpView()
+    """
+    Return how to see the dump of a job, by what lies beside it.
+
+    Units are those of ``units.toml``; without one, and without a scene, those in which its springs
+    and masses are 1. The wall is that of ``fix wall/reflect``; of two, the chain flies to one.
+    """
+    path, setup = job.dump.parent / UNITS_FILE, declared_setup(job.logs, job.scripts)
+    units = UnitSystem()
+    if path.exists():
+        units = UnitSystem.from_file(path)
+    elif job.scene is None:
+        masses = declared_masses(job.data, job.scripts, job.logs).by_type
+        units = setup.units(next(iter(masses.values()), None))
+    faces = [*setup.walls]
+    if not faces:
+        return DumpView(units)
+    first = open_trajectory(job.dump).first()
+    upwards = faces == ["xhi"]
+    if len(faces) > 1 and "vx" in first.columns:
+        upwards = bool(np.mean(first.column("vx")) > 0.0)
+    place = setup.walls["xhi" if upwards else "xlo"]
+    try:
+        wall = float(first.bounds[0, int(upwards)] if place == "EDGE" else place)
+    except ValueError:
+        return DumpView(units)
+    return DumpView(units, wall, upwards)
 
 
 def open_dump(job: Job, view: DumpView) -> Frames:

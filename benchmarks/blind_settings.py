@@ -16,7 +16,7 @@ from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.tradeoff.front import CheapestRow
-from chaincor.workflows.tradeoff.study import measure_tradeoff
+from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.tradeoff.truth import find_truth
 
 SCENES = 20
@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="measure the table quickly")
     parser.add_argument("--seed", type=int, default=4)
     arguments = parser.parse_args()
-    study = measure_tradeoff(Scene(), quick=arguments.quick)
+    study = tradeoff(Scene(), quick=arguments.quick)
     rows = study.cheapest["lammps"]
     print("promises:", *(f"{row.error:.0e}" for row in rows))
     worst, every = [], []

@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from chaincor.workflows.collision import collide as collide
     from chaincor.workflows.job import write_job as write_job
     from chaincor.workflows.job_analysis.analyze import analyze as analyze
+    from chaincor.workflows.reproduce.reproduction import reproduce as reproduce
     from chaincor.workflows.result import Collision as Collision
     from chaincor.workflows.scripts.study import timestep_study as timestep_study
     from chaincor.workflows.store.export import to_pandas as to_pandas
     from chaincor.workflows.store.results_store import Store as Store
     from chaincor.workflows.tables.check import check_table as check_table
+    from chaincor.workflows.tradeoff.study import tradeoff as tradeoff
     from chaincor.workflows.validation.comparison import validate as validate
 
 _HOMES = {
@@ -40,9 +42,11 @@ _HOMES = {
     "collide": "chaincor.workflows.collision",
     "collide_many": "chaincor.workflows.campaign.collide_many",
     "find_job": "chaincor.analysis.job_folder",
+    "reproduce": "chaincor.workflows.reproduce.reproduction",
     "sweep": "chaincor.workflows.campaign.sweep",
     "timestep_study": "chaincor.workflows.scripts.study",
     "to_pandas": "chaincor.workflows.store.export",
+    "tradeoff": "chaincor.workflows.tradeoff.study",
     "validate": "chaincor.workflows.validation.comparison",
     "write_job": "chaincor.workflows.job",
 }
@@ -59,9 +63,11 @@ __all__ = [
     "collide",
     "collide_many",
     "find_job",
+    "reproduce",
     "sweep",
     "timestep_study",
     "to_pandas",
+    "tradeoff",
     "validate",
     "write_job",
 ]

@@ -29,25 +29,32 @@ def _doubled(line: Line, units: UnitSystem) -> str:
     return f"2.0*{number(units.mass * line.contact_mass)}"
 
 
-def contact_force(line: Line) -> list[str]:
+def contact_force(line: Line, only: str = "", unit: float = 1.0, length: float = 1.0) -> list[str]:
     r"""
     Return the commands that define the force :math:`K d^q` between soft bodies with overlap d.
 
     While they overlap, stages of a step may lie a little before or after: where q is whole, the
     force goes on there as the same power of a negative overlap, and steps keep their order.
+
+    Parameters
+    ----------
+    line : Line
+        The bodies.
+    only : str
+        Factor of the force, such as a condition.
+    unit, length : float
+        The chain's units of force and length in those of the script.
     """
     place = None if line.rigid else len(line.chain_masses) + 1
     overlap = "(0.0-x[1])" if place is None else f"(x[{place}]-x[1])"
     power = f"{overlap}^{number(line.contact_exponent)}"
     if not line.contact_exponent.is_integer():
         power = f"({overlap}>0.0)*abs{power}"
-    commands = [
-        f"variable        push equal {number(line.contact_stiffness)}*{power}",
-        "group           struck id 1",
-    ]
+    scale = number(unit * line.contact_stiffness / length**line.contact_exponent)
+    commands = [f"variable        push equal {only}{scale}*{power}", "group           struck id 1"]
     if place is not None:
         commands += [
-            f"variable        pull equal -{number(line.contact_stiffness)}*{power}",
+            f"variable        pull equal -{only}{scale}*{power}",
             f"group           met id {place}",
         ]
     return commands
@@ -79,7 +86,7 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
     wall : str
         ``event`` or ``reflect``.
     units : UnitSystem
-        In which LAMMPS computes; those of the chain for soft bodies.
+        In which LAMMPS computes.
 
     Returns
     -------
@@ -130,8 +137,9 @@ def contact_values(scene: Scene, wall: Wall, units: UnitSystem = CHAIN_UNITS) ->
         given = "-mass(target)*vcm(target,x)" if targets else "mass(all)*vcm(all,x)"
         values |= {
             "given": given,
-            "define_force": contact_force(line),
-            "force_on": contact_force_on(line),
-            "force_off": contact_force_off(line),
+            "define_force": [
+                *contact_force(line, "(v_side<0.0)*", units.force, units.length),
+                *contact_force_on(line),
+            ],
         }
     return values

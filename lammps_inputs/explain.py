@@ -9,6 +9,7 @@ from importlib.resources import files
 
 # For a slide.
 _WIDTH = 72
+_SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,14 @@ class Explanation:
     page: str
 
 
-def explain_script(script: str, others_own: bool = False) -> str:
+def explain_script(script: str, others_own: bool = False, brief: bool = False) -> str:
     """
     Write an explanation above the first command of each kind.
 
+    A `brief` one is a sentence, and is left out where the script has a comment of its own there.
     Raises KeyError if a command has no explanation, unless some are `others_own`.
     """
-    lines: list[str] = [*_comment(_texts()["heading"]), ""]
+    lines: list[str] = [*_comment(_texts()["plain_heading" if brief else "heading"]), ""]
     explained: set[Explanation] = set()
     continued = quoted = False
     for line in script.splitlines():
@@ -51,9 +53,13 @@ def explain_script(script: str, others_own: bool = False) -> str:
                 found = None
             if found is not None and found not in explained:
                 explained.add(found)
+                if brief and lines[-1].startswith("#"):
+                    lines.append(line)
+                    continue
                 if lines[-1] and not lines[-1].startswith("# ----"):
                     lines.append("")
-                lines += _comment(f"{found.text} [{found.page}]")
+                text = _SENTENCE_ENDS.split(found.text)[0] if brief else found.text
+                lines += _comment(f"{text} [{found.page}]")
         continued = command.endswith("&")
         quoted ^= command.count('"""') == 1
         lines.append(line)

@@ -138,6 +138,9 @@ class Extras:
 
 NO_EXTRAS = Extras()
 
+# What users of LAMMPS give by -var where a script knows velocity and timestep.
+_MISSPELT = ("speed", "v0", "vel", "velo", "v", "dt", "h", "step", "time_step", "timesteps")
+
 
 @cache
 def _environment() -> Any:
@@ -220,9 +223,10 @@ def render_plain_template(
 
 def _in_units(scene: Scene, units: UnitSystem) -> dict[str, Any]:
     """Return what a script says of a scene, in its units."""
+    targets = scene.target_particles
     return {
-        "title": f"A {_plain(scene.bond.name)} chain of {scene.particles} particles meets "
-        + ("a wall" if scene.target_particles is None else f"{scene.target_particles} at rest"),
+        "title": f"A chain of {scene.particles} particles with {_plain(scene.bond.name)} bonds "
+        + ("meets a wall" if targets is None else f"meets {targets} at rest"),
         "velocity": number(units.speed * scene.impact_velocity),
         "units": units.style,
         "reduced": units == CHAIN_UNITS,
@@ -320,12 +324,11 @@ def render_job(
         "frame_time": number(time * frames) if isinstance(frames, float) else frames,
         "restartable": extras.restartable,
         "guards": extras.guards,
+        "misspelt": _MISSPELT,
         "contacts_listed": extras.contacts,
         "dump_file": DUMP_FILE,
         "log_file": LOG_FILE,
         "contacts_file": CONTACTS_FILE,
-        "at_wall": number(1e-12 * units.length),
-        "nowhere": number(1e-18 * units.length),
         "moment_of_time": number(1e-9 * time),
         "restart_file": RESTART_FILE,
         "state_file": STATE_FILE,
@@ -355,7 +358,7 @@ def render_job(
         if steps.graded is not None:
             zone, power = steps.graded
             values |= {
-                "zone": number(zone),
+                "zone": number(time * zone),
                 "power": number(power),
                 "root_power": number(1.0 / power),
             }

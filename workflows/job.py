@@ -16,19 +16,48 @@ from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TA
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
+from chaincor.workflows.given import scene_given
 from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
+
+# No bond that LAMMPS can follow is met so fast, in units of the sound in a chain at rest.
+_SUPERSONIC = 3.0
 
 
 def write_job(
-    scene: Scene, folder: Path, *, replace_existing: bool = False, **wishes: Any
+    scene: Scene, folder: Path | str, *, replace_existing: bool = False, **wishes: Any
 ) -> list[Path]:
     """
-    Write the input script, the chain, its bond table and the scene; returns the paths.
+    Write a LAMMPS job: ``lmp -in in.chain`` in its folder runs it and prints the restitution.
 
-    For what else can be wished see :func:`job_files`. Raises InputError if the folder holds a job
-    already or cannot be made, and what that function raises.
+    Parameters
+    ----------
+    scene : Scene
+        The collision. Without explicit numerics the job is made for its tolerance.
+    folder : path
+        Where the script, the chain, its bond table and the scene are written.
+    replace_existing : bool
+        Whether a job that lies there already is replaced.
+    **wishes
+        As :func:`job_files` takes them: ``plain=True`` for the shortest script,
+        ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True`` for what a script
+        does besides, ``explain=True`` for comments, ``template``, ``table_range``, ``units``.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The files.
+
+    Raises
+    ------
+    InputError
+        If the folder holds a job already or cannot be made, and what :func:`job_files` raises.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, write_job
+    >>> write_job(Scene(particles=10), "first", plain=True, explain=True)
     """
-    return _write_files(job_files(scene, **wishes), folder, replace_existing)
+    return _write_files(job_files(scene_given(scene), **wishes), Path(folder), replace_existing)
 
 
 def job_files(
@@ -52,7 +81,7 @@ def job_files(
     the scene has a dump; `restartable`, `guards` and `contacts` add what
     :class:`~chaincor.lammps_inputs.script.Extras` says; `explain` says of every command and file
     what it is for; for `table_range` see :func:`~chaincor.workflows.scripted.plan.plan_script`;
-    LAMMPS computes in `units`, those of the chain where its bodies are soft; `plain` is for the
+    LAMMPS computes in `units`; `plain` is for the
     shortest script, and so is a template that is a whole script. Raises SceneError if the scheme
     cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
     """
@@ -64,10 +93,12 @@ def job_files(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     scene = scene.replace(engine="lammps")
-    if units != CHAIN_UNITS and scene.line.soft:
-        raise SceneError(
-            "units are given and the bodies are soft; expected hard ones: a force between bodies "
-            "is scripted in the chain's own units, so leave [units] out"
+    if units != CHAIN_UNITS and (scene.velocity or 0.0) > _SUPERSONIC:
+        v, style = scene.impact_velocity, units.style
+        raise InputError(
+            f"velocity is {v:g} in units of the chain, in which sound has 1: that would be "
+            f"{v * units.speed:g} in units {style}; expected the chain's units, as [units] is of "
+            f"the job alone: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
         )
     whole = template if template is not None and template.whole else None
     if plain and whole is not None:
@@ -108,7 +139,9 @@ def job_files(
         texts[TABLE_FILE] = plan.table.to_text(units)
     if explain:
         annotate: dict[str, Callable[[str], str]] = {
-            SCRIPT_FILE: lambda text: explain_script(text, others_own=template is not None),
+            SCRIPT_FILE: lambda text: explain_script(
+                text, others_own=template is not None, brief=plain
+            ),
             DATA_FILE: explain_data,
             TABLE_FILE: explain_table,
         }

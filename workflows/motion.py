@@ -130,7 +130,7 @@ class Motion:
 
     def to_ase(self, frames: int = 200) -> "list[Atoms]":
         """
-        Return the motion as ASE Atoms; the collision is carried out again for it.
+        Return the motion as a list of ASE Atoms, one a frame; it is carried out again for that.
 
         Numbers are the reduced ones of this package, not eV, angstrom and ASE's time.
 

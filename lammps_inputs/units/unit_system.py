@@ -44,9 +44,12 @@ class UnitSystem:
     def from_fields(cls, fields: Any) -> "UnitSystem":
         """Check a table ``[units]``; SceneError says what is wrong with it."""
         keys = ("length", "mass", "stiffness", "style")
-        if not isinstance(fields, dict) or set(fields) != set(keys):
+        given = set(fields) if isinstance(fields, dict) else set()
+        if given != set(keys):
+            wrong = [f"no {key}" for key in keys if key not in given]
+            wrong += [f"{key[:40]!a}, which it does not know" for key in sorted(given - set(keys))]
             raise SceneError(
-                f"units is {str(fields)[:80]!a}; expected a table [units] with length, mass, "
+                f"units has {' and '.join(wrong)}; expected a table [units] with length, mass, "
                 "stiffness and style, each once"
             )
         style = fields["style"]

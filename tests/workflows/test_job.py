@@ -357,6 +357,15 @@ def test_a_job_refuses_faster_chains_by_name(tmp_path):
     assert "restitution =" not in done.stdout
 
 
+@pytest.mark.parametrize("name", ["speed", "dt"])
+def test_a_guarded_job_refuses_names_that_it_does_not_know(name, tmp_path):
+    write_job(Scene(particles=3, velocity=0.05, scheme="verlet"), tmp_path, guards=True)
+    done = run_lmp(tmp_path, "-var", name, "0.01")
+    assert done.returncode == 1
+    assert "UNKNOWN NAME" in done.stdout
+    assert "restitution =" not in done.stdout
+
+
 @pytest.mark.parametrize("name", ["velocity", "timestep"])
 def test_a_job_refuses_text_by_the_name_of_what_it_stands_for(name, tmp_path):
     write_job(Scene(particles=5, velocity=0.05, scheme="verlet"), tmp_path, guards=True)

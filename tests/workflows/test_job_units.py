@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import write_job
@@ -27,6 +27,13 @@ SCENES = [
     {"potential": "lj", "speed": 0.4, "wall": "reflect", "error": False},
     {"potential": "harmonic", "velocity": 0.05, "masses": (1, 2), "scheme": "order6"},
     {"potential": "toda", "velocity": 0.05, "target_particles": 3, "scheme": "verlet"},
+    {
+        "potential": "lj",
+        "speed": 0.3,
+        "target_particles": 2,
+        "contact": "power",
+        "scheme": "order4",
+    },
 ]
 
 
@@ -171,7 +178,14 @@ def test_units_without_sense_are_refused(argon, options, line, capsys):
 @pytest.mark.parametrize(
     ("table", "line"),
     [
-        ({"length": 1.0}, "a table [units] with length, mass, stiffness and style"),
+        (
+            {"length": 1.0},
+            "units has no mass and no stiffness and no style; expected",
+        ),
+        (
+            {"size": 1, "length": 1, "mass": 1, "stiffness": 1, "style": "si"},
+            "has 'size', which",
+        ),
         ({"length": 0, "mass": 1, "stiffness": 1, "style": "si"}, "units.length is '0'"),
         ({"length": 1, "mass": True, "stiffness": 1, "style": "si"}, "units.mass is 'True'"),
         ({"length": 1, "mass": 1, "stiffness": 1, "style": "cgs"}, "units.style is 'cgs'"),
@@ -190,11 +204,6 @@ def test_units_come_from_the_scene_file(capsys, tmp_path):
     assert "units           metal" in (tmp_path / "job" / "in.chain").read_text()
     status, _, err = chaincor(capsys, "run", str(scene))  # a run has no units
     assert (status, err.count("\n")) == (2, 1)
-
-
-def test_soft_bodies_have_no_other_units(tmp_path):
-    with pytest.raises(SceneError, match=r"leave \[units\] out"):
-        write_job(Scene(particles=3, contact="power"), tmp_path / "job", units=ARGON)
 
 
 @pytest.mark.parametrize(
@@ -224,3 +233,9 @@ def test_a_job_in_far_units_gives_the_numbers_of_the_reduced_one(length, tmp_pat
     write_job(scene, tmp_path / "job", units=UnitSystem(length, 1.0, 1.0, "lj"))
     etas = [number(run_lmp(tmp_path / name).stdout, "restitution") for name in ("reduced", "job")]
     assert etas[1] == pytest.approx(etas[0], abs=1e-11)
+
+
+def test_a_velocity_in_the_units_of_the_job_is_named(tmp_path):
+    scene = Scene(potential="lj", particles=3, velocity=690.0)
+    with pytest.raises(InputError, match=r"in units metal is velocity = 51\.[0-9]+$"):
+        write_job(scene, tmp_path, units=ARGON)

@@ -77,8 +77,10 @@ def test_every_command_is_explained(name):
         for explain in (False, True)
     )
     assert commands(explained) == commands(plain)
-    # Two pages of paper.
-    assert len(explained.splitlines()) <= 110
+    # Two pages of paper, and two minutes aloud at 150 words a minute.
+    assert len(explained.splitlines()) <= 80
+    said = [line for line in explained.splitlines() if line.startswith("#")]
+    assert len(" ".join(said).replace("#", "").split()) <= 300
 
 
 @pytest.mark.parametrize(

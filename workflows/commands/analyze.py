@@ -62,11 +62,13 @@ if TYPE_CHECKING:
     help="the particles at the lowest x are a free target [default: from scene.toml, or the "
     "column mol of the dump]",
 )
-@click.option("--wall", type=float, metavar="X", help="where the wall is [default: 0]")
+@click.option(
+    "--wall", type=float, metavar="X", help="where the wall is [default: from log or script, or 0]"
+)
 @click.option(
     "--direction",
     type=click.Choice(["-x", "+x"]),
-    help="which way the chain moves before it meets the wall [default: -x]",
+    help="which way the chain moves before it meets the wall [default: from log or script, or -x]",
 )
 @click.option(
     "--length", metavar="L|auto", help="natural length of a bond; auto: as in the first frame"
@@ -76,7 +78,8 @@ if TYPE_CHECKING:
 @click.option(
     "--units",
     type=click.Choice(["lj", "metal", "real", "si"]),
-    help="of the dump; with --length, --mass and --stiffness [default: units.toml, else lj]",
+    help="of the dump; with --length, --mass and --stiffness [default: units.toml, or springs and "
+    "masses of log or script, or lj]",
 )
 @click.option(
     "-o",
@@ -176,7 +179,6 @@ def analyze(
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     """Return how to see a dump: as the options say, or as the file beside it does."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
-    from chaincor.analysis.dumps.view import DumpView
     from chaincor.analysis.job_folder import view_of
     from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
@@ -206,11 +208,12 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
             raise InputError(
                 f"--length is {str(fields['length'])[:40]!a}; expected a number or auto"
             ) from None
-        view = DumpView(UnitSystem.from_fields(fields))
+        view = replace(view, units=UnitSystem.from_fields(fields))
     if wall is not None or direction is not None:
         if wall is not None and not math.isfinite(wall):
             raise InputError(f"--wall is {wall}; expected a finite number")
-        view = replace(view, wall=wall or 0.0, upwards=direction == "+x")
+        upwards = view.upwards if direction is None else direction == "+x"
+        view = replace(view, wall=view.wall if wall is None else wall, upwards=upwards)
     return view.with_length_of(open_trajectory(job.dump).first()) if auto else view
 
 

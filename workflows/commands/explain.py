@@ -10,6 +10,10 @@ from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
 
+# What jobs print when they stop, in a table.
+_ROW = re.compile(r"^\| (`[A-Z ]+`.*?) \| (.*?) \| (.*?) \|$", re.MULTILINE)
+_NAME = re.compile(r"`([A-Z ]+)`")
+
 
 @click.command()
 @click.argument("words", metavar="[WORD]...", nargs=-1)
@@ -19,7 +23,10 @@ def explain(words: tuple[str, ...]) -> None:
 
     Without a word: all that results print, and the names of the errors.
     """
-    errors = dict(_SECTION.findall(_page()))
+    page = _page()
+    errors = dict(_SECTION.findall(page))
+    for said, cause, remedy in _ROW.findall(page):
+        errors |= dict.fromkeys(_NAME.findall(said), f"{cause}\n{remedy}")
     if not words:
         for name, text in ALL_TERMS.items():
             _paragraph(f"{name}: {text}.")

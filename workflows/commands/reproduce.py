@@ -5,8 +5,6 @@ from typing import Any
 
 import click
 
-STORE_FILE = "results.sqlite"
-
 
 @click.command()
 @click.option(
@@ -41,13 +39,9 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
     What is finished is kept in a results store beside the report, and never computed twice: an
     interrupted run goes on where it was.
     """
-    from chaincor.workflows.reproduce.measuring import run_into_store
-    from chaincor.workflows.reproduce.plan import FULL, QUICK
-    from chaincor.workflows.reproduce.reproduction import reproduce_paper
+    from chaincor.workflows.reproduce import reproduction
 
-    folder.mkdir(parents=True, exist_ok=True)
-    runner = run_into_store(folder / STORE_FILE, workers, progress=not as_json)
-    contents = reproduce_paper(QUICK if quick else FULL, folder, runner)
+    contents = reproduction.reproduce(folder, quick=quick, workers=workers, progress=not as_json)
     if as_json:
         click.echo((folder / "report.json").read_text())
     else:

@@ -80,9 +80,9 @@ def tradeoff(
         _calibrate(as_json)
         return
     from chaincor.workflows.study_progress import study_progress
+    from chaincor.workflows.tradeoff import study
     from chaincor.workflows.tradeoff.description import describe_study
     from chaincor.workflows.tradeoff.page import PAGE
-    from chaincor.workflows.tradeoff.study import measure_tradeoff
     from chaincor.workflows.tradeoff.study_files import to_dict, write_study
 
     scene = scene_from(scene_file, options)
@@ -94,13 +94,13 @@ def tradeoff(
             err=True,
         )
     with study_progress() as progress:
-        study = measure_tradeoff(scene, quick=quick, progress=progress)
+        found = study.tradeoff(scene, quick=quick, progress=progress)
     if output is not None:
-        write_study(study, output)
+        write_study(found, output)
     if as_json:
-        click.echo(json_text(to_dict(study), study.scene))
+        click.echo(json_text(to_dict(found), found.scene))
     else:
-        click.echo(describe_study(study))
+        click.echo(describe_study(found))
         if output is not None:
             click.echo(f"page: {output / PAGE}")
 

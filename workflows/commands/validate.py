@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import NUMERICS_KEYS, OUTPUT_KEYS
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 from chaincor.workflows.json_output import json_text
@@ -106,7 +107,14 @@ def validate(
         if grid:
             raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
         found = read_lammps_result(against)
-        if found.scene is not None and not own and scene_file is None:
+        if not own and scene_file is None:
+            if found.scene is None:
+                raise InputError(
+                    f"nothing beside '{against}' tells the scene of that run"
+                    + (f" of {found.particles} particles" if found.particles else "")
+                    + "; expected it: SCENE.toml, or options such as --potential lj --particles "
+                    f"{found.particles or 100} --velocity V"
+                )
             asked = scene.tolerance
             scene = found.scene.without(*NUMERICS_KEYS).replace(tolerance=asked)
         scenes = []

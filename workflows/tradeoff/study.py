@@ -11,6 +11,7 @@ from chaincor.lammps_inputs.scene_parts.field_types import Engine
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.given import scene_given
 from chaincor.workflows.tradeoff.bond_tables import TablePoint, measure_tables
 from chaincor.workflows.tradeoff.budget import ErrorBudget, measure_budget
 from chaincor.workflows.tradeoff.front import CheapestRow, cheapest_settings, give_advice
@@ -94,16 +95,41 @@ class Tradeoff:
 Progress = Callable[[str, float], None]
 
 
-def measure_tradeoff(
+def tradeoff(
     scene: Scene, *, quick: bool = False, progress: Progress = lambda _part, _done: None
 ) -> Tradeoff:
     """
-    Measure error against time for a scene, on this machine.
+    Measure error against time for a scene, on this machine, as ``chaincor tradeoff`` does.
 
-    The scene's own numerics, engine and files are ignored; `quick` takes seconds instead of a
-    minute or two. Raises RunError if the collision cannot be converged, or no setting ran at all,
-    and InputError for masses, targets, soft contacts and states of one's own.
+    Parameters
+    ----------
+    scene : Scene
+        The collision. Its own numerics, engine and files are ignored; its tolerance, by default
+        1e-6, is what the advice is for.
+    quick : bool
+        Fewer settings, in some 15 s instead of a minute or two.
+    progress : callable, optional
+        Called with the name of each part, and the fraction of the whole study that is done.
+
+    Returns
+    -------
+    Tradeoff
+        Every setting that was run with its error and its time, the cheapest by decade of error, and
+        one line of advice.
+
+    Raises
+    ------
+    RunError
+        If the collision cannot be converged, or no setting ran at all.
+    InputError
+        For masses, targets, soft contacts and states of one's own.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, tradeoff
+    >>> print(tradeoff(Scene(particles=20), quick=True).advice)
     """
+    scene = scene_given(scene)
     if not scene.line.plain:
         raise InputError(
             "a study takes its truth and its oracles from a cold chain of unit masses before a "

@@ -48,7 +48,7 @@ class Comparison:
     @property
     def agrees(self) -> bool:
         """Whether the difference is within the error bars."""
-        return self.allowed is None or self.difference <= self.allowed
+        return self.allowed is None or bool(self.difference <= self.allowed)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields and the verdict; a difference that is not finite becomes None."""
@@ -77,6 +77,8 @@ class Validation:
         Their eta.
     comparisons : tuple of Comparison
         Quantity by quantity.
+    note : str or None
+        What is known of a difference.
     """
 
     scene: Scene
@@ -85,6 +87,7 @@ class Validation:
     restitution: float
     judge_restitution: float
     comparisons: tuple[Comparison, ...]
+    note: str | None = None
 
     @property
     def agrees(self) -> bool:
@@ -109,6 +112,7 @@ class Validation:
                 f"{comparison.quantity:16} {comparison.difference:12.1e} {allowed:>12}  {verdict}"
             )
         lines.append(f"verdict: {'they agree' if self.agrees else 'they DIFFER'}")
+        lines += [] if self.note is None else [f"note: {self.note}"]
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
@@ -124,6 +128,7 @@ class Validation:
             "restitution": self.restitution,
             "judge_restitution": self.judge_restitution,
             "agrees": self.agrees,
+            "note": self.note,
             "comparisons": [comparison.to_dict() for comparison in self.comparisons],
         }
 

@@ -5,11 +5,16 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
-from chaincor.analysis.job_folder import find_job
+from chaincor.analysis.dumps.timestep import read_first_timestep
+from chaincor.analysis.job_folder import find_job, uses_reflecting_wall, view_of
+from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
-from chaincor.workflows.job_analysis.analyze import analyze
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
+from chaincor.workflows.collision import collide
+from chaincor.workflows.job_analysis.analyze import analyze_found
 from chaincor.workflows.validation.comparison import (
     Comparison,
     Validation,
@@ -21,6 +26,8 @@ _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
 # With what a log ends.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
+_ATOMS = re.compile(r"^\s*(?:Created )?(\d+) atoms$", re.MULTILINE)
+_REFLECT = re.compile(r"^fix\s+\S+\s+\S+\s+wall/reflect\s", re.MULTILINE)
 # A job of chaincor's says its error last.
 _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
@@ -35,7 +42,7 @@ class LammpsResult:
     source : str
         Where it was read.
     scene : Scene or None
-        Of ``scene.toml`` beside it.
+        Of ``scene.toml`` beside it, or as its other files tell it; None where these do not.
     restitution : float
         Eta.
     restitution_error : float or None
@@ -44,6 +51,12 @@ class LammpsResult:
         How many, where it says so.
     data_error : float
         Error of eta by the digits of a dump.
+    particles : int or None
+        Of both bodies, where it says so.
+    stock_wall : bool
+        Whether the run had LAMMPS's ``fix wall/reflect``.
+    timestep : float or None
+        Of its steps, in the chain's units.
     """
 
     source: str
@@ -52,6 +65,9 @@ class LammpsResult:
     restitution_error: float | None
     contacts: int | None
     data_error: float = 0.0
+    particles: int | None = None
+    stock_wall: bool = False
+    timestep: float | None = None
 
 
 def is_lammps_result(against: str | None) -> bool:
@@ -81,14 +97,32 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         found = _read_log(path, scene)
         if found is not None:
             return found
-    analysis = analyze(folder, dump=None if path.is_dir() else path)
+    job, analysis = analyze_found(folder, dump=None if path.is_dir() else path)
+    timestep = read_first_timestep(job.logs, job.scripts)
     return LammpsResult(
         str(path),
-        scene,
+        scene or _scene_told(analysis),
         analysis.restitution,
         analysis.restitution_error,
         analysis.contacts,
         analysis.data_error,
+        analysis.particles + (analysis.target.masses.size if analysis.target else 0),
+        uses_reflecting_wall(job),
+        None if timestep is None else timestep / view_of(job).units.time,
+    )
+
+
+def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
+    """Return the scene of a run whose script says that its bonds are springs."""
+    if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
+        return None
+    alike = bool(np.all(analysis.masses == analysis.masses[0]))
+    masses = None if alike else tuple(map(float, analysis.masses))
+    return Scene(
+        potential="harmonic",
+        particles=analysis.particles,
+        velocity=analysis.velocity,
+        masses=masses,
     )
 
 
@@ -99,8 +133,15 @@ def validate_result(
     Compare a LAMMPS result of the user's own with the in-house integrator.
 
     Where the result has no error bar, `tolerance`, by default the scene's or 1e-6, or what the
-    digits of the dump leave, is the difference of eta that is still agreement.
+    digits of the dump leave, is the difference of eta that is still agreement. Raises InputError
+    where the numbers of particles differ.
     """
+    if found.particles not in (None, scene.all_particles):
+        raise InputError(
+            f"{found.source} is of {found.particles} particles, and the scene has "
+            f"{scene.all_particles}; expected the scene of that run: give it as SCENE.toml, or by "
+            f"--particles {found.particles} and what else it is"
+        )
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
     judge = judge_for(scene, asked)
     known = found.restitution_error
@@ -115,6 +156,7 @@ def validate_result(
     if found.contacts is not None:
         difference = abs(found.contacts - judge.contacts)
         comparisons.append(Comparison("contacts", difference, allowed_contacts(judge)))
+    agrees = comparisons[0].agrees
     return Validation(
         scene=scene,
         subject=f"LAMMPS, read from {found.source}",
@@ -122,7 +164,22 @@ def validate_result(
         restitution=found.restitution,
         judge_restitution=judge.restitution,
         comparisons=tuple(comparisons),
+        note=None if agrees else _of_stock_wall(scene, found, comparisons[0].difference),
     )
+
+
+def _of_stock_wall(scene: Scene, found: LammpsResult, difference: float) -> str | None:
+    """Say whether the stock wall, at the step of a run, explains a difference."""
+    if not found.stock_wall:
+        return None
+    usual = "the run used fix wall/reflect, which errs in first order of its step"
+    if found.timestep is None or scene.line.soft or not scene.line.rigid:
+        return f"{usual}; its step is not known, so that nothing tells whether that is all"
+    own = scene.without("tolerance", *NUMERICS_KEYS)
+    bare = own.replace(engine="lammps", wall="reflect", scheme="verlet", timestep=found.timestep)
+    bar = collide(bare).restitution_error or 0.0
+    explained = "explains the difference" if difference <= bar else "does not explain it all"
+    return f"{usual}; at a step of {found.timestep:g} that is up to {bar:.1e}, which {explained}"
 
 
 def _has_dump(folder: Path) -> bool:
@@ -160,6 +217,9 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         found["restitution"],
         found.get("restitution_error"),
         None if contacts is None else round(contacts),
+        particles=int(atoms[-1]) if (atoms := _ATOMS.findall(text)) else None,
+        stock_wall=_REFLECT.search(text) is not None,
+        timestep=read_first_timestep((path,), ()),
     )
 
 

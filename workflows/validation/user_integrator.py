@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from traceback import extract_tb
 from typing import Any
 
 import numpy as np
@@ -69,9 +70,10 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
     Call ``module:function`` with the scene, or read a CSV or NPZ file.
 
     The function is the user's own code and is run as such, in a process of its own. It gets a
-    :class:`~chaincor.lammps_inputs.scene.Scene` and returns the final velocities (array of shape
-    (n,)), or a mapping with the key ``velocities`` and, if it likes, ``displacements``,
-    ``contact_times`` and ``contact_speeds``. Masses, a target, a soft contact and the state at the
+    :class:`~chaincor.lammps_inputs.scene.Scene`, with its `velocity` in absolute units in place of
+    a `speed`, and returns the final velocities (array of shape (n,)), or a mapping with the key
+    ``velocities`` and, if it likes, ``displacements``, ``contact_times`` and ``contact_speeds``.
+    Masses, a target, a soft contact and the state at the
     start are in ``scene.line`` (a :class:`~chaincor.lammps_inputs.line.Line`); for a free target
     the mapping must have ``target_velocities``, too, and may have ``target_displacements``.
 
@@ -148,15 +150,34 @@ def _work(sender: Any, module: str, function: str, scene: Scene, folder: str) ->
         sender.send(
             (
                 "missing",
-                f"cannot import {module}: {type(error).__name__}: {_one_line(error)}; expected a "
+                f"cannot import {module}: {_with_line(error, module)}; expected a "
                 f"module that Python imports and that has a function {function}: correct it",
             )
         )
         return
     try:
-        sender.send(("done", _plain(integrate(scene))))
+        sender.send(("done", _plain(integrate(with_velocity(scene)))))
     except Exception as error:  # whatever a user's code raises
-        sender.send(("failed", f"{type(error).__name__}: {_one_line(error)}"))
+        sender.send(("failed", _with_line(error, module)))
+
+
+def _with_line(error: BaseException, module: str) -> str:
+    """Return an error in one line, with the last line of the user's module that led to it."""
+    said = f"{type(error).__name__}: {_one_line(error)}"
+    if isinstance(error, SyntaxError):
+        return said
+    name = f"{module.rsplit('.', 1)[-1]}.py"
+    frames = [f for f in extract_tb(error.__traceback__) if Path(f.filename).name == name]
+    if not frames:
+        return said
+    return f"{said} ({name}, line {frames[-1].lineno}: {(frames[-1].line or '')[:80]})"
+
+
+def with_velocity(scene: Scene) -> Scene:
+    """Return a scene whose `velocity` is a number, where it has one velocity at all."""
+    if scene.velocity is not None or scene.comes_moving:
+        return scene
+    return scene.replace(speed=None, velocity=scene.impact_velocity)
 
 
 def _one_line(error: BaseException) -> str:

@@ -8,11 +8,11 @@ import pytest
 from click.testing import CliRunner
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.commands.tradeoff import tradeoff
+from chaincor.workflows.commands.tradeoff import tradeoff as command
 from chaincor.workflows.tradeoff import study as study_module
 from chaincor.workflows.tradeoff.description import describe_study
 from chaincor.workflows.tradeoff.front import describe
-from chaincor.workflows.tradeoff.study import Plan, bare_scene, measure_tradeoff
+from chaincor.workflows.tradeoff.study import Plan, bare_scene, tradeoff
 from chaincor.workflows.tradeoff.study_files import to_dict, write_study
 from tests.page_checks import check_file_list, read_page, words_of
 
@@ -31,7 +31,7 @@ def study(heard):
     # what is looked at here: an idle one needs two seconds, this one gets ten minutes.
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study_module, "QUICK", Plan(600.0, 600.0, stock_budget=False))
-        return measure_tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
+        return tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
 
 
 def test_the_truth_has_a_bar_far_below_what_is_measured(study):
@@ -112,7 +112,7 @@ def test_files_hold_what_was_measured(study, tmp_path):
 def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, monkeypatch):
     monkeypatch.setattr(study_module, "QUICK", Plan(0.5, 1.0, stock_budget=False))
     done = CliRunner().invoke(
-        tradeoff, ["--quick", "--particles", "3", "-o", str(tmp_path / "out"), "--json"]
+        command, ["--quick", "--particles", "3", "-o", str(tmp_path / "out"), "--json"]
     )
     assert done.exit_code == 0, done.output
     assert "costs" in json.loads(done.stdout)["advice"] or "beyond" in done.stdout
@@ -124,7 +124,7 @@ def test_calibration_goes_to_the_users_settings(tmp_path, monkeypatch):
 
     path = tmp_path / "settings" / "cost_model.json"
     monkeypatch.setattr(cost_model, "user_cost_model_path", lambda: path)
-    done = CliRunner().invoke(tradeoff, ["--calibrate"])
+    done = CliRunner().invoke(command, ["--calibrate"])
     assert done.exit_code == 0, done.output
     assert str(path) in done.output
     assert json.loads(path.read_text())["stage"] > 0.0

@@ -8,7 +8,7 @@ import pytest
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
-from chaincor.workflows.tradeoff.study import measure_tradeoff
+from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.validation.user_comparison import validate_user
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
 
@@ -142,4 +142,4 @@ def test_the_command_names_both_bodies(capsys):
 def test_a_study_refuses_what_its_oracles_do_not_know():
     for fields in ({"masses": [1, 2]}, {"target_particles": 3}, {"compression": 0.01}):
         with pytest.raises(InputError, match=f"expected none of {next(iter(fields))}"):
-            measure_tradeoff(Scene(particles=4, **fields), quick=True)
+            tradeoff(Scene(particles=4, **fields), quick=True)

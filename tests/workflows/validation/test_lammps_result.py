@@ -71,9 +71,12 @@ def test_a_dump_agrees_and_another_scene_does_not(tmp_path, capsys):
     # The dump's frames lie between contacts: its bar is that of the file's digits, not of eta's.
     for path in (dump, dump.parent):
         assert call(capsys, "--against", str(path), *SMALL, "--tolerance", "1e-4")[0] == 0
-    status, out, _ = call(capsys, "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
+    status, out, _ = call(capsys, "--against", str(dump), "--masses", "1,2", *SMALL)
     assert status == 1
     assert "DIFFER" in out
+    status, _, err = call(capsys, "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
+    assert status == 2
+    assert "is of 3 particles, and the scene has 4; expected the scene of that run" in err
 
 
 def test_a_log_without_a_result_is_refused(tmp_path, capsys):

@@ -18,6 +18,10 @@ def only_velocities(scene):
 def raises(scene):
     raise ValueError("no\\nway")
 
+def divides(scene):
+    assert scene.velocity == scene.impact_velocity
+    return 1.0 / 0
+
 def hangs(scene):
     time.sleep(60)
 
@@ -42,7 +46,7 @@ def returns_no_velocities(scene):
 def returns_words(scene):
     return {"velocities": ["fast", "slow", "none"]}
 """
-SCENE = Scene(potential="harmonic", particles=3, velocity=0.1)
+SCENE = Scene(potential="lj", particles=3, speed=0.4)
 
 
 @pytest.fixture(autouse=True)
@@ -62,7 +66,8 @@ def test_final_velocities_are_enough():
 @pytest.mark.parametrize(
     ("function", "says"),
     [
-        ("raises", r"raised ValueError: no way$"),
+        ("raises", r"raised ValueError: no way \(mine\.py, line \d+: raise ValueError\(.*\)\)$"),
+        ("divides", r"ZeroDivisionError: .* \(mine\.py, line \d+: return 1\.0 / 0\)$"),
         ("dies", "ended its process without returning"),
         ("returns_nothing", "finite numbers|shape"),
         ("returns_nan", "not a list of finite numbers"),
