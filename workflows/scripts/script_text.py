@@ -168,7 +168,7 @@ def check_paths(script: ScriptText) -> None:
                     f"line {number} of {script.path.name} names {word!r}, and runs take place in a "
                     "copy of the script's folder; expected paths inside it, or from the root"
                 )
-            if re.match(r"/\w", word) and words[0] not in _READERS:
+            if re.match(r"/\w|~/|\$\{?HOME\b", word) and words[0] not in _READERS:
                 raise InputError(
                     f"line {number} of {script.path.name} names {word!r} in '{words[0]}', so that "
                     "each run would write there; expected a path inside the script's folder"

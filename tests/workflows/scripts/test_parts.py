@@ -106,7 +106,13 @@ def test_a_variable_that_is_not_used_is_named(tmp_path):
 
 
 def test_paths_out_of_the_folder_are_refused(tmp_path):
-    for line in ("read_data ../chain.data", "dump d all atom 1 /tmp/d", "log '/tmp/l'"):
+    for line in (
+        "read_data ../chain.data",
+        "dump d all atom 1 /tmp/d",
+        "log '/tmp/l'",
+        "shell cp a ~/b",
+        "shell rm $HOME/b",
+    ):
         with pytest.raises(InputError, match=r"line 1 of in\.mine"):
             check_paths(script(tmp_path, f"{line}\n"))
     check_paths(script(tmp_path, "read_data /data/a.data # ../b\nvariable x equal 1.0 / 2\n"))

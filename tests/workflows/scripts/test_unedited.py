@@ -90,6 +90,14 @@ def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
     assert abs(run.numbers["v_x:last"].value - 0.1 * np.cos(TIME)) < 0.1 * TIME * steps**2 / 12
 
 
+def test_line_ends_of_windows_change_nothing(spring, tmp_path):
+    run, _ = one_run(spring, tmp_path, finer=2.0)
+    for path in (spring, spring.parent / "more.in"):
+        path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
+    again, _ = one_run(spring, tmp_path, finer=2.0)
+    assert again.numbers == run.numbers
+
+
 def test_between_runs_the_script_sees_its_own_step(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + 'timestep 0.03\nrun 50\nprint "dt is $(dt)"\nrun 0\n')
