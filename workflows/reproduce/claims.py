@@ -22,7 +22,9 @@ of the number or scale. A trend has no number: 1 stands for "it is so", 0 for "i
 How far a number depends on the range it is fitted over is stated beside it, and widens no margin:
 ranges are fixed, one for all claims of a kind. Where the paper does not say over which range or for
 which length it found its number, and that is beyond the first margin but within what ours give, the
-claim is undecided: there is nothing to correct.
+claim is undecided: there is nothing to correct. Only a range that could have failed decides so: one
+wider than the wider margin of words would take in any number that a reader calls roughly the same,
+and more; then the claim is judged by the range that is fixed for its kind.
 """
 
 import math
@@ -84,23 +86,24 @@ class Margin:
     scale_name: str = ""
 
     @property
-    def _scale(self) -> float:
+    def whole(self) -> float:
+        """What the shares are of, the paper's number where no scale is given."""
         return self.scale or abs(self.paper)
 
     @property
     def reproduced_within(self) -> float:
         """Reproduced, if the finding is no further away than this and its error."""
-        return {Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self._scale}.get(self.put, 0.0)
+        return {Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self.whole}.get(self.put, 0.0)
 
     @property
     def corrected_within(self) -> float:
         """Reproduced with a correction, if it is no further away than this."""
-        return {Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}.get(self.put, 0.0) * self._scale
+        return {Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}.get(self.put, 0.0) * self.whole
 
     @property
     def largest_error(self) -> float:
         """Own error beyond which nothing can be said."""
-        return self.corrected_within or ABOUT * self._scale
+        return self.corrected_within or ABOUT * self.whole
 
     @property
     def reason(self) -> str:
@@ -181,6 +184,14 @@ class Judgement:
     verdict: Verdict
     reason: str
 
+    @property
+    def errors_away(self) -> float:
+        """How far our number is from the paper's, in our own errors; nan where it has none."""
+        finding, margin = self.finding, self.claim.margin
+        if margin.put is Put.TREND or not finding.error > 0.0:
+            return math.nan
+        return abs(finding.value - margin.paper) / finding.error
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -247,7 +258,8 @@ class Claim:
         if distance <= margin.reproduced_within + error:
             return Verdict.REPRODUCED, "within the margin"
         low, high = finding.spread or (math.inf, -math.inf)
-        if self.unsaid and low <= margin.paper <= high:
+        could_fail = high - low <= 2.0 * ROUGHLY * margin.whole
+        if self.unsaid and low <= margin.paper <= high and could_fail:
             return Verdict.UNDECIDED, (
                 f"the paper does not say {self.unsaid}: ours give {low:.2f} to {high:.2f}, and its "
                 "number is among them"

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
 # Element ids of SVG files are made from this, so that equal data give equal files.
 _SALT = "chaincor"
+# A symbol covers about so much of what is drawn, up and down.
+_SEEN = 0.008
 
 
 @dataclass(frozen=True)
@@ -112,9 +114,11 @@ def draw_points(
     """
     Draw a quantity y of points against x: filled by LAMMPS, open in-house, crosses for a limit.
 
-    Error bars are those of eta by default. `line` joins the points.
+    Error bars are those of eta by default, drawn where they are larger than a symbol. Where the
+    bar is what a contact after the last one seen could change, it is dotted. `line` joins the
+    points.
     """
-    x, y = np.asarray(x), np.asarray(y)
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     bars = np.nan_to_num([p.error for p in points] if errors is None else errors)
     if line:
         ax.plot(x, y, color=color, linewidth=0.9, alpha=0.6)
@@ -123,18 +127,13 @@ def draw_points(
         chosen = kinds == kind
         if not np.any(chosen):
             continue
-        ax.errorbar(
-            x[chosen],
-            y[chosen],
-            yerr=bars[chosen],
-            color=color,
-            marker="x" if kind == "limit" else marker,
-            markersize=size,
-            markerfacecolor=face,
-            markeredgewidth=0.9,
-            linestyle="none",
-            capsize=1.5,
-            elinewidth=0.8,
-            label=label,
-        )
+        looks: dict[str, Any] = {"markersize": size, "markerfacecolor": face}
+        marks = "x" if kind == "limit" else marker
+        looks |= {"color": color, "markeredgewidth": 0.9, "label": label}
+        ax.plot(x[chosen], y[chosen], marks, **looks)
         label = None  # one entry for each set of points
+    seen = bars > _SEEN * np.ptp(y) if y.size else np.zeros(0, dtype=bool)
+    is_open = np.array([point.is_open for point in points], dtype=bool)
+    for chosen, style in ((seen & ~is_open, "solid"), (seen & is_open, "dotted")):
+        ends = (y - bars)[chosen], (y + bars)[chosen]
+        ax.vlines(x[chosen], *ends, color=color, linestyle=style, linewidth=1.0)

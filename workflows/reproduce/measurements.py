@@ -146,6 +146,17 @@ class Point:
         return self.answer is not None and (self.answer.result or {}).get("scheme") == SCHEME
 
     @property
+    def later_contact(self) -> float:
+        """By how much a contact after the last one seen could change eta; 0 if none can come."""
+        result = {} if self.answer is None else self.answer.result or {}
+        return float((result.get("error_parts") or {}).get("ending") or 0.0)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the error bar is mostly what a later contact could change."""
+        return self.later_contact > 0.5 * self.error
+
+    @property
     def contacts(self) -> float:
         """How often particle 1 hit the wall."""
         return self._number("contacts")

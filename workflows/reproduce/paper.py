@@ -13,10 +13,12 @@ from chaincor.workflows.reproduce.figures import (
     increase,
     lj_lengths,
     mode_spectra,
+    order,
     pair,
     restitution_curves,
     schematic,
     slope,
+    slow_chains,
     trajectories,
 )
 from chaincor.workflows.reproduce.free_flight import FreeFlight
@@ -26,6 +28,7 @@ from chaincor.workflows.reproduce.plan import Plan
 # In the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
     *trajectories.CLAIMS,
+    *order.CLAIMS,
     *harmonic_contacts.CLAIMS,
     *harmonic_lengths.CLAIMS,
     *restitution_curves.CLAIMS,
@@ -42,7 +45,7 @@ def studies(plan: Plan) -> tuple[Study, ...]:
     """Return all studies of a plan; scenes that occur in several are computed once."""
     figures = (
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
-        pair,
+        *(pair, order, slow_chains),
     )
     return tuple(figure.study(plan) for figure in figures)
 
@@ -65,6 +68,7 @@ def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Fi
         contacts_and_restitution.figure(measured),
         pair.figure(measured),
         slope.figure(measured),
+        slow_chains.figure(measured),
         mode_spectra.figure(flights),
         breaking_and_two_restitutions.figure(flights),
         agreement.figure(measured),

@@ -34,6 +34,8 @@ class Plan:
     harmonic_sizes, harmonic_far_sizes : tuple of int
         Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones in-house
         only.
+    harmonic_longest : tuple of int
+        Around these lengths the limit of harmonic chains is found.
     harmonic_velocities : tuple of float
         Velocities at which the harmonic chain's eta must be the same.
     sizes : tuple of int
@@ -49,6 +51,10 @@ class Plan:
         Lengths of lj chains for C, the initial slope of dissipation against speed.
     slope_speeds : tuple of float
         Speeds for it.
+    slow_sizes : tuple of int
+        Lengths of slow chains of five bonds.
+    slow_variables : tuple of float
+        Their kappa v0 n^(2/3).
     pair_speeds : tuple of float
         Speeds of the chain of two, for alpha.
     alter : callable or None
@@ -61,6 +67,7 @@ class Plan:
     curve_speeds: tuple[float, ...]
     harmonic_sizes: tuple[int, ...]
     harmonic_far_sizes: tuple[int, ...]
+    harmonic_longest: tuple[int, ...]
     harmonic_velocities: tuple[float, ...]
     sizes: tuple[int, ...]
     far_sizes: dict[float, tuple[int, ...]]
@@ -69,6 +76,8 @@ class Plan:
     slope_sizes: tuple[int, ...]
     slope_far_sizes: tuple[int, ...]
     slope_speeds: tuple[float, ...]
+    slow_sizes: tuple[int, ...]
+    slow_variables: tuple[float, ...]
     pair_speeds: tuple[float, ...]
     alter: Callable[[Scene], Scene] | None = None
 
@@ -94,6 +103,7 @@ QUICK = Plan(
     curve_speeds=_speeds(0.01, 10.0, 25, *_NOTEWORTHY),
     harmonic_sizes=_sizes(2, 1000, 28, 10, 19, 20, 100, 500),
     harmonic_far_sizes=_sizes(150, 3000, 60, 4000, 5000, 7000, 10000),
+    harmonic_longest=(3000, 10_000, 30_000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.5),
     sizes=(10, 20, 50, 100, 200, 500, 1000),
     # Faster and longer chains spall: their eta needs ever smaller steps.
@@ -112,6 +122,8 @@ QUICK = Plan(
     slope_sizes=(100, 300),
     slope_far_sizes=(1000, 2000),
     slope_speeds=_speeds(0.005, 0.3, 9),
+    slow_sizes=(30, 100, 300, 1000),
+    slow_variables=(0.3, 1.0, 3.0, 10.0),
     pair_speeds=_speeds(1e-3, 0.3, 9),
 )
 
@@ -122,6 +134,7 @@ FULL = Plan(
     curve_speeds=_speeds(0.01, 10.0, 61, *_NOTEWORTHY),
     harmonic_sizes=_sizes(2, 2000, 60, 10, 19, 20, 100, 500, 1000),
     harmonic_far_sizes=_sizes(150, 20000, 120),
+    harmonic_longest=(3000, 10_000, 30_000, 100_000),
     harmonic_velocities=(1e-3, 1e-2, 0.1, 0.3, 0.5),
     sizes=(10, 14, 20, 30, 50, 70, 100, 140, 200, 300, 500, 700, 1000),
     far_sizes={
@@ -138,5 +151,7 @@ FULL = Plan(
     slope_sizes=(100, 300, 1000),
     slope_far_sizes=(3000, 10000),
     slope_speeds=_speeds(0.003, 0.3, 15),
+    slow_sizes=(30, 100, 300, 1000, 3000, 10000),
+    slow_variables=(0.3, 1.0, 3.0, 5.0, 12.0, 30.0),
     pair_speeds=_speeds(1e-3, 0.3, 17),
 )

@@ -7,7 +7,7 @@ from chaincor.workflows.reproduce.figures.restitution_curves import (
     both_restitutions,
     unit_of_speed,
 )
-from chaincor.workflows.reproduce.figures.slope import infinite_chain
+from chaincor.workflows.reproduce.figures.slow_chains import infinite_chain
 from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
 
@@ -36,11 +36,9 @@ def readings(measured: Measurements) -> dict[str, str]:
         ),
         "What do the three middle speeds of figure 5 say?": middle_speeds(measured),
         "Which of its statements have no verdict?": (
-            "That vibration is rapidly damped progressively into the chain, particle 1 having the "
-            "largest amplitude (of what, is not defined); that Δt shortens with speed (its power "
-            "is judged); that hard-core behaviour is the cause of η → 1; that at high speed real "
-            "bodies deform instead; those on other models and experiments in section I (two are "
-            "among the [slips](#slips))."
+            "That Δt shortens with speed (its power is judged); that hard-core behaviour is the "
+            "cause of η → 1; that at high speed real bodies deform instead; those on other models "
+            "and experiments in section I (two are among the [slips](#slips))."
         ),
         "Were its figures compared point by point?": (
             "No. This report knows the paper's text, formulas and captions; verdicts are on the "

@@ -15,6 +15,7 @@ from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Put, Verdict
 from chaincor.workflows.reproduce.drawing import Figure, point_record
+from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
 from chaincor.workflows.reproduce.free_flight import FreeFlight
 from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.questions import beyond, readings
@@ -60,6 +61,7 @@ def gather(
         "fits": paper.fits(measured),
         "readings": _answered(readings(measured)),
         "beyond": _answered(beyond(measured, flights)),
+        "slopes": slopes_by_bond(measured),
         "slips": [asdict(slip) for slip in slips],
         "slip_count": count,
         "figures": [
@@ -98,6 +100,7 @@ def _verdict(judgement: Judgement) -> dict[str, Any]:
         "paper": claim.margin.paper,
         "value": finding.value,
         "error": finding.error,
+        "errors_away": judgement.errors_away,
         "found": finding.text,
         "reproduced_within": claim.margin.reproduced_within,
         "corrected_within": claim.margin.corrected_within,

@@ -30,6 +30,9 @@ TINY = replace(
     slope_sizes=(10,),
     slope_far_sizes=(20,),
     slope_speeds=(0.05, 0.1),
+    harmonic_longest=(100, 300),
+    slow_sizes=(30,),
+    slow_variables=(1.0, 5.0),
     pair_speeds=(0.01, 0.02, 0.05, 0.1),
 )
 

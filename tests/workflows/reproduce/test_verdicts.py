@@ -30,6 +30,8 @@ SMALL = replace(
     slope_sizes=(20,),
     slope_far_sizes=(),
     slope_speeds=(0.02, 0.05, 0.1),
+    harmonic_longest=(100, 300),
+    slow_sizes=(),
     pair_speeds=(0.001, 0.01, 0.03, 0.1),
 )
 # Slow collisions only: a bond that softens under compression has none of the others.

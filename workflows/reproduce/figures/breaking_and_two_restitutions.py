@@ -1,10 +1,9 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS, new_figure
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure
@@ -14,11 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-# Speeds at which they are drawn against time, of those that are there the nearest.
-_SHOWN = (0.65, 0.75, 1.0, 1.33, 2.0, 7.5)
-# By so many pieces lines are drawn one above another.
-_APART = 0.09
-
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
     """Return pieces against speed and time, and e beside eta, of the lj chain."""
@@ -27,18 +21,17 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
         title="Beyond the paper: breaking chains, and the two coefficients of restitution",
         caption=(
             "Top: pieces of lj chains so many crossings of sound, n − 1, after the last contact; "
-            "middle: against that time, the axis linear up to 0.1, each line a little above the "
-            "one before, so that they can be told apart. For when chains are in pieces "
-            "see [beyond the paper](#beyond). A bond counts as broken when the kinetic energy of "
+            "middle: the larger count at all speeds and times. For when chains are in pieces see "
+            "[beyond the paper](#beyond). A bond counts as broken when the kinetic energy of "
             "its two sides moving apart exceeds its remaining binding energy; pieces are what is "
             "left between broken bonds. They can be one again: "
             "by a third piece, or by their own vibration"
             f"{_rejoined(flights)}. The state that LAMMPS "
             "ended in and that of the in-house engine are both right within the error bar of η, "
-            "but chains with much inner energy make such differences grow: full lines are the "
-            "larger of the two counts, dashed lines the smaller where it differs; in between "
-            "the count is undetermined. Bottom: e = √η, the ratio of speeds that others call the "
-            "coefficient of restitution, beside the paper's η."
+            "but chains with much inner energy make such differences grow: where the counts from "
+            "the two states differ, a line joins them above, and a white dot is in the middle: "
+            "there the count is undetermined. Bottom: e = √η, the ratio of speeds that others call "
+            "the coefficient of restitution, beside the paper's η."
         ),
         records=[
             {
@@ -126,25 +119,14 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
         return canvas
     speeds = [f.point.speed for f in flights]
     for moment, color, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
-        pieces = np.array([f.pieces_at(moment) for f in flights])
-        _draw_counts(above, speeds, pieces, _when(moment), color=color, marker=marker)
+        fewest, most = np.array([f.pieces_at(moment) for f in flights]).T
+        above.plot(speeds, most, marker, color=color, markersize=3.5, label=_when(moment))
+        above.vlines(speeds, fewest, most, color, linewidth=0.8)
     above.legend(loc="upper left", fontsize=8)
-    above.set(xscale="log", xlabel=IMPACT_SPEED)
-    chosen = {
-        min(flights, key=lambda f: abs(np.log(f.point.speed / u))).point.speed: None for u in _SHOWN
-    }
-    drawn = [f for f in flights if f.point.speed in chosen]
-    for k, (flight, color) in enumerate(zip(drawn, CYCLE, strict=False)):
-        pieces = np.array([flight.pieces_at(time) for time in flight.times]) + _APART * k
-        label = rf"${flight.point.speed:.3g}\,v^*$"
-        _draw_counts(middle, flight.times, pieces, label, color=color, drawstyle="steps-post")
-    middle.set_xscale("symlog", linthresh=0.1)
-    middle.set(xlim=(0.0, LAST), xlabel=r"time after the last contact / crossing $(n-1)$")
-    middle.legend(loc="upper left", fontsize=8, ncols=2)
-    for ax in (above, middle):
-        ax.set_ylim(bottom=0.0)
-        ax.yaxis.get_major_locator().set_params(integer=True)
-        ax.set_ylabel("pieces")
+    above.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="pieces")
+    above.set_ylim(bottom=0.0)
+    above.yaxis.get_major_locator().set_params(integer=True)
+    _draw_times(canvas, middle, flights)
     eta = [f.point.restitution for f in flights]
     below.plot(speeds, [x**0.5 for x in eta], "s-", color=GREEN, linewidth=0.9, label="$e$")
     below.plot(speeds, eta, color=GREY, linewidth=0.9, label=r"$\eta$")
@@ -153,10 +135,29 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     return canvas
 
 
-def _draw_counts(ax: "Axes", x: ArrayLike, pieces: np.ndarray, label: str, **looks: Any) -> None:
-    """Draw the larger count, and dashed the smaller one where it is another."""
-    fewest, most = pieces.T
-    ax.plot(x, most, markersize=3, linewidth=0.9, label=label, **looks)
-    if np.any(fewest < most):
-        smaller = {name: looks[name] for name in ("color", "drawstyle") if name in looks}
-        ax.plot(x, fewest, "--", linewidth=0.8, **smaller)
+def _draw_times(canvas: "Canvas", ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
+    """Draw the larger count as a colour over speed and time, and dots where it is not sure."""
+    from matplotlib.colors import BoundaryNorm
+
+    times = flights[0].times[1:]
+    fewest, most = (
+        np.array([[f.pieces_at(time)[end] for f in flights] for time in times]) for end in (0, 1)
+    )
+    speeds = np.array([f.point.speed for f in flights])
+    levels = np.arange(0.5, max(int(most.max()), 2) + 1.0)
+    mesh = ax.pcolormesh(
+        speeds,
+        times,
+        most,
+        norm=BoundaryNorm(levels, 256),
+        cmap="viridis",
+        shading="nearest",
+        rasterized=True,
+    )
+    rows, columns = np.nonzero(fewest < most)
+    ax.plot(speeds[columns], times[rows], ".", color="white", markersize=2.5)
+    ax.grid(False)
+    ax.set(xscale="log", yscale="log", xlabel=IMPACT_SPEED)
+    ax.set_ylabel("time after the last\ncontact / crossing")
+    bar = canvas.colorbar(mesh, ax=ax, label="pieces")
+    bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

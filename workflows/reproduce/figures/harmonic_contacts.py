@@ -7,7 +7,15 @@ import numpy as np
 
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.theory import basile_dumont_energies
-from chaincor.workflows.reproduce.claims import Finding, claim, digits, exact, words
+from chaincor.workflows.reproduce.claims import (
+    Claim,
+    Finding,
+    Margin,
+    claim,
+    digits,
+    exact,
+    words,
+)
 from chaincor.workflows.reproduce.measurements import (
     Answer,
     Measurements,
@@ -19,7 +27,7 @@ from chaincor.workflows.reproduce.measurements import (
 from chaincor.workflows.reproduce.plan import Plan
 
 # The paper's numbers in brackets are from a chain of this length.
-_PAPER_CHAIN = 500
+PAPER_CHAIN = 500
 _THEIR_MEAN = (1.0, "their mean")
 
 
@@ -75,7 +83,7 @@ def _independence_of_contact_time(measured: Measurements) -> Finding:
         assert answer.result is not None
         return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
 
-    return _compare(measured, contact_time, "t_c/τ")
+    return compare_velocities(measured, contact_time, "t_c/τ")
 
 
 @claim(
@@ -89,13 +97,35 @@ def _independence_of_modes(measured: Measurements) -> Finding:
         energy = 0.5 * point.particles * point.scene.impact_velocity**2
         return np.asarray(answer.arrays["mode_energies"])[1:] / energy
 
-    return _compare(measured, shares, "E_j/E of any mode")
+    return compare_velocities(measured, shares, "E_j/E of any mode")
 
 
-def _compare(
+def compare_velocities(
     measured: Measurements, quantity: Callable[[Point, Answer], np.ndarray], name: str
 ) -> Finding:
-    """Compare what has no error bar of its own: the engines' difference stands for it."""
+    """
+    Compare one chain at many velocities.
+
+    Parameters
+    ----------
+    measured : Measurements
+        With the study of this module.
+    quantity : callable
+        Of a point and an answer, what should be the same; without an error bar of its own: the
+        engines' difference stands for it.
+    name : str
+        What it is.
+
+    Returns
+    -------
+    Finding
+        The largest difference.
+
+    Raises
+    ------
+    NoNumber
+        If fewer than two velocities have both engines' answers.
+    """
     _, ours, where = _velocities(measured)
     both = [
         (quantity(p, p.lammps), quantity(p, p.in_house))
@@ -137,117 +167,96 @@ def _contacts(point: Point, answer: Answer) -> dict[str, float]:
         "last_speed": float(speeds[-1]),
         "long": float(np.sum(intervals > np.pi)),
         "frequency": float(2.0 * np.pi / np.mean(intervals)),
+        "highest": float(2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)),
     }
 
 
-def _of_paper_chain(measured: Measurements, name: str, text: str, **more: Any) -> Finding:
+def _of_paper_chain(measured: Measurements, name: str, text: str) -> Finding:
     """Return a number of the paper's chain; contacts have no bar: the engines' difference is it."""
     chain = measured.select(
-        "harmonic_sizes", "harmonic", 1, f"no result at n = {_PAPER_CHAIN}", particles=_PAPER_CHAIN
+        "harmonic_sizes", "harmonic", 1, f"no result at n = {PAPER_CHAIN}", particles=PAPER_CHAIN
     )
     (point,) = chain
     assert point.answer is not None
     ours = _contacts(point, point.answer)
     both = [_contacts(point, a)[name] for a in (point.lammps, point.in_house) if a and a.result]
-    where = f"n = {_PAPER_CHAIN}, {point.engine_name}"
+    where = f"n = {PAPER_CHAIN}, {point.engine_name}"
     # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
     momentum = (1.0 + point.restitution**0.5) / (2.0 * ours["share"])
     return Finding(
         ours[name],
         abs(both[0] - both[1]) if len(both) == 2 else np.nan,
-        text.format(**ours, where=where, momentum=momentum, **more),
+        text.format(**ours, where=where, momentum=momentum, printed=0.867 * PAPER_CHAIN),
         chain,
     )
 
 
-@claim(
-    "section II, before eq. (7)",
-    "Δt constant in good approximation: deviation 0",
-    words(0.0, *_THEIR_MEAN),
-    "constant intervals",
-)
-def _constant_intervals(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "spread_of_intervals",
-        "standard deviation over mean of {intervals:g} intervals, {where}; ± what the engines "
-        "differ by; the last is {last_interval:.2f}",
+def _number(
+    name: str, found: str, where: str, text: str, margin: Margin, brief: str, key: str, **more: Any
+) -> Claim:
+    """Return a claim on one number of the paper's chain; `found` says how it was found."""
+    made = claim(where, text, margin, brief, key=key, **more)
+    return made(lambda measured: _of_paper_chain(measured, name, found))
+
+
+_constant_intervals, _constant_speeds = (
+    _number(
+        f"spread_of_{what}",
+        f"standard deviation over mean of {{{counted}:g}} {words_for_it}, {{where}}; ± what the "
+        f"engines differ by; the last is {{last_{one}:.2f}}{unit}",
+        "section II, before eq. (7)",
+        f"{symbol} constant in good approximation: deviation 0",
+        words(0.0, *_THEIR_MEAN),
+        f"constant {words_for_it}",
+        f"constant {what}",
     )
-
-
-@claim(
-    "section II, before eq. (7)",
-    "v constant in good approximation: deviation 0",
-    words(0.0, *_THEIR_MEAN),
-    "constant incoming speeds",
-)
-def _constant_speeds(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "spread_of_speeds",
-        "standard deviation over mean of {count:g} incoming speeds, {where}; ± what the engines "
-        "differ by; the last is {last_speed:.2f} v₀",
+    for what, counted, words_for_it, one, unit, symbol in (
+        ("intervals", "intervals", "intervals", "interval", "", "Δt"),
+        ("speeds", "count", "incoming speeds", "speed", " v₀", "v"),
     )
-
-
-@claim(
+)
+_external_frequency = _number(
+    "frequency",
+    "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
+    "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
+    "{long:g}. What the paper concludes from it is among the [slips](#slips)",
     "section III",
     "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
     words(2.0 * 2.0**0.5),
     "the wall's frequency",
+    "external frequency",
 )
-def _external_frequency(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "frequency",
-        "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
-        "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
-        "{long:g}. What the paper concludes from it is among the [slips](#slips)",
-        highest=2.0 * np.sin(0.5 * np.pi * (_PAPER_CHAIN - 1) / _PAPER_CHAIN),
-    )
-
-
-@claim(
+_interval = _number(
+    "interval",
+    "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median {median:.4f}",
     "eq. (8)",
     "Δt = 2.31/ω at n = 500",
     digits("2.31"),
     "Δt = 2.31/ω",
+    "interval",
     correction="the mean interval is {value:.3f}",
 )
-def _interval(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "interval",
-        "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median "
-        "{median:.4f}",
-    )
-
-
-@claim(
+_contacts_per_particle = _number(
+    "share",
+    "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is no "
+    "whole number",
     "eq. (9)",
     "f(n)/n = 0.867 at n = 500",
     digits("0.867"),
     "f(n)/n = 0.867",
+    "contacts per particle",
     correction="there are a few more contacts: {value:.3f}",
 )
-def _contacts_per_particle(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "share",
-        "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is "
-        "no whole number",
-        printed=0.867 * _PAPER_CHAIN,
-    )
-
-
-@claim("eq. (10)", "v = 1.15 v₀ at n = 500", digits("1.15"), "v = 1.15 v₀")
-def _incoming_speed(measured: Measurements) -> Finding:
-    return _of_paper_chain(
-        measured,
-        "speed",
-        "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks "
-        "for n(1 + √η)/(2f) = {momentum:.4f}",
-    )
+_incoming_speed = _number(
+    "speed",
+    "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks for "
+    "n(1 + √η)/(2f) = {momentum:.4f}",
+    "eq. (10)",
+    "v = 1.15 v₀ at n = 500",
+    digits("1.15"),
+    "v = 1.15 v₀",
+    "incoming speed",
+)
 
 
 def _chain_of_two(measured: Measurements) -> tuple[list[Point], float, float]:
@@ -316,7 +325,7 @@ def _speed_of_two(measured: Measurements) -> Finding:
 )
 def _leading_order(measured: Measurements) -> Finding:
     # With omega_j = pi j/n in eq. (7), f dt = 2n turns each mode by whole periods.
-    n = _PAPER_CHAIN
+    n = PAPER_CHAIN
     linear = np.pi * np.arange(n) / n
     left = 2.0 / n * np.sum(basile_dumont_energies(n, frequencies=linear))
     chains_own = 2.0 / n * np.sum(basile_dumont_energies(n))

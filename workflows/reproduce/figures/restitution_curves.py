@@ -269,8 +269,28 @@ def describe_bars(points: Sequence[Point]) -> str:
     seen = [p for p in points if p.error > 0.0025]
     if not seen:
         return ""
-    names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*" for p in seen)
-    return f", but where roundings decide whether a late contact comes ({names})"
+    names = ", ".join(
+        f"{p.scene.label} at {p.speed:.3g} v*"
+        + (f", η = {p.restitution:.4f} at the last contact seen" if p.is_open else "")
+        + _apart(p)
+        for p in seen
+    )
+    return (
+        f", but where a later contact could still come (dotted: what it could change; {names})"
+        if all(p.is_open for p in seen)
+        else f", but where roundings decide whether a late contact comes ({names})"
+    )
+
+
+def _apart(point: Point) -> str:
+    """Say what the engines have at the last contact, and how far a later one could take it."""
+    if not point.is_open or point.difference is None:
+        return ""
+    low, high = point.restitution - point.error, point.restitution + point.error
+    return (
+        f", where the engines are {abs(point.difference):.1g} apart, between {low:.3f} and "
+        f"{high:.3f} in the limit of all time"
+    )
 
 
 def _draw(every: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":

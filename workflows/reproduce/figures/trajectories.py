@@ -1,5 +1,6 @@
 """Trajectories of the harmonic chain (NH figure 2): n = 19 of the text, n = 20 of the caption."""
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 # Fast enough that the compression is seen in the drawing; eta does not depend on it.
-_VELOCITY = 0.4
+VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
 # In crossings of sound: the contacts and what follows at once.
@@ -51,14 +52,18 @@ def _contact_time(measured: Measurements) -> Finding:
 CLAIMS = (_contact_time,)
 
 
+@cache
+def followed(particles: int) -> Outcome:
+    """Run a chain in LAMMPS and keep its frames; its speed is `VELOCITY`."""
+    scene = Scene(potential="harmonic", particles=particles, velocity=VELOCITY)
+    return lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
+
+
 def figure(measured: Measurements) -> Figure:
     """Run the chains of 19 and 20 in LAMMPS and return the figure; it uses no measurements."""
-    runs = {}
-    for n in (19, 20):
-        scene = Scene(potential="harmonic", particles=n, velocity=_VELOCITY)
-        runs[n] = lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
+    runs = {n: followed(n) for n in (19, 20)}
     etas = "; ".join(
-        f"n = {n}: η = {float(np.mean(outcome.velocities) / _VELOCITY) ** 2:.6f}"
+        f"n = {n}: η = {float(np.mean(outcome.velocities) / VELOCITY) ** 2:.6f}"
         for n, outcome in runs.items()
     )
     return Figure(
@@ -66,7 +71,7 @@ def figure(measured: Measurements) -> Figure:
         title="Trajectories of harmonic chains of 19 and 20 particles",
         caption=(
             "The paper's figure 2, whose text says n = 19 and whose caption says n = 20. LAMMPS, "
-            f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {_VELOCITY} speeds of sound. "
+            f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {VELOCITY} speeds of sound. "
             "Blue: particle 1; grey: the others. Dots are contacts; "
             "the dashed line is sound, in the material, to the free end and back: contact ends "
             f"near 2τ. {etas}."

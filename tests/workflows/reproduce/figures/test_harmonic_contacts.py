@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from chaincor import Scene, collide
-from chaincor.analysis.theory import PAIR_INTERVAL, basile_dumont_energies
+from chaincor.analysis.theory import (
+    PAIR_INTERVAL,
+    basile_dumont_energies,
+    harmonic_dissipation_limit,
+)
 from chaincor.workflows.reproduce.claims import Verdict
-from chaincor.workflows.reproduce.figures import harmonic_contacts, harmonic_lengths
+from chaincor.workflows.reproduce.figures import harmonic_contacts, harmonic_lengths, order
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
 from chaincor.workflows.reproduce.plan import QUICK
 
@@ -22,6 +26,7 @@ def found():
         points.append(Point(scene, None, Answer(result.to_dict(), result.arrays())))
     measured = Measurements(QUICK, (), {"harmonic_sizes": tuple(points), "harmonic_velocities": ()})
     claims = (
+        *order.CLAIMS[-1:],
         *harmonic_contacts.CLAIMS,
         *harmonic_contacts.LATER_CLAIMS,
         *harmonic_lengths.CLAIMS,
@@ -57,13 +62,43 @@ def test_leading_order_of_the_dispersion_leaves_no_vibration(found):
     assert np.sum(basile_dumont_energies(50)) > 0.1
 
 
-def test_range_dependence_is_told_and_the_prefactor_is_near_enough(found):
+def test_factor_is_judged_as_the_limit_that_it_is_derived_as(found):
+    """Chains of n = 100 to 500 have 0.68; that they are near 0.652 is not what is asked."""
     (claim,) = (c for c in harmonic_lengths.CLAIMS if c.key == "harmonic prefactor")
-    prefactor = found["harmonic prefactor"]
-    assert "falls with the length" in prefactor.text
-    assert prefactor.spread is not None
-    assert claim.judge(prefactor).verdict is Verdict.REPRODUCED
-    assert found["harmonic exponent"].spread is not None
+    factor = found["harmonic prefactor"]
+    # Four errors: the scatter is that of the phases of the last contacts.
+    assert abs(factor.value - harmonic_dissipation_limit()) < 4.0 * factor.error < 0.02
+    judgement = claim.judge(factor)
+    assert judgement.verdict is Verdict.CORRECTED
+    assert judgement.errors_away > 20.0
+    assert "falls with the length" in factor.text
+
+
+def test_spectrum_of_eq_7_is_compared_mode_by_mode(found):
+    chain = collide(
+        Scene(potential="harmonic", particles=500, velocity=0.1, engine="reference", tolerance=1e-9)
+    )
+    energies = chain.mode_energies[1:] / 0.1**2
+    formula = basile_dumont_energies(500)
+    expected = np.sum(np.abs(formula - energies)) / np.sum(energies)
+    assert found["spectrum"].value == pytest.approx(expected, rel=1e-6)
+
+
+def test_orbits_are_similar_and_fast_chains_lose_their_order():
+    scenes = [
+        Scene(potential="harmonic", particles=20, velocity=v, engine="reference", tolerance=1e-9)
+        for v in (0.3, 1.0)
+    ]
+    answers = [Answer(r.to_dict(), r.arrays()) for r in map(collide, scenes)]
+    points = tuple(map(Point, scenes, (None, None), answers))
+    measured = Measurements(QUICK, (), {"order": points})
+    found = order.CLAIMS[0].found(measured)
+    assert found.value == 0.0
+    assert "pass through each other at v₀ = 1 speeds of sound, and not at 0.3" in found.text
+    both = tuple(map(Point, scenes, answers, answers))
+    velocities = Measurements(QUICK, (), {"harmonic_velocities": both})
+    # u/v0 is of the order of 1 and known to some 1e-13 of the length of the chain.
+    assert order.CLAIMS[1].found(velocities).value < 1e-10
 
 
 def test_estimates_from_two_particles(found):

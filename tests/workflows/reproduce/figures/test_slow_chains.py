@@ -1,0 +1,63 @@
+"""Slow chains on one curve: which chains count, and what is said of C, bond by bond."""
+
+import pytest
+
+from chaincor.analysis.slow_chains.curve import slow_chain_dissipation, slow_chain_variable
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.figures.slow_chains import (
+    infinite_chain,
+    slopes_by_bond,
+    slow_long_chains,
+    study,
+    variable_of,
+)
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.plan import QUICK
+
+
+def measurements():
+    """Chains that lose what theory says."""
+
+    def point(scene):
+        if variable_of(Point(scene, None, None)) < 30.0:
+            n, velocity = scene.particles, scene.impact_velocity
+            loss = slow_chain_dissipation(scene.bond, n, velocity)
+        else:
+            loss = 0.9
+        return Point(scene, None, Answer({"restitution": 1.0 - loss, "restitution_error": 1e-8}))
+
+    others = [
+        Scene(potential="lj", particles=n, speed=u) for n in (10, 1000) for u in (0.01, 0.1, 0.5)
+    ]
+    points = {"slow_chains": study(QUICK).in_house, "slopes": others, "sizes": others, "curves": ()}
+    return Measurements(QUICK, (), {key: tuple(map(point, ps)) for key, ps in points.items()})
+
+
+def test_short_and_fast_chains_do_not_count_and_others_once():
+    groups = slow_long_chains(measurements())
+    assert set(groups) == {"lj", "toda, b = 3", "toda, b = 10", "toda, b = 30", "log"}
+    lj = groups["lj"]
+    # 0.6 n^(2/3) is 5.8 at n = 30: there are not all values of y. At n = 1000 0.01 and 0.1 v* have
+    # y = 2.7 and 27.
+    assert len(lj) == len(QUICK.slow_sizes) * len(QUICK.slow_variables) - 1 + 2
+    assert len({(p.particles, p.scene.impact_velocity) for p in lj}) == len(lj)
+    for p in lj:
+        assert variable_of(p) <= 0.6001 * p.particles ** (2.0 / 3.0)
+        assert p.dissipation < 0.9
+
+
+def test_slopes_are_those_of_the_longest_steep_chain():
+    rows = {row["bond"]: row for row in slopes_by_bond(measurements())}
+    assert [round(rows[name]["slope"], 2) for name in ("lj", "toda, b = 3", "log")] == [
+        1,
+        0.94,
+        0.72,
+    ]
+    for row in rows.values():
+        assert row["measured"] == pytest.approx(row["expected"], rel=1e-9)
+        assert row["particles"] == 1000
+    assert rows["lj"]["variable"] == pytest.approx(
+        slow_chain_variable(Scene(potential="lj", speed=0.1).bond, 1000, 0.1 * 0.12849), rel=1e-3
+    )
+    assert (rows["lj"]["paper_simulation"], rows["log"]["paper_simulation"]) == (0.66, None)
+    assert "1.00 for lj" in infinite_chain(measurements())
