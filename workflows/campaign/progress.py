@@ -140,7 +140,9 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
     console = Console(stderr=True)
     if not _moves(console):
         while not done.wait(LINE_SECONDS):
-            line.tell(_told(time.monotonic() - started, expected, known, "running") + ",")
+            late = time.monotonic() - started > expected
+            words = f"longer than the {format_duration(expected)}" if late else known
+            line.tell(f"running, {words} expected,")
         return
     # The bar is short, so that the words beside it stay whole on 80 columns.
     columns = (SpinnerColumn(), BarColumn(10), TextColumn("{task.description}"))
