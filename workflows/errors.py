@@ -101,3 +101,7 @@ __all__ = [
     "WorkerDiedError",
     "WorkerStartError",
 ]
+
+
+class SensitivityError(RunError):
+    """Eta of a collision has no derivative that can be told: its motion cannot be linearised."""

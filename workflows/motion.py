@@ -10,13 +10,17 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import SensitivityError
 
 if TYPE_CHECKING:
     from ase import Atoms
     from MDAnalysis import Universe
 
     from chaincor.workflows.engines.replay import Replay
+    from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 
+# Of motions that no fixed steps follow.
+_WITHOUT_STEPS = ("hard-sphere", "adaptive8")
 # Pictures end when the chain has left the wall for this share of the collision, and for as long as
 # sound takes over so many bonds.
 _FLY_ON, _BONDS_ON = 0.15, 2.0
@@ -38,6 +42,12 @@ class Motion:
     last_contact_time: float
     contact: str | None
     duration: float
+    contacts: int
+    scheme: str
+    ending: str
+    bond_min: float
+    restitution: float
+    restitution_error: float | None
 
     @property
     def scene(self) -> Scene:
@@ -84,6 +94,30 @@ class Motion:
                 momentum=-seen.momentum,
             )
         return chain.history(0.0), target
+
+    @cached_property
+    def sensitivity(self) -> "Sensitivity":
+        """
+        What eta changes by with speed, masses, bonds and state; found once, by a run of its own.
+
+        Raises SensitivityError where eta has no derivative, or none that can be told.
+        """
+        from chaincor.workflows.sensitivity.sensitivity import sensitivity_of
+
+        scene = self._known_replay().scene
+        if self.ending == "open" or self.restitution_error is None:
+            raise SensitivityError(
+                f"the end of this collision is {self.ending} and its error bar is "
+                f"{self.restitution_error}; expected one that is over, with an error bar"
+            )
+        if self.scheme in _WITHOUT_STEPS or scene.particles == 1:
+            raise SensitivityError(
+                f"a collision of {scene.particles} particles by scheme '{self.scheme}' is not "
+                "differentiated; expected bonds that fixed steps follow: lower the speed"
+            )
+        shortest = self.bond_min - scene.bond.natural_length
+        known = self.restitution, self.restitution_error
+        return sensitivity_of(scene, self.contacts, self.duration, shortest, *known)
 
     def _known_replay(self) -> "Replay":
         if self.replay is None:

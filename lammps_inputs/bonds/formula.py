@@ -121,6 +121,11 @@ class Formula(UserBond):
         return self._code.kernel
 
     @property
+    def curvature_kernel(self) -> Callable:
+        """The same of U''."""
+        return self._code.curvature_kernel
+
+    @property
     def users_force(self) -> None:  # type: ignore[override]
         """None: there is a kernel."""
         return

@@ -85,33 +85,48 @@ class FormulaCode:
 
     @cached_property
     def kernel(self) -> Callable:
-        """
-        The force for compiled loops: a series near rest, where the formula cancels.
+        """The force for compiled loops."""
+        factors = [1.0] * (SERIES_TERMS + 1)
+        return _kernel_of("formula", self.force, "x*", factors)
 
-        Both are evaluated, and one is multiplied by zero: no branch keeps a loop from being
-        vectorised, and the same text serves arrays.
-        """
-        digest = hashlib.sha256(self.force.encode()).hexdigest()[:16]
-        horner = "c[-1]".replace("-1", str(SERIES_TERMS))
-        for k in reversed(range(SERIES_TERMS)):
-            horner = f"c[{k}] + x*({horner})"
-        text = (
-            "def enclose(exp, expm1):\n"
-            "  def kernel(strain, parameters):\n"
-            "    p, c, near = parameters.given, parameters.series, parameters.near\n"
-            "    x = minimum(maximum(strain, -near), near)\n"
-            "    is_near = 1.0*(abs(strain) < near)\n"
-            "    s = parameters.rest + strain\n"
-            f"    return is_near*(x*({horner})) + (1.0 - is_near)*({self.force})\n"
-            "  return kernel\n"
-        )
-        known = {name: getattr(np, name) for name in (*FUNCTIONS, "minimum", "maximum", "abs")}
-        scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
-        exec(compile(text, f"<formula {digest}>", "exec"), scope)
-        kernel = scope["enclose"](exponential, exp_less_one)
-        # Compiled loops are told apart by qualified names, and found again on disk by their code.
-        kernel.__qualname__ = f"formula_{digest}"
-        return kernel
+    @cached_property
+    def curvature_kernel(self) -> Callable:
+        """U'' for compiled loops."""
+        factors = [-(k + 1.0) for k in range(SERIES_TERMS + 1)]
+        return _kernel_of("curvature", self.curvature, "", factors)
+
+
+def _kernel_of(name: str, formula: str, power: str, factors: list[float]) -> Callable:
+    """
+    Return a function of the strain: a series near rest, where the formula cancels.
+
+    Both are evaluated, and one is multiplied by zero: no branch keeps a loop from being
+    vectorised, and the same text serves arrays.
+    """
+    digest = hashlib.sha256(formula.encode()).hexdigest()[:16]
+    terms = [
+        f"{factor!r}*c[{k}]" if factor != 1.0 else f"c[{k}]" for k, factor in enumerate(factors)
+    ]
+    horner = terms[-1]
+    for term in reversed(terms[:-1]):
+        horner = f"{term} + x*({horner})"
+    text = (
+        "def enclose(exp, expm1):\n"
+        "  def kernel(strain, parameters):\n"
+        "    p, c, near = parameters.given, parameters.series, parameters.near\n"
+        "    x = minimum(maximum(strain, -near), near)\n"
+        "    is_near = 1.0*(abs(strain) < near)\n"
+        "    s = parameters.rest + strain\n"
+        f"    return is_near*({power}({horner})) + (1.0 - is_near)*({formula})\n"
+        "  return kernel\n"
+    )
+    known = {each: getattr(np, each) for each in (*FUNCTIONS, "minimum", "maximum", "abs")}
+    scope: dict[str, Any] = {"__builtins__": {}, "__name__": __name__} | known
+    exec(compile(text, f"<{name} {digest}>", "exec"), scope)
+    kernel: Callable = scope["enclose"](exponential, exp_less_one)
+    # Compiled loops are told apart by qualified names, and found again on disk by their code.
+    kernel.__qualname__ = f"{name}_{digest}"
+    return kernel
 
 
 @lru_cache(maxsize=64)

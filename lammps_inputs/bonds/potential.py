@@ -103,7 +103,6 @@ class Potential(ABC):
         assert kernel is not None, "a potential without a kernel overrides force"
         return kernel(np.asarray(strain, dtype=float), self.parameters)
 
-    @abstractmethod
     def curvature(self, strain: ArrayLike) -> Array:
         """
         Return U''.
@@ -118,6 +117,9 @@ class Potential(ABC):
         numpy.ndarray
             Curvature: the local stiffness.
         """
+        kernel = self.curvature_kernel
+        assert kernel is not None, "a potential without a kernel overrides curvature"
+        return kernel(np.asarray(strain, dtype=float), self.parameters)
 
     def lammps_energy(self, strain: str) -> str | None:
         """
@@ -138,6 +140,11 @@ class Potential(ABC):
     @property
     def force_kernel(self) -> Callable | None:
         """``f(strain, parameters)`` for compiled loops; None where only :meth:`force` exists."""
+        return None
+
+    @property
+    def curvature_kernel(self) -> Callable | None:
+        """The same of U''; None where only :meth:`curvature` exists."""
         return None
 
     @property

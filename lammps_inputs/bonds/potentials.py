@@ -1,8 +1,8 @@
 """
 The bonds that have names: everything that is particular to one of them is said here.
 
-A bond is a class. Its formulas for U and U'' are methods, that of the force -dU/dr is a kernel: a
-plain function, which arrays and compiled loops share. They are written so that nothing cancels at
+A bond is a class. Its formula for U is a method, those of the force -dU/dr and of U'' are kernels:
+plain functions, which arrays and compiled loops share. They are written so that nothing cancels at
 small strains, in arithmetic and functions that ``workflows.pictures.bond_script``
 can print as JavaScript, too.
 `BondKeys` holds what scenes say of bonds; options, form and doctor are made from it and from the
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from chaincor.lammps_inputs.bonds.exponential import exp_less_one
+from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
 from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError, meant
@@ -71,6 +71,11 @@ def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
     return -strain
 
 
+def harmonic_curvature(strain: Strain, _parameters: NoParameters) -> Strain:
+    """Return 1."""
+    return 1.0 + 0.0 * strain
+
+
 @dataclass(frozen=True)
 class Harmonic(NamedBond):
     """U = s^2/2."""
@@ -80,6 +85,7 @@ class Harmonic(NamedBond):
     is_harmonic = True
     anharmonic_order = None
     force_kernel = staticmethod(harmonic_force)
+    curvature_kernel = staticmethod(harmonic_curvature)
 
     def energy(self, strain: ArrayLike) -> Array:
         """Return s^2/2."""
@@ -88,10 +94,6 @@ class Harmonic(NamedBond):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"0.5*{strain}*{strain}"
-
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return 1."""
-        return np.ones_like(np.asarray(strain, dtype=float))
 
     def _find_compressed_strain(self) -> float | None:
         return None
@@ -110,6 +112,14 @@ def lj_force(strain: Strain, _parameters: NoParameters) -> Strain:
     return (strain * (1.0 + w) * (1.0 + w2 * (1.0 + w2))) * ((w4 * w4) * (-1.0 / 6.0))
 
 
+def lj_curvature(strain: Strain, _parameters: NoParameters) -> Strain:
+    """Return (13 r^-14 - 7 r^-8)/6."""
+    w = 1.0 / (1.0 + strain)
+    w2 = w * w
+    w4 = w2 * w2
+    return (w4 * w4) * (13.0 * (w4 * w2) - 7.0) * (1.0 / 6.0)
+
+
 @dataclass(frozen=True)
 class LennardJones(NamedBond):
     """U = (r^-6 - 1)^2/72, which is (r^-12 - 2 r^-6 + 1)/72."""
@@ -117,6 +127,7 @@ class LennardJones(NamedBond):
     name = "lj"
     title = "Lennard-Jones"
     force_kernel = staticmethod(lj_force)
+    curvature_kernel = staticmethod(lj_curvature)
     strain_min = -1.0
     dissociation = 1.0 / 72.0
     convex_strain = (13.0 / 7.0) ** (1.0 / 6.0) - 1.0
@@ -128,11 +139,6 @@ class LennardJones(NamedBond):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(1.0-(1.0+{strain})^-6)^2/72.0"
-
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return (13 r^-14 - 7 r^-8)/6."""
-        r = 1.0 + np.asarray(strain, dtype=float)
-        return (13.0 * r**-14.0 - 7.0 * r**-8.0) / 6.0
 
 
 class _Exponential(NamedBond):
@@ -171,6 +177,15 @@ def _toda_kernel(expm1: Callable) -> Callable:
     return toda_force
 
 
+def _toda_curvature(exp: Callable) -> Callable:
+    def toda_curvature(strain: Strain, parameters: TodaParameters) -> Strain:
+        """Return exp(-b s)."""
+        return exp(-parameters.b * strain)
+
+    toda_curvature.__qualname__ = "toda_curvature"
+    return toda_curvature
+
+
 @dataclass(frozen=True)
 class Toda(_Exponential):
     """U = (exp(-b s) - 1 + b s)/b^2 with b > 0."""
@@ -181,6 +196,7 @@ class Toda(_Exponential):
     title = "Toda"
     keys: ClassVar = {"toda_b": "b"}
     force_kernel = staticmethod(_toda_kernel(exp_less_one))
+    curvature_kernel = staticmethod(_toda_curvature(exponential))
 
     @property
     def parameters(self) -> TodaParameters:
@@ -194,10 +210,6 @@ class Toda(_Exponential):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
-
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return exp(-b s)."""
-        return np.exp(-self.b * np.asarray(strain, dtype=float))
 
 
 class MorseParameters(NamedTuple):
@@ -216,6 +228,16 @@ def _morse_kernel(expm1: Callable) -> Callable:
     return morse_force
 
 
+def _morse_curvature(exp: Callable) -> Callable:
+    def morse_curvature(strain: Strain, parameters: MorseParameters) -> Strain:
+        """Return e (2 e - 1) with e = exp(-a s), of which squares stay finite."""
+        e = exp(np.minimum(-parameters.a * strain, 350.0))
+        return e * (2.0 * e - 1.0)
+
+    morse_curvature.__qualname__ = "morse_curvature"
+    return morse_curvature
+
+
 @dataclass(frozen=True)
 class Morse(_Exponential):
     """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
@@ -226,6 +248,7 @@ class Morse(_Exponential):
     title = "Morse"
     keys: ClassVar = {"morse_a": "a"}
     force_kernel = staticmethod(_morse_kernel(exp_less_one))
+    curvature_kernel = staticmethod(_morse_curvature(exponential))
 
     @property
     def parameters(self) -> MorseParameters:
@@ -245,11 +268,6 @@ class Morse(_Exponential):
         """Return the formula of U."""
         return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
 
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return e^-as (2 e^-as - 1)."""
-        decay = np.exp(-self.a * np.asarray(strain, dtype=float))
-        return decay * (2.0 * decay - 1.0)
-
     @property
     def convex_strain(self) -> float:
         """The inflection, ln(2)/a."""
@@ -259,6 +277,12 @@ class Morse(_Exponential):
 def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
     """Return 1/r - 1 = -s/(1 + s)."""
     return -strain / (1.0 + strain)
+
+
+def log_curvature(strain: Strain, _parameters: NoParameters) -> Strain:
+    """Return r^-2."""
+    w = 1.0 / (1.0 + strain)
+    return w * w
 
 
 def log_force_of_log_length(log_length: float, _parameters: NoParameters) -> tuple[float, float]:
@@ -274,6 +298,7 @@ class Logarithmic(NamedBond):
     name = "log"
     title = "log"
     force_kernel = staticmethod(log_force)
+    curvature_kernel = staticmethod(log_curvature)
     strain_min = -1.0
 
     @property
@@ -288,10 +313,6 @@ class Logarithmic(NamedBond):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}-ln(1.0+{strain})"
-
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return r^-2."""
-        return (1.0 + np.asarray(strain, dtype=float)) ** -2.0
 
 
 class PowerParameters(NamedTuple):
@@ -326,6 +347,19 @@ def power_force(order: int) -> Callable:
     return kernel
 
 
+@cache
+def power_curvature(order: int) -> Callable:
+    """Return the kernel 1 + order (order - 1) c s^(order - 2) for one order."""
+    exponent = order - 2
+    factor = order * (order - 1)
+
+    def kernel(strain: Strain, parameters: PowerParameters) -> Strain:
+        return 1.0 + factor * parameters.c * strain**exponent
+
+    kernel.__qualname__ = f"power{order}_curvature"
+    return kernel
+
+
 @dataclass(frozen=True)
 class Power(NamedBond):
     """U = s^2/2 + c s^order; c > 0 for even order, c < 0 for odd order."""
@@ -337,7 +371,7 @@ class Power(NamedBond):
     title = "power"
     keys: ClassVar = {"power_order": "order", "power_c": "c"}
     example: ClassVar = {"order": 4, "c": 1.0}
-    constants: ClassVar = {"exponent": "order - 2"}
+    constants: ClassVar = {"exponent": "order - 2", "factor": "order * (order - 1)"}
 
     def __post_init__(self) -> None:
         """Refuse orders below 3 and the sign of c that softens compression."""
@@ -357,6 +391,11 @@ class Power(NamedBond):
         return power_force(int(self.order))
 
     @property
+    def curvature_kernel(self) -> Callable:
+        """The same of U''."""
+        return power_curvature(int(self.order))
+
+    @property
     def parameters(self) -> PowerParameters:
         """Of the kernel, which knows the order: c."""
         return PowerParameters(float(self.c))
@@ -374,11 +413,6 @@ class Power(NamedBond):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"{strain}*{strain}*(0.5+({self.c!r})*{strain}^{self.order - 2})"
-
-    def curvature(self, strain: ArrayLike) -> Array:
-        """Return 1 + order (order - 1) c s^(order - 2)."""
-        s = np.asarray(strain, dtype=float)
-        return 1.0 + self.order * (self.order - 1) * self.c * s ** (self.order - 2)
 
     @property
     def convex_strain(self) -> float:

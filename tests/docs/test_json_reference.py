@@ -27,6 +27,8 @@ OBJECTS = [
     ("run", ("run", *SMALL), ()),
     ("run", ("run", *WARM, "--engine", "reference"), ()),
     ("error_parts", ("run", *SMALL), ("error_parts",)),
+    ("run", ("run", *SMALL, "--sensitivity"), ()),
+    ("sensitivity", ("run", *SMALL, "--sensitivity"), ("sensitivity",)),
     ("run --samples", ("run", *WARM, "--engine", "reference", "--samples", "3"), ()),
     ("analyze", ("analyze", "job"), ()),
     ("analyze", ("analyze", "two", "--target-particles", "2"), ()),

@@ -21,6 +21,7 @@ Examples:
   chaincor run --speed 0.8 --tolerance 1e-8 --json
   chaincor run scene.toml --particles 50
   chaincor run --wall reflect --timestep 0.01
+  chaincor run --potential toda --particles 20 --sensitivity
   chaincor run --engine reference --particles 10 --temperature 1e-4 --samples 100
 What it prints is explained by: chaincor explain
 """
@@ -58,6 +59,11 @@ What it prints is explained by: chaincor explain
     metavar="N",
     help="with --samples: collisions at a time [default: one a core]",
 )
+@click.option(
+    "--sensitivity",
+    is_flag=True,
+    help="also print what eta changes by with speed, masses, bonds and contact",
+)
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context
 def run(
@@ -69,6 +75,7 @@ def run(
     samples: int | None,
     precision: float | None,
     workers: int | None,
+    sensitivity: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -88,7 +95,7 @@ def run(
     if animate is not None:
         refuse_other_kinds(Path(animate), Path(animate).suffix)
     most_seconds = MOST_SECONDS if most_hours is None else 3600.0 * most_hours
-    alone = {"--animate": animate is not None, "--watch": watched}
+    alone = {"--animate": animate is not None, "--watch": watched, "--sensitivity": sensitivity}
     many = {"--precision": precision is not None, "--workers": workers is not None}
     for name, given in (many if samples is None else alone).items():
         if given:
@@ -108,9 +115,16 @@ def run(
     with show_elapsed(expected_seconds(scene), at_least=may_take_longer(scene)):
         result = collide(scene, most_seconds=most_seconds)
     if as_json:
-        click.echo(json_text(result.to_dict(), scene))
+        found = result.to_dict()
+        if sensitivity:
+            found["sensitivity"] = result.sensitivity.to_dict()
+        click.echo(json_text(found, scene))
     else:
         click.echo(describe(result))
+        if sensitivity:
+            from chaincor.workflows.sensitivity.text import describe_sensitivity
+
+            click.echo(f"\n{describe_sensitivity(result.sensitivity, result.scene)}")
     # The number is out before pictures are made, which may fail or be stopped.
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation

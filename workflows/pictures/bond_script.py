@@ -25,7 +25,6 @@ _CALLS = {
     "expm1_minus_x": "expm1MinusX",
     "x_minus_log1p": "xMinusLog1p",
     "square": "square",
-    "ones_like": "one",
 }
 _OPERATORS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%"}
 _COMPARISONS = {ast.Eq: "===", ast.Lt: "<", ast.Gt: ">", ast.LtE: "<=", ast.GtE: ">="}
@@ -77,6 +76,7 @@ def _bond(cls: type[NamedBond]) -> str:
     limits = [f"const {name} = {_value(cls, name)};" for name in _LIMITS if _differs(cls, name)]
     kernel = one.force_kernel
     assert kernel is not None
+    assert one.curvature_kernel is not None
     held = [f"{script}: {name}" for name, script in _LIMITS.items() if _differs(cls, name)]
     lines = [
         *constants,
@@ -86,7 +86,7 @@ def _bond(cls: type[NamedBond]) -> str:
         f"  linear: {json.dumps(cls.is_harmonic)},",
         f"  cubic: {json.dumps(one.anharmonic_order == 3)},",
         f"  energy: {_function(cls.energy)},",
-        f"  curvature: {_function(cls.curvature)},",
+        f"  curvature: {_function(one.curvature_kernel)},",
         "  forces(strains, forces) {",
         "    for (let i = 0; i < strains.length; i++) {",
         "      const strain = strains[i];",

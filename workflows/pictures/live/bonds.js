@@ -20,7 +20,6 @@ function expm1MinusX(x) {
 
 const square = (x) => x * x;
 
-const one = () => 1;
 
 /** x^k: of a whole k by multiplications. */
 function power(x, k) {

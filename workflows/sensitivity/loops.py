@@ -1,0 +1,348 @@
+r"""
+The compiled loops of the linearised motion: follow a chain, push a change forward, pull one back.
+
+All lines are one kind here: N particles and N - 1 strains, of which one is the gap, and a rigid
+wall is a particle of inverse mass 0. A step is split into drifts and kicks, whose derivatives are
+
+.. math:: ds_i \to ds_i + d\,(dv_{i+1} - dv_i), \qquad
+    dv_i \to dv_i + (k/m_i)\,(U''_i\,ds_i - U''_{i-1}\,ds_{i-1}).
+
+At a hard contact the moment of the impact changes, too, by :math:`d\tau = dg/w` for a gap g that
+closes with the speed w. The change of the state jumps by what the motion before and after differ in
+(saltation): the mirror image of the gap, :math:`-dg`, the changes of momentum that the impact makes
+of :math:`dw + (a_p - a_{p+1})\,d\tau`, and beside the gap :math:`ds = J\,d\tau/m`, J the impulse.
+Where soft bodies touch and part the force is continuous, and nothing jumps.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house.compile import (
+    KEPT,
+    Keep,
+    LoopCompiler,
+    ScalarForce,
+    scalar_force,
+)
+from chaincor.workflows.engines.in_house.contact import build_contact
+from chaincor.workflows.engines.in_house.line_stages import (
+    Kind,
+    LineParameters,
+    contact_force,
+)
+
+Array = NDArray[np.float64]
+
+# Of a force whose curvature has no formula: difference over so much strain to either side.
+_DIFFERENCE = 1e-5
+_KIND = Kind("two", unit=False)
+
+
+class Leaps(NamedTuple):
+    """
+    What a stretch of the motion was made of.
+
+    Attributes
+    ----------
+    times : ndarray of shape (L,)
+        Duration of each leap.
+    hits : ndarray of shape (L,)
+        1 where a hard contact ends it, 2 where soft bodies touch or part then, else 0.
+    drifts, kicks : ndarray of shape (K + 1,) and (K,)
+        Fractions of the scheme.
+    """
+
+    times: Array
+    hits: Array
+    drifts: Array
+    kicks: Array
+
+
+class Tape(NamedTuple):
+    """
+    What a stretch of the motion leaves for its derivatives.
+
+    Attributes
+    ----------
+    strains : ndarray of shape (L, K, N - 1)
+        At each kick.
+    impacts : ndarray of shape (L, 3)
+        Of leaps that end with a hard contact its speed, and the accelerations of both particles.
+    weights : ndarray of shape (L, K, N - 1)
+        The forces then; on the way back what eta changes by with each.
+    """
+
+    strains: Array
+    impacts: Array
+    weights: Array
+
+
+class Loops(NamedTuple):
+    """
+    The loops for one bond; all take `LineParameters` unnamed.
+
+    Attributes
+    ----------
+    follow : callable
+        ``follow(strain, velocity, leaps, tape, parameters)``: carries the state, in place, and
+        writes the tape.
+    push : callable
+        ``push(strain, velocity, leaps, tape, parameters)``: carries a change of it, in place.
+    pull : callable
+        ``pull(strain, velocity, lightness, leaps, tape, parameters)``: carries the derivative of
+        a number by the state back, in place, and adds to that by the inverse masses.
+    impulse : callable
+        ``impulse(strains, weights, parameters)``: the sum of weights times forces of the bonds,
+        whose derivative by a parameter of the bonds is that of the number.
+    parameters : tuple
+        Of the bond's kernel.
+    """
+
+    follow: Callable
+    push: Callable
+    pull: Callable
+    impulse: Callable
+    parameters: tuple
+
+
+def loops_for(bond: Potential) -> Loops | None:
+    """Return the loops for a bond; None where its force cannot be compiled."""
+    force = scalar_force(bond)
+    if force is None:
+        return None
+    loops = _compiled(force.function, force.keep, bond.curvature_kernel)
+    return loops._replace(parameters=force.parameters)
+
+
+@lru_cache(maxsize=KEPT)
+def _compiled(function: Callable, keep: Keep, curvature: Callable | None) -> Loops:
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), ".sensitivity")
+    register, compiled = compiler.register, compiler.compile
+    force = register(function)
+    bend = register(curvature or differences_of(force))
+    named = build_contact(force, register, _KIND).named
+    return Loops(
+        compiled(_build_follow(force, bend, named, register)),
+        compiled(_build_push(force, bend, named, register)),
+        compiled(_build_pull(force, bend, named, register)),
+        compiled(_build_impulse(force, named)),
+        (),
+    )
+
+
+def differences_of(force: Callable) -> Callable:
+    """Return U'' of a force, by central differences."""
+
+    def curvature(strain: float, parameters: Any) -> float:
+        below, above = strain - _DIFFERENCE, strain + _DIFFERENCE
+        fall: float = force(below, parameters) - force(above, parameters)
+        return fall / (above - below)
+
+    return curvature
+
+
+def contact_curvature(gap: float, stiffness: float, exponent: float) -> float:
+    """Return the stiffness K q d^(q - 1) of a contact whose bodies overlap by d = -gap."""
+    return stiffness * exponent * (-gap) ** (exponent - 1.0) if gap < 0.0 else 0.0
+
+
+def _build_parts(
+    force: Callable, bend: Callable, register: Callable
+) -> tuple[Callable, Callable, Callable]:
+    """Return what stages are made of: loops with few arrays each, or there would be no vectors."""
+    press, press_bend = register(contact_force), register(contact_curvature)
+
+    @register
+    def stretch(strain: Array, velocity: Array, time: float) -> None:
+        for i in range(strain.shape[0]):
+            strain[i] += time * (velocity[i + 1] - velocity[i])
+
+    # All bonds alike, then the gap among them: a question at each would cost more than its force.
+    @register
+    def forces_at(at: Array, forces: Array, line: LineParameters) -> None:
+        for i in range(at.shape[0]):
+            forces[i] = force(at[i], line.bond)
+        forces[line.gap] = press(at[line.gap], line.stiffness, line.exponent)
+
+    @register
+    def soften(at: Array, change: Array, forces: Array, line: LineParameters) -> None:
+        # Subtracts U'' times a change.
+        gap = line.gap
+        softer = press_bend(at[gap], line.stiffness, line.exponent) * change[gap]
+        softer = forces[gap] - softer
+        for i in range(at.shape[0]):
+            forces[i] -= bend(at[i], line.bond) * change[i]
+        forces[gap] = softer
+
+    return stretch, forces_at, soften
+
+
+def _build_follow(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
+    stretch, forces_at, _ = _build_parts(force, bend, register)
+    kick_by = register(kicked)
+
+    def follow(
+        strain: Array, velocity: Array, leaps: tuple, tape: tuple, parameters: tuple
+    ) -> None:
+        times, hits, drifts, kicks = leaps
+        strains, impacts, forces = tape
+        line = named(parameters)
+        p, inverse, bonds, count = line.gap, line.inverse, strain.shape[0], kicks.shape[0]
+        for n in range(times.shape[0]):
+            for k in range(count):
+                at, pushes = strains[n, k], forces[n, k]
+                stretch(strain, velocity, drifts[k] * times[n])
+                for i in range(bonds):
+                    at[i] = strain[i]
+                forces_at(at, pushes, line)
+                kick_by(velocity, pushes, inverse, kicks[k] * times[n])
+            stretch(strain, velocity, drifts[count] * times[n])
+            if hits[n] > 0.0:
+                strain[p] = 0.0
+            if hits[n] == 1.0:
+                speed = velocity[p] - velocity[p + 1]
+                impacts[n, 0] = speed
+                impacts[n, 1] = inverse[p] * force(strain[p - 1], line.bond) if p > 0 else 0.0
+                ahead = force(strain[p + 1], line.bond) if p + 1 < bonds else 0.0
+                impacts[n, 2] = -inverse[p + 1] * ahead
+                given = 2.0 * speed / (inverse[p] + inverse[p + 1])
+                velocity[p] -= given * inverse[p]
+                velocity[p + 1] += given * inverse[p + 1]
+
+    return follow
+
+
+def kicked(velocity: Array, forces: Array, inverse: Array, kick: float) -> None:
+    """Add what bonds that push with some forces for a time `kick` give to the velocities."""
+    bonds = forces.shape[0]
+    velocity[0] -= kick * inverse[0] * forces[0]
+    for i in range(1, bonds):
+        velocity[i] += kick * inverse[i] * (forces[i - 1] - forces[i])
+    velocity[bonds] += kick * inverse[bonds] * forces[bonds - 1]
+
+
+def _build_push(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
+    stretch, _, soften = _build_parts(force, bend, register)
+    kick_by = register(kicked)
+
+    @register
+    def jump(strain: Array, velocity: Array, impact: Array, line: LineParameters) -> None:
+        p, inverse = line.gap, line.inverse
+        speed = impact[0]
+        delay = strain[p] / speed
+        share = 2.0 / (inverse[p] + inverse[p + 1])
+        given = share * (velocity[p] - velocity[p + 1] + (impact[1] - impact[2]) * delay)
+        if p > 0:
+            strain[p - 1] += share * speed * inverse[p] * delay
+        if p + 1 < strain.shape[0]:
+            strain[p + 1] += share * speed * inverse[p + 1] * delay
+        strain[p] = -strain[p]
+        velocity[p] -= given * inverse[p]
+        velocity[p + 1] += given * inverse[p + 1]
+
+    def push(strain: Array, velocity: Array, leaps: tuple, tape: tuple, parameters: tuple) -> None:
+        times, hits, drifts, kicks = leaps
+        strains, impacts, forces = tape
+        line = named(parameters)
+        count = kicks.shape[0]
+        for n in range(times.shape[0]):
+            for k in range(count):
+                pushes = forces[n, k]
+                stretch(strain, velocity, drifts[k] * times[n])
+                for i in range(strain.shape[0]):
+                    pushes[i] = 0.0
+                soften(strains[n, k], strain, pushes, line)
+                kick_by(velocity, pushes, line.inverse, kicks[k] * times[n])
+            stretch(strain, velocity, drifts[count] * times[n])
+            if hits[n] == 1.0:
+                jump(strain, velocity, impacts[n], line)
+
+    return push
+
+
+def _build_pull(force: Callable, bend: Callable, named: Callable, register: Callable) -> Callable:
+    _, _, soften = _build_parts(force, bend, register)
+
+    @register
+    def stretch_back(strain: Array, velocity: Array, time: float) -> None:
+        bonds = strain.shape[0]
+        velocity[0] -= time * strain[0]
+        for i in range(1, bonds):
+            velocity[i] += time * (strain[i - 1] - strain[i])
+        velocity[bonds] += time * strain[bonds - 1]
+
+    @register
+    def lighten(light: Array, velocity: Array, forces: Array, kick: float) -> None:
+        bonds = forces.shape[0]
+        light[0] -= kick * velocity[0] * forces[0]
+        for i in range(1, bonds):
+            light[i] += kick * velocity[i] * (forces[i - 1] - forces[i])
+        light[bonds] += kick * velocity[bonds] * forces[bonds - 1]
+
+    @register
+    def weigh(weights: Array, velocity: Array, inverse: Array, kick: float) -> None:
+        for i in range(weights.shape[0]):
+            weights[i] = kick * (inverse[i + 1] * velocity[i + 1] - inverse[i] * velocity[i])
+
+    @register
+    def jump_back(
+        strain: Array, velocity: Array, light: Array, impact: Array, line: LineParameters
+    ) -> None:
+        p, inverse = line.gap, line.inverse
+        speed = impact[0]
+        both = inverse[p] + inverse[p + 1]
+        share = 2.0 / both
+        by_given = inverse[p + 1] * velocity[p + 1] - inverse[p] * velocity[p]
+        of_masses = share * speed * (velocity[p] + velocity[p + 1]) / both
+        light[p] -= inverse[p + 1] * of_masses
+        light[p + 1] += inverse[p] * of_masses
+        by_delay = share * by_given * (impact[1] - impact[2])
+        if p > 0:
+            by_delay += share * speed * inverse[p] * strain[p - 1]
+        if p + 1 < strain.shape[0]:
+            by_delay += share * speed * inverse[p + 1] * strain[p + 1]
+        strain[p] = by_delay / speed - strain[p]
+        velocity[p] += share * by_given
+        velocity[p + 1] -= share * by_given
+
+    def pull(
+        strain: Array, velocity: Array, light: Array, leaps: tuple, tape: tuple, parameters: tuple
+    ) -> None:
+        times, hits, drifts, kicks = leaps
+        strains, impacts, weights = tape
+        line = named(parameters)
+        count = kicks.shape[0]
+        for n in range(times.shape[0] - 1, -1, -1):
+            if hits[n] == 1.0:
+                jump_back(strain, velocity, light, impacts[n], line)
+            stretch_back(strain, velocity, drifts[count] * times[n])
+            for k in range(count - 1, -1, -1):
+                weight, kick = weights[n, k], kicks[k] * times[n]
+                lighten(light, velocity, weight, kick)
+                weigh(weight, velocity, line.inverse, kick)
+                soften(strains[n, k], weight, strain, line)
+                stretch_back(strain, velocity, drifts[k] * times[n])
+
+    return pull
+
+
+def _build_impulse(force: Callable, named: Callable) -> Callable:
+    def impulse(strains: Array, weights: Array, parameters: tuple) -> float:
+        # All forces change with the parameters of the bond, those of the gap apart.
+        line = named(parameters)
+        total = 0.0
+        for n in range(strains.shape[0]):
+            for k in range(strains.shape[1]):
+                at, weight = strains[n, k], weights[n, k]
+                for i in range(line.gap):
+                    total += weight[i] * force(at[i], line.bond)
+                for i in range(line.gap + 1, at.shape[0]):
+                    total += weight[i] * force(at[i], line.bond)
+        return total
+
+    return impulse

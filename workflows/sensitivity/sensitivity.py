@@ -1,0 +1,318 @@
+r"""
+What eta of a collision changes by with all that it depends on, from one run back along its motion.
+
+With :math:`\eta = (V_1/V_0)^2`, V the velocity at which the bodies part, the derivative
+of eta by the last velocities is known; the adjoint of the linearised motion carries it back to the
+start (see ``loops``). What masses and forces add on the way is summed up. Two identities, which
+hold of the exact derivative, tell how exact it is: nothing changes along the motion itself, and
+masses times c with velocities over :math:`\sqrt c` have the same motion.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS, NamedBond
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.errors import SensitivityError
+from chaincor.workflows.sensitivity.trace import Trace, trace
+
+Array = NDArray[np.float64]
+
+# Step over the period of the fastest bond, less 2 pi: errors of order8 are then about 1e-10.
+_USUAL_STEP = 0.1
+# The step is halved until the derivative is so exact, or for so many times.
+_WANTED, _MOST_HALVINGS = 1e-8, 6
+# The identities see a part of the error.
+_RESERVE = 10.0
+# A derivative that is off by more than this part of itself tells nothing.
+_WORST = 0.1
+# Parameters of bonds are varied by this part of themselves: differences are good to its square.
+_VARIED = 1e-5
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    r"""
+    Derivatives of eta at the state in which the bodies come.
+
+    In units of the natural bond length, the particle mass and the bond stiffness. A derivative by
+    one quantity holds all others: by a mass, velocities and strains stay; by the parameter of a
+    bond, strains and the absolute speed.
+
+    Attributes
+    ----------
+    velocity : float
+        :math:`d\eta/dv_0`: all particles of the chain come faster by as much.
+    masses : ndarray of shape (n,)
+        By each mass of the chain.
+    target_masses : ndarray of shape (M,), or None
+        By each of a free target, from the contact outward.
+    parameters : dict
+        By the parameters of the bond, by name: keys of the scene, or names in its formula.
+    contact_stiffness : float or None
+        By K of a soft contact.
+    wall_place : float
+        By the place of the wall, or of a free target, along x: towards the chain. 0 for a cold
+        chain, in which nothing moves until it meets the wall.
+    strains, velocities : ndarray of shape (n - 1,) and (n,)
+        By each bond length and velocity with which the chain comes.
+    amplification : float
+        Length of the derivatives by gap, strains and velocities, times v0, over eta: if each of
+        these is off by a random part of v0, eta is off by so many times that part of itself. A
+        collision loses so many digits as this number has.
+    error : float
+        Of the derivatives, relative to the largest.
+    """
+
+    velocity: float
+    masses: Array
+    target_masses: Array | None
+    parameters: dict[str, float]
+    contact_stiffness: float | None
+    wall_place: float
+    strains: Array
+    velocities: Array
+    amplification: float
+    error: float
+    step: float = field(repr=False, default=0.0)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all, ready for JSON."""
+        plain = {k: v for k, v in vars(self).items() if k != "step" and v is not None}
+        return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in plain.items()}
+
+
+@dataclass(frozen=True)
+class Gradient:
+    """
+    Derivatives of eta along a line.
+
+    Attributes
+    ----------
+    restitution : float
+        Eta.
+    strains, velocities, masses : ndarray of shape (N - 1,), (N,) and (N,)
+        By the state at the start, with the gap, and by the masses; nothing by those of a wall.
+    parameters : ndarray
+        By what was varied.
+    stiffness : float
+        By that of a soft contact.
+    residual : float
+        By which part of their terms the identities fail.
+    """
+
+    restitution: float
+    strains: Array
+    velocities: Array
+    masses: Array
+    parameters: Array
+    stiffness: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A bond with one parameter less and more, as kernels know it, and the difference."""
+
+    name: str
+    less: tuple
+    more: tuple
+    width: float
+
+
+def sensitivity_of(
+    scene: Scene, contacts: int, duration: float, shortest: float, restitution: float, error: float
+) -> Sensitivity:
+    """
+    Return the derivatives of eta of a collision that has been carried out.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collided.
+    contacts : int
+        How many contacts it had.
+    duration : float
+        Time after the first contact by which the last one has ended.
+    shortest : float
+        Strain of the shortest bond.
+    restitution, error : float
+        Eta and its bar, which the run that is differentiated must agree with.
+
+    Returns
+    -------
+    Sensitivity
+        The derivatives.
+
+    Raises
+    ------
+    SensitivityError
+        If the motion cannot be linearised, or not told to a digit.
+    """
+    step, variants = _first_step(scene, shortest), variants_of(scene)
+    best: tuple[Gradient, float] | None = None
+    refusal: SensitivityError | None = None
+    for _ in range(_MOST_HALVINGS):
+        try:
+            found = gradient(trace(scene, step, contacts, duration), variants)
+        except SensitivityError as failure:
+            refusal = failure
+        else:
+            if best is None or found.residual < 0.5 * best[0].residual:
+                best = found, step
+            else:
+                break
+            if best[0].residual < _WANTED:
+                break
+        step *= 0.5
+    if best is None:
+        assert refusal is not None
+        raise refusal
+    found, step = best
+    off = abs(found.restitution - restitution)
+    if not off <= 3.0 * error + 1e-9 * restitution or not _RESERVE * found.residual < _WORST:
+        raise SensitivityError(
+            f"the run that is differentiated gives eta = {found.restitution:.9g}, and derivatives "
+            f"to {_RESERVE * found.residual:.1g} of themselves; expected eta = {restitution:.9g} "
+            f"and derivatives to {_WORST:g}: this collision amplifies rounding too much"
+        )
+    return _told(scene, found, variants, step)
+
+
+def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -> Sensitivity:
+    line = scene.line
+    first, gap = line.first, line.gap
+    size = math.hypot(np.linalg.norm(found.strains), np.linalg.norm(found.velocities))
+    return Sensitivity(
+        velocity=-float(np.sum(found.velocities[first:])),
+        masses=found.masses[first:],
+        target_masses=found.masses[:first][::-1] if line.targets else None,
+        parameters={v.name: float(d) for v, d in zip(variants, found.parameters, strict=True)},
+        contact_stiffness=found.stiffness if line.soft else None,
+        wall_place=-float(found.strains[gap]),
+        strains=found.strains[first:],
+        velocities=found.velocities[first:],
+        amplification=scene.impact_velocity * size / found.restitution,
+        error=max(_RESERVE * found.residual, np.finfo(float).eps),
+        step=step,
+    )
+
+
+def _first_step(scene: Scene, shortest: float) -> float:
+    line, bond = scene.line, scene.bond
+    sharpest = scene.fast_stiffness * max(1.0, float(bond.curvature(shortest)) / bond.stiffness)
+    if line.soft:
+        overlap = line.overlap(2.0 * float(np.max(np.abs(line.velocities))))
+        q = line.contact_exponent
+        stiffest = q * line.contact_stiffness * overlap ** (q - 1.0) / line.contact_mass
+        sharpest = max(sharpest, stiffest)
+    return _USUAL_STEP / math.sqrt(sharpest)
+
+
+def variants_of(scene: Scene) -> list[Variant]:
+    """Return the bond with each of its parameters a little less and more."""
+    bond = scene.bond
+    if isinstance(bond, Formula):
+        given, names = bond.given, {}
+    elif isinstance(bond, NamedBond):
+        given, names = bond.as_keys(), bond.keys
+    else:
+        return []
+    found = []
+    for key, value in given.items():
+        if key in WHOLE_KEYS:
+            continue
+        width = _VARIED * (abs(value) or 1.0)
+        less, more = (_with(bond, names.get(key, key), value + k * width) for k in (-1.0, 1.0))
+        found.append(Variant(key, less, more, 2.0 * width))
+    return found
+
+
+def _with(bond: Formula | NamedBond, name: str, value: float) -> tuple:
+    if isinstance(bond, Formula):
+        return Formula(bond.text, bond.given | {name: value}).parameters
+    given = {each: getattr(bond, each) for each in bond.keys.values()} | {name: value}
+    return type(bond)(**given).parameters
+
+
+def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
+    """
+    Return the derivatives of eta of a collision.
+
+    Parameters
+    ----------
+    traced : Trace
+        The collision.
+    variants : list of Variant
+        Bonds whose parameters differ.
+
+    Returns
+    -------
+    Gradient
+        Along the line.
+    """
+    line, loops, parameters = traced.line, traced.loops, traced.parameters
+    weights, before = _separation_by_velocity(line), line.separation(line.velocities)
+    impulses, stiffness = np.zeros(len(variants)), 0.0
+    strains, light = np.zeros(len(line.strains)), np.zeros(len(weights))
+    velocities = end = np.empty(0)
+    for stretch, tape, _, last_velocity in traced.backward():
+        if not len(end):
+            end = last_velocity
+            velocities = 2.0 * line.separation(end) / before**2 * weights
+        loops.pull(strains, velocities, light, tuple(stretch.leaps), tuple(tape), tuple(parameters))
+        for k, variant in enumerate(variants):
+            more, less = (
+                loops.impulse(tape.strains, tape.weights, tuple(parameters._replace(bond=bond)))
+                for bond in (variant.more, variant.less)
+            )
+            impulses[k] += (more - less) / variant.width
+        if line.soft:
+            at, given = tape.strains[..., line.gap], tape.weights[..., line.gap]
+            stiffness += float(np.sum(given * np.maximum(-at, 0.0) ** line.contact_exponent))
+    after = line.separation(end)
+    eta = (after / before) ** 2
+    masses = -light * line.inverse_masses**2
+    for parted, v, share in ((after, end, 1.0), (before, line.velocities, -1.0)):
+        masses += share * 2.0 * eta / parted * _separation_by_mass(line, v)
+    accelerations = traced.accelerations(line.strains)
+    along = np.concatenate((strains * np.diff(line.velocities), velocities * accelerations))
+    size = np.linalg.norm(strains) * np.linalg.norm(np.diff(line.velocities))
+    size += np.linalg.norm(velocities) * np.linalg.norm(accelerations)
+    velocities = velocities - 2.0 * eta / before * weights
+    if line.rigid:  # a wall does not move
+        velocities[: line.first] = 0.0
+    finite = np.where(np.isinf(line.masses), 0.0, line.masses)
+    scaled = np.concatenate((finite * masses, -0.5 * line.velocities * velocities))
+    scale = np.linalg.norm(scaled)
+    # Where nothing changes eta, as with two equal masses, both are 0.
+    parts = ((np.sum(along), size), (np.sum(scaled), scale))
+    residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
+    return Gradient(eta, strains, velocities, masses, impulses, stiffness, float(residual))
+
+
+def _separation_by_velocity(line: Line) -> Array:
+    """Return the derivatives of the velocity at which the bodies part, by all velocities."""
+    shares = np.zeros(len(line.masses))
+    shares[line.first :] = line.chain_masses / np.sum(line.chain_masses)
+    if not line.rigid:
+        shares[: line.first] = -line.masses[: line.first] / np.sum(line.masses[: line.first])
+    return shares
+
+
+def _separation_by_mass(line: Line, velocities: Array) -> Array:
+    """Return the same by the masses."""
+    found = np.zeros(len(velocities))
+    bodies = [(slice(line.first, None), 1.0)]
+    if not line.rigid:
+        bodies.append((slice(line.first), -1.0))
+    for body, sign in bodies:
+        m, v = line.masses[body], velocities[body]
+        found[body] = sign * (v - m @ v / np.sum(m)) / np.sum(m)
+    return found

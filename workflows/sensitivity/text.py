@@ -1,0 +1,44 @@
+"""The derivatives of eta in lines of text, as ``chaincor run --sensitivity`` prints them."""
+
+import math
+
+import numpy as np
+
+from chaincor.lammps_inputs.bonds.potentials import NamedBond
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.sensitivity.sensitivity import Sensitivity
+
+
+def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
+    """Say what eta changes by where one quantity is 1 % larger and all others stay."""
+    rows = [("speed", _of(found.velocity, scene.impact_velocity, "v0"))]
+    bond = scene.bond
+    values = bond.as_keys() if isinstance(bond, NamedBond) else dict(scene.parameters or {})
+    for name, slope in found.parameters.items():
+        rows.append((name, _of(slope, values[name], name)))
+    if found.contact_stiffness is not None:
+        k = scene.line.contact_stiffness
+        rows.append(("contact stiffness", _of(found.contact_stiffness, k, "K")))
+    line = scene.line
+    bodies = [("masses", found.masses, line.chain_masses)]
+    if found.target_masses is not None:
+        bodies.append(("target masses", found.target_masses, line.target_masses))
+    for name, slopes, masses in bodies:
+        i = int(np.argmax(np.abs(slopes * masses)))
+        rows.append((name, f"most by particle {i + 1}: {_of(slopes[i], masses[i], 'm')}"))
+    what = "the wall" if line.rigid else "the target"
+    rows.append((f"place of {what}", f"d eta/d x = {_rounded(found.wall_place, found.error)}"))
+    grown = found.amplification
+    lost = max(0.0, math.log10(grown)) if grown > 0.0 else 0.0
+    what_is_lost = f"times what the state is off by, eta is off: {lost:.1f} digits lost"
+    rows.append((f"amplification {grown:.3g}", what_is_lost))
+    rows.append(("error", f"{found.error:.0e} of the largest derivative, or less"))
+    return "\n".join(["what eta depends on", *(f"{name:22} {text}" for name, text in rows)])
+
+
+def _of(slope: float, value: float, name: str) -> str:
+    return f"d eta/d {name} = {slope:+.6g}, {0.01 * slope * value:+.2g} for 1 % more"
+
+
+def _rounded(slope: float, error: float) -> str:
+    return "0" if abs(slope) < max(error, 1e-6) else f"{slope:+.6g}"

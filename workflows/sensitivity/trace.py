@@ -1,0 +1,266 @@
+"""A collision as stretches of steps, kept so that it can be followed once more, back to front."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.line import Line
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.line_stages import LineParameters
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.time_limit import check_time
+from chaincor.workflows.errors import SensitivityError
+from chaincor.workflows.sensitivity.loops import Leaps, Loops, Tape, loops_for
+
+Array = NDArray[np.float64]
+
+SCHEME = "order8"
+# Steps near moments of touching and parting are this part of the time from them, with what the
+# order of the scheme makes of that, and at least this part of the usual step.
+GRADE, SHORTEST = 0.25, 2.0**-14
+# Leaps of one step, contacts within it included.
+_MOST_LEAPS = 64
+# A contact slower than this part of the impact velocity is one that a small change takes away.
+GRAZING = 1e-6
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """
+    Some steps of a motion.
+
+    Attributes
+    ----------
+    strain, velocity : ndarray of shape (N - 1,) and (N,)
+        Before them, along x, with the gap.
+    leaps : Leaps
+        What they are made of.
+    """
+
+    strain: Array
+    velocity: Array
+    leaps: Leaps
+
+
+@dataclass(frozen=True)
+class Trace:
+    """
+    A collision from its start to right after its last contact.
+
+    Attributes
+    ----------
+    line : Line
+        The bodies, and the state in which they come.
+    loops : Loops
+        Of their bonds.
+    parameters : LineParameters
+        What these are told.
+    stretches : list of Stretch
+        The motion.
+    """
+
+    line: Line
+    loops: Loops
+    parameters: LineParameters
+    stretches: list[Stretch]
+
+    @cached_property
+    def _room(self) -> Tape:
+        most = max(len(stretch.leaps.times) for stretch in self.stretches)
+        shape = most, len(self.stretches[0].leaps.kicks), len(self.line.strains)
+        return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
+
+    def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
+        """Return the tape of a stretch, good until the next is followed, and its last state."""
+        strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
+        tape = Tape(*(each[: len(stretch.leaps.times)] for each in self._room))
+        told = tuple(stretch.leaps), tuple(tape), tuple(self.parameters)
+        self.loops.follow(strain, velocity, *told)
+        speeds = tape.impacts[stretch.leaps.hits == 1.0, 0]
+        slowest = GRAZING * abs(self.line.separation(self.line.velocities))
+        if np.any(speeds <= slowest):
+            raise SensitivityError(
+                f"a contact is made at the speed {np.min(speeds):.2g}: it grazes, and eta has no "
+                "derivative there; expected contacts that a small change does not take away"
+            )
+        return tape, strain, velocity
+
+    def backward(self) -> Iterator[tuple[Stretch, Tape, Array, Array]]:
+        """Yield the stretches from the last on, with their tapes and last states."""
+        for stretch in reversed(self.stretches):
+            check_time()
+            yield stretch, *self.follow(stretch)
+
+    def changed(self, strain: Array, velocity: Array) -> tuple[Array, Array]:
+        """
+        Return what a small change of the state at the start has become after the last contact.
+
+        Parameters
+        ----------
+        strain, velocity : ndarray of shape (N - 1,) and (N,)
+            The change, along x, with the gap.
+
+        Returns
+        -------
+        ndarray of shape (N - 1,), ndarray of shape (N,)
+            Between the states right after the last contact, each at its own time.
+        """
+        strain, velocity = strain.copy(), velocity.copy()
+        for stretch in self.stretches:
+            check_time()
+            tape, last_strain, last_velocity = self.follow(stretch)
+            told = tuple(stretch.leaps), tuple(tape), tuple(self.parameters)
+            self.loops.push(strain, velocity, *told)
+        rates, gap = np.diff(last_velocity), self.line.gap
+        delay = -strain[gap] / rates[gap]
+        accelerations = self.accelerations(last_strain)
+        return strain + rates * delay, velocity + accelerations * delay
+
+    def accelerations(self, strain: Array) -> Array:
+        """Return those of all particles in a state."""
+        shape = 1, 1, len(strain)
+        tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
+        kick = Leaps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
+        gained = np.zeros(len(strain) + 1)
+        self.loops.follow(strain.copy(), gained, tuple(kick), tuple(tape), tuple(self.parameters))
+        return gained
+
+
+def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
+    """
+    Carry out a collision whose contacts have been counted.
+
+    Parameters
+    ----------
+    scene : Scene
+        What collides.
+    step : float
+        Whole step of the scheme.
+    contacts : int
+        How many the collision has.
+    duration : float
+        Time after the first contact by which the last one has ended.
+
+    Returns
+    -------
+    Trace
+        Up to the last contact.
+
+    Raises
+    ------
+    SensitivityError
+        If it has other contacts with this step, or no loops.
+    """
+    line = scene.line
+    loops = loops_for(scene.bond)
+    if loops is None:
+        raise SensitivityError(
+            f"the force of bond '{scene.label}' cannot be compiled; expected a function of "
+            "numbers that Numba knows, such as those of a formula"
+        )
+    stepper = Stepper.of(line, scene.bond, SCHEME, step)
+    moving = Motion.at_start(scene, stepper.scheme)
+    given = line.contact_stiffness, line.contact_exponent
+    parameters = LineParameters(loops.parameters, line.inverse_masses.copy(), line.gap, *given)
+    drifts, kicks = stepper.scheme.fractions
+    # Of the states that are kept and the tape of a stretch neither is much larger.
+    steps = 8 + math.ceil(math.sqrt(2.0 * duration / step / len(kicks)))
+    moving.arrays = moving.arrays._replace(log=np.empty((2, _MOST_LEAPS * steps)))
+    mark, wanted = (2.0, 2 * contacts) if line.soft else (1.0, contacts)
+    met, stretches = 0, []
+    if moving.ledger["contacts"] > 0:
+        meeting = Leaps(np.zeros(1), np.full(1, mark), drifts, kicks)
+        stretches.append(Stretch(line.strains.copy(), line.velocities.copy(), meeting))
+        met = 1
+    for name in ("argue_after", "argue_first", "patience"):
+        moving.ledger[name] = math.inf
+    graded, gone = _Graded(moving, stepper, 0.0 if met else math.inf), 0.0
+    while met < wanted:
+        check_time()
+        strain, velocity = (each.copy() for each in moving.along_x())
+        if line.smooth:
+            times, hits = _advanced(moving, stepper, steps)
+        else:
+            strain, velocity, times, hits = graded.next_step()
+        ends = np.flatnonzero(hits)[: wanted - met]
+        gone = gone + float(np.sum(times)) if met or len(ends) else 0.0
+        met += len(ends)
+        if met == wanted:
+            times, hits = times[: ends[-1] + 1], hits[: ends[-1] + 1]
+        stretches.append(Stretch(strain, velocity, Leaps(times, mark * hits, drifts, kicks)))
+        if met < wanted and gone > duration + (steps + 1) * step:
+            raise SensitivityError(
+                f"with the step {step:.3g} the collision has {met} contacts by t = {gone:.6g}, and "
+                f"{wanted} are known; expected one whose contacts no step changes"
+            )
+    return Trace(line, loops, parameters, stretches)
+
+
+@dataclass
+class _Graded:
+    """
+    Steps that grow from moments of touching and parting, and shrink towards them.
+
+    A soft contact whose power is no whole number sets in as a power of the time, which no order of
+    a scheme resolves but by steps that are short against the time from it.
+
+    Attributes
+    ----------
+    moving : Motion
+        What is moved.
+    stepper : Stepper
+        The usual steps.
+    since, ahead : float
+        Time since the last such moment, and until the next, where that is known.
+    """
+
+    moving: Motion
+    stepper: Stepper
+    since: float
+    ahead: float = math.inf
+
+    def next_step(self) -> tuple[Array, Array, Array, Array]:
+        """Take a step; return the state before it, durations of its leaps, and which hit."""
+        moving, step = self.moving, self.stepper.step
+        shortest = SHORTEST * step
+        strain, velocity = (each.copy() for each in moving.along_x())
+        state, ledger = moving.arrays.now.copied(), moving.ledger.copy()
+        while True:
+            away = min(self.since, self.ahead)
+            size = min(step, max(GRADE * away, 2.0 * shortest))
+            times, hits = _advanced(moving, self.stepper.of_size(size), 1)
+            ends = np.flatnonzero(hits)
+            if not len(ends) or size <= 2.0 * shortest:
+                break
+            self.ahead = float(np.sum(times[: ends[0] + 1]))
+            moving.strain[:], moving.velocity[:] = state.strain, state.velocity
+            moving.ledger = ledger.copy()
+        if len(ends):
+            self.since, self.ahead = float(np.sum(times[ends[-1] + 1 :])), math.inf
+        else:
+            self.since += size
+            self.ahead = self.ahead - size if self.ahead > size - shortest else math.inf
+        return strain, velocity, times, hits
+
+
+def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:
+    """Take steps; return of each leap its duration, and whether a contact ends it."""
+    ledger, fractions = moving.ledger, tuple(stepper.scheme.fractions)
+    ledger["leaps"] = 0
+    goal = int(ledger["steps"]) + steps
+    told = stepper.step, fractions, stepper.parameters
+    status = stepper.kernels.advance(ledger, moving.arrays.unnamed(), goal, *told)
+    if status == motion.FULL:
+        moving.make_room()
+    elif status != motion.DONE:
+        raise SensitivityError(
+            f"steps of {stepper.step:.3g} do not resolve the bonds; expected bonds that are not "
+            "compressed to nothing: lower the speed"
+        )
+    times, hits = moving.arrays.log[:, : ledger["leaps"]].copy()
+    return times, hits
