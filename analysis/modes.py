@@ -16,6 +16,7 @@ Their energies are then shared among them evenly: only the sum means something.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -249,6 +250,12 @@ def _strain_modes(
     return np.sqrt(squares), shapes
 
 
+@lru_cache(maxsize=4)
+def _kept_modes(masses: bytes, stiffness: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return `_strain_modes`, which are asked for with every run of a collision."""
+    return _strain_modes(np.frombuffer(masses), stiffness)
+
+
 def _unequal_energies(
     displacements: ArrayLike,
     velocities: ArrayLike,
@@ -256,7 +263,7 @@ def _unequal_energies(
     masses: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     v = np.asarray(velocities, dtype=float)
-    omega, shapes = _strain_modes(masses, stiffness)
+    omega, shapes = _kept_modes(masses.tobytes(), stiffness)
     energies = np.empty(v.shape)
     mean = centre_of_mass_velocity(v, masses)
     energies[..., 0] = 0.5 * float(np.sum(masses)) * mean**2

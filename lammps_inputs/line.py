@@ -17,6 +17,9 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 
 Array = NDArray[np.float64]
 
+# Masses that differ by no more than this part amplify errors as equal ones do.
+_ALIKE = 0.01
+
 
 @dataclass(frozen=True, eq=False)
 class Line:
@@ -73,6 +76,18 @@ class Line:
         """Whether this is a cold chain of unit masses before a hard, rigid wall."""
         return self.at_wall and self.cold and self.unit
 
+    @cached_property
+    def uniform(self) -> bool:
+        """
+        Whether this is a cold chain of masses that are alike, before a hard, rigid wall.
+
+        Light particles between heavy ones, two bodies and chains that come vibrating amplify the
+        errors of steps and roundings more.
+        """
+        masses = self.chain_masses
+        alike = bool(np.ptp(masses) <= _ALIKE * np.min(masses))
+        return self.at_wall and self.cold and alike
+
     @property
     def smooth(self) -> bool:
         """Whether the contact has all derivatives while it lasts: hard, or of a whole power."""
@@ -116,10 +131,10 @@ class Line:
     @cached_property
     def reduced_mass(self) -> float:
         """Of the two bodies."""
-        inverse = 1.0 / float(np.sum(self.chain_masses))
-        if not self.rigid:
-            inverse += 1.0 / float(np.sum(self.target_masses))
-        return 1.0 / inverse
+        chain = float(np.sum(self.chain_masses))
+        if self.rigid:
+            return chain
+        return 1.0 / (1.0 / chain + 1.0 / float(np.sum(self.target_masses)))
 
     @cached_property
     def lightest(self) -> float:
@@ -131,6 +146,12 @@ class Line:
         """Mean mass of a particle of the slower body: sound crosses that at sqrt(k/m)."""
         bodies = [self.chain_masses] + ([self.target_masses] if self.targets > 1 else [])
         return max(float(np.mean(masses)) for masses in bodies)
+
+    @cached_property
+    def heaviest_pair(self) -> float:
+        """The largest reduced mass of two particles with a bond between them; 0 without bonds."""
+        inverse = self.inverse_masses[1:] + self.inverse_masses[:-1]
+        return float(np.max(1.0 / np.delete(inverse, self.gap), initial=0.0))
 
     def _bonded(self) -> Array:
         whole = self.soft or self.targets > 1
@@ -186,8 +207,9 @@ class Line:
             Velocity of the chain's centre of mass less that of the target's.
         """
         chain = self.chain_masses
-        speed = float(chain @ velocities[self.first :]) / float(np.sum(chain))
+        # Not by `@`, whose last bit depends on where an array lies.
+        speed = float(np.sum(chain * velocities[self.first :]) / np.sum(chain))
         if not self.rigid:
             target = self.masses[: self.first]
-            speed -= float(target @ velocities[: self.first]) / float(np.sum(target))
+            speed -= float(np.sum(target * velocities[: self.first]) / np.sum(target))
         return speed

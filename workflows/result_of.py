@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.restitution import momentum_residual
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
@@ -60,10 +59,9 @@ def result_of(
     """
     outcome, bar, found = answer.outcome, answer.bar, answer.details
     if energies is None:
-        masses = None if scene.line.plain else scene.line.chain_masses
-        stiffness = scene.bond.stiffness
-        energies = mode_energies(outcome.displacements, outcome.velocities, stiffness, masses)
-    v0, v_star, line = scene.impact_velocity, scene.bond.natural_speed, scene.line
+        state = outcome.displacements, outcome.velocities
+        energies = mode_energies(*state, scene.bond.stiffness, scene.line.chain_masses)
+    v0, v_star = scene.impact_velocity, scene.bond.natural_speed
     eta = eta_of(scene, outcome)
     certificate = outcome.details.get("table")
     scouted = found.get("scouting")
@@ -100,11 +98,7 @@ def result_of(
         bond_range_source=source,
         bond_error=_between_steps(scene, (bond_min - 1.0, bond_max - 1.0), outcome, step),
         energy_drift=(outcome.energy_end - outcome.energy_start) / outcome.energy_start,
-        momentum_residual=(
-            abs(momentum_residual(outcome.velocities, v0, 0.5 * outcome.impulses))
-            if line.plain
-            else impulse_residual(line, outcome, v0)
-        ),
+        momentum_residual=impulse_residual(scene.line, outcome, v0),
         ending=outcome.ending.kind,
         duration=outcome.duration,
         fragments=outcome.fragments,

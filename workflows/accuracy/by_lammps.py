@@ -255,7 +255,7 @@ def choose_numerics(
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
     goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in schemes}
-    if not scene.line.plain:
+    if not scene.line.uniform:
         schemes = _cheapest_first(scene, goals, truth)
     for scheme in schemes:
         start = estimate_step(scene, scheme, goals[scheme], truth)

@@ -132,10 +132,10 @@ def nudged_change(
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         change = 1.0 + ulps * sys.float_info.epsilon
-        if scene.line.plain:
+        # Given velocities are not changed: another step rounds everything as well.
+        nudged, near = scene, change * step
+        if not scene.comes_moving:
             nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
-        else:  # given velocities are not changed: another step rounds everything as well
-            nudged, near = scene, change * step
         other = run_in_house(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
         if worst >= enough:

@@ -75,13 +75,8 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     """
     if outcome.ending.missed_momentum == 0.0:
         return 0.0
-    line = scene.line
-    if line.plain:
-        gained = outcome.ending.missed_momentum / scene.particles
-        mean = abs(float(np.mean(outcome.velocities)))
-    else:
-        gained = outcome.ending.missed_momentum / line.reduced_mass
-        mean = abs(relative_velocity(line, outcome))
+    gained = outcome.ending.missed_momentum / scene.line.reduced_mass
+    mean = abs(relative_velocity(scene.line, outcome))
     return (2.0 * mean + gained) * gained / scene.impact_velocity**2
 
 
@@ -92,7 +87,7 @@ def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float 
     `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
     roundings change, where they were measured.
     """
-    if scene.line.plain and outcome.engine == "lammps":
+    if outcome.engine == "lammps":
         jitter *= coarsening(outcome.scheme)
     elif outcome.scheme in STEP_SCHEMES:
         jitter *= STEP_SCHEMES[outcome.scheme].amplification
@@ -113,8 +108,7 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
     the largest absolute difference of contact times and speeds, velocities and mode energies; inf
     where the numbers of contacts differ.
     """
-    stiffness = scene.bond.stiffness
-    masses = None if scene.line.plain else scene.line.chain_masses
+    stiffness, masses = scene.bond.stiffness, scene.line.chain_masses
     pairs = {
         "contact_times": (first.contact_times, second.contact_times),
         "contact_speeds": (first.contact_speeds, second.contact_speeds),
@@ -135,15 +129,13 @@ def spreads(first: Outcome, second: Outcome, scene: Scene, floor: float) -> dict
 
 def with_floors(apart: dict[str, float], scene: Scene, floor: float) -> dict[str, float]:
     """Return differences of arrays with what both runs err by together, see :func:`spreads`."""
-    v0, masses = scene.impact_velocity, None if scene.line.plain else scene.line.chain_masses
+    v0 = scene.impact_velocity
     scales = {
         "contact_times": scene.span / scene.slow_stiffness**0.5,
         "contact_speeds": v0,
         "velocities": v0,
         "target_velocities": v0,
-        "mode_energies": 0.5
-        * v0**2
-        * (scene.particles if masses is None else float(np.sum(masses))),
+        "mode_energies": 0.5 * v0**2 * float(np.sum(scene.line.chain_masses)),
     }
     return {
         name: difference + ARRAY_SENSITIVITY * floor * scales[name]

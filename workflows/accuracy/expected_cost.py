@@ -69,9 +69,8 @@ def expected_seconds(scene: Scene) -> float:
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
-    if not scene.line.plain:
-        duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
-        duration += scene.contact_duration
+    duration += float(scene.line.strains[scene.line.gap]) / scene.impact_velocity
+    duration += scene.contact_duration
     if scene.explicit:
         return _given_seconds(scene, duration)
     asked = scene.asked_tolerance
@@ -159,7 +158,7 @@ def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
 
 def _in_house_work(scene: Scene) -> float:
     """Return how many times the work of a chain whose first step does a scene takes."""
-    if scene.line.plain and scene.particles >= _HOT_PARTICLES:
+    if scene.line.uniform and scene.particles >= _HOT_PARTICLES:
         low, high = (share * breaking_energy(scene.bond) for share in _HOT)
         if low < 0.5 * scene.impact_velocity**2 < high:
             return _HOT_WORK

@@ -39,7 +39,7 @@ def _plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
     scheme = usual_scheme(goal)
     if scheme == _PLAINEST:
         return scheme
-    if scene.line.plain:
+    if scene.line.uniform:
         return _PLAINEST if scene.particles > LONG else scheme
     amplified = noise * STEP_SCHEMES[scheme].amplification
     return _PLAINEST if jitter_error("reference", amplified, scene) > STEP_SHARE * goal else scheme
@@ -84,12 +84,12 @@ def _meet_with_scheme(
     # and in long chains that need finer steps than usual.
     refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
     matters = noise > 0.0 or refined or rounding_matters("reference", scene, goal)
-    hard = not scene.line.plain and len(found.tries) > _USUAL_TRIES
-    if (scene.line.plain and matters) or silent or found.grazes or found.stalled or hard:
+    hard = not scene.line.uniform and len(found.tries) > _USUAL_TRIES
+    if (scene.line.uniform and matters) or silent or found.grazes or found.stalled or hard:
         amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         changed = found.nudged or nudged_change(scene, scheme, step, fine)
         noise = max(noise, changed / amplification)
-        sure = not scene.line.plain and fine.ending.kind == "proved"
+        sure = not scene.line.uniform and fine.ending.kind == "proved"
         if silent and max(amplification * noise, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.
             another = 2.0 * float(fine.contact_speeds[-1])

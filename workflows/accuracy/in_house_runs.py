@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
@@ -20,10 +19,8 @@ _CONFIRMATIONS = 4
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
     """Return the restitution of an outcome: of relative translation, where the target is free."""
-    line = scene.line
-    if line.plain:
-        return float(restitution(outcome.velocities, scene.impact_velocity))
-    return (relative_velocity(line, outcome) / scene.impact_velocity) ** 2
+    e = relative_velocity(scene.line, outcome) / scene.impact_velocity
+    return e * e
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:

@@ -61,7 +61,7 @@ def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     the steps that resolve them, as coarse ones may tell of far more.
     """
     goal = goal_above(rounding_error(scene.engine, scene), tolerance)
-    if scene.line.plain:
+    if scene.line.uniform:
         matters = scene.engine == "lammps" and rounding_matters("lammps", scene, goal)
     else:  # light particles between heavy ones amplify more than equal ones ever do
         matters = True

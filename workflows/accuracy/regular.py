@@ -218,20 +218,20 @@ def _step_error(
     """
     Return the error of a run's step, and whether it goes by the order of its scheme.
 
-    Where an error of at most `enough` would end the search, what is not a cold chain of equal
-    masses, or is long, is asked once more.
+    Where an error of at most `enough` would end the search, what is not a uniform cold chain,
+    or is long, is asked once more.
     """
     eta, share = eta_of(scene, fine), COARSER_SHARE[scheme]
     apart = max(abs(eta_of(scene, run) - eta) for run in proofs)
     regular = not _differ(fine, proofs)
-    if scene.particles <= LONGEST_TRUSTED and scene.line.plain:
+    if scene.particles <= LONGEST_TRUSTED and scene.line.uniform:
         return share * apart, regular
     error = apart * (share if regular else max(share, _GRAZING_SHARE))
-    if error > enough or (scene.line.plain and not regular):
+    if error > enough or (scene.line.uniform and not regular):
         return error, regular
     assert fine.timestep is not None
     near = run_in_house(scene, scheme, _NEAR * fine.timestep, fine)
-    if not scene.line.plain and not _converge(fine, near, proofs[0]):
+    if not scene.line.uniform and not _converge(fine, near, proofs[0]):
         return math.inf, False
     off = abs(eta_of(scene, near) - eta)
     return max(error, off), regular and off <= error

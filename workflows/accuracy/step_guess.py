@@ -5,9 +5,8 @@ from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain, compressed_strains
+from chaincor.lammps_inputs.bonds.energy_levels import compressed_strains
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -43,52 +42,65 @@ _LARGEST = {"srkn14": 1.4, "extrapolated12": 0.7, "extrapolated14": 1.2}
 
 def sharpness(scene: Scene) -> float:
     """
-    Return how much faster than a harmonic bond the most compressed bond swings.
+    Return how much faster than at rest the most compressed bond swings, or a soft contact.
 
     That is sqrt(U''(shortest)/U''(1)), 1 or more, by a guess at the shortest bond.
     """
-    if not scene.line.plain:
-        return _sharpness_of_line(scene, scene.line)
-    if scene.particles == 1:
-        return 1.0
-    bond, speed = scene.bond, scene.impact_velocity
-    # A user's own object need not be hashable.
-    if not isinstance(scene.potential, str):
-        return _sharpness_of(bond, np.array([speed]))[0]
-    if (bond, speed) not in _sharpnesses:
-        _keep_sharpness(bond, [speed])
-    return _sharpnesses[bond, speed]
+    line, bond = scene.line, scene.bond
+    sharpest = 1.0
+    if line.heaviest_pair > 0.0:
+        energy = _pair_energy(line)
+        # A user's own object need not be hashable.
+        if isinstance(scene.potential, str):
+            if (bond, energy) not in _compressed:
+                _keep_compressed(bond, [energy])
+            strain, curvature = _compressed[bond, energy]
+        else:
+            strain, curvature = _compressed_by(bond, [energy])[0]
+        if not line.cold:
+            shortest = float(np.min(np.delete(line.strains, line.gap)))
+            if shortest < strain:
+                curvature = float(bond.curvature(shortest))
+        sharpest = max(1.0, curvature / bond.stiffness)
+    if line.soft:
+        sharpest = max(sharpest, _contact_rate(scene, line))
+    return math.sqrt(sharpest)
 
 
 def foresee_sharpness(scenes: Iterable[Scene]) -> None:
     """Work out at once what :func:`sharpness` will be asked for: a tenth of the time of each."""
-    speeds: dict[Potential, set[float]] = {}
+    energies: dict[Potential, set[float]] = {}
     for scene in scenes:
         named = isinstance(scene.potential, str)
-        if named and scene.engine == "reference" and scene.line.plain and scene.particles > 1:
-            speeds.setdefault(scene.bond, set()).add(scene.impact_velocity)
-    for bond, asked in speeds.items():
-        if new := [speed for speed in asked if (bond, speed) not in _sharpnesses]:
-            _keep_sharpness(bond, new)
+        if named and scene.engine == "reference" and scene.line.heaviest_pair > 0.0:
+            energies.setdefault(scene.bond, set()).add(_pair_energy(scene.line))
+    for bond, asked in energies.items():
+        if new := [energy for energy in asked if (bond, energy) not in _compressed]:
+            _keep_compressed(bond, new)
 
 
-# A sweep asks for the same speeds with many lengths.
-_sharpnesses: dict[tuple[Potential, float], float] = {}
+def _pair_energy(line: Line) -> float:
+    """Return the energy that the bond of two particles gets that meet at 2 v0."""
+    v0 = float(np.max(np.abs(line.velocities)))
+    return 2.0 * line.heaviest_pair * (v0 * v0)
+
+
+# A sweep asks for the same speeds with many lengths: the strain of bonds that hold an energy, and
+# U'' there.
+_compressed: dict[tuple[Potential, float], tuple[float, float]] = {}
 _MOST_KEPT = 100_000
 
 
-def _keep_sharpness(bond: Potential, speeds: list[float]) -> None:
-    if len(_sharpnesses) > _MOST_KEPT:
-        _sharpnesses.clear()
-    found = _sharpness_of(bond, np.array(speeds))
-    _sharpnesses.update(((bond, speed), sharp) for speed, sharp in zip(speeds, found, strict=True))
+def _keep_compressed(bond: Potential, energies: list[float]) -> None:
+    if len(_compressed) > _MOST_KEPT:
+        _compressed.clear()
+    found = _compressed_by(bond, energies)
+    _compressed.update(((bond, e), each) for e, each in zip(energies, found, strict=True))
 
 
-def _sharpness_of(bond: Potential, speeds: NDArray[np.float64]) -> list[float]:
-    # Two particles that meet at 2 v0 have the energy v0^2 for their bond.
-    strains = compressed_strains(bond, speeds**2)
-    curvatures = [float(bond.curvature(strain)) for strain in strains.tolist()]
-    return [math.sqrt(max(1.0, curvature / bond.stiffness)) for curvature in curvatures]
+def _compressed_by(bond: Potential, energies: list[float]) -> list[tuple[float, float]]:
+    strains = compressed_strains(bond, np.array(energies)).tolist()
+    return [(strain, float(bond.curvature(strain))) for strain in strains]
 
 
 def contact_is_sharpest(scene: Scene) -> bool:
@@ -103,22 +115,6 @@ def _contact_rate(scene: Scene, line: Line) -> float:
     # Two particles that meet at 2 v0.
     contact = q * line.contact_stiffness * line.overlap(2.0 * v0) ** (q - 1.0) / line.contact_mass
     return contact / scene.fast_stiffness
-
-
-def _sharpness_of_line(scene: Scene, line: Line) -> float:
-    """Return the same for bonds and a contact that unequal particles compress."""
-    v0, pairs = float(np.max(np.abs(line.velocities))), line.masses[1:] * line.masses[:-1]
-    with np.errstate(invalid="ignore"):
-        reduced = pairs / (line.masses[1:] + line.masses[:-1])
-    bonds = np.delete(reduced, line.gap)
-    sharpest = 1.0
-    if len(bonds):
-        strain = compressed_strain(scene.bond, 2.0 * float(np.max(bonds)) * v0**2)
-        strain = min(strain, float(np.min(np.delete(line.strains, line.gap))))
-        sharpest = max(sharpest, float(scene.bond.curvature(strain)) / scene.bond.stiffness)
-    if line.soft:
-        sharpest = max(sharpest, _contact_rate(scene, line))
-    return math.sqrt(sharpest)
 
 
 def is_smooth(scene: Scene) -> bool:

@@ -17,6 +17,7 @@ gaps so worsened still grow as was assumed, they do so for ever: a proof.
 
 import math
 from dataclasses import dataclass
+from itertools import starmap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,7 +144,6 @@ class _Chain:
         bond: Potential,
         masses: Array | None,
     ) -> None:
-        self.equal = masses is None
         self.masses = np.ones(len(velocities)) if masses is None else masses
         self.displacements = np.cumsum(np.concatenate(([first], strains)))
         self.strains, self.velocities, self.bond = strains, velocities, bond
@@ -231,10 +231,22 @@ class _Chain:
         self, starts: NDArray[np.int64], sizes: NDArray[np.int64]
     ) -> list[tuple[Lever, Lever]]:
         """Return those of both ends of every piece."""
-        if self.equal:
-            return [(Lever.of_equal(size),) * 2 for size in sizes.tolist()]
-        pieces = [self.masses[a : a + m] for a, m in zip(starts, sizes, strict=True)]
-        return [(Lever.of(piece), Lever.of(piece[::-1])) for piece in pieces]
+        through, last = np.cumsum(self.masses), starts + sizes - 1
+        whole = np.add.reduceat(self.masses, starts)
+        # Of each particle's piece, the part of the mass that is beyond it, seen from either end.
+        beyond = np.repeat(through[last], sizes) - through
+        before = np.repeat(whole, sizes) - beyond - self.masses
+        before[starts] = 0.0
+        ends = []
+        for masses, end, far in ((beyond, starts, last), (before, last, starts)):
+            weights = masses / np.repeat(whole, sizes)
+            weights[far] = 0.0
+            columns = (
+                *(sizes, np.add.reduceat(weights, starts), np.add.reduceat(weights**2, starts)),
+                *(weights[end], self.masses[end], whole),
+            )
+            ends.append(list(starmap(Lever, zip(*(c.tolist() for c in columns), strict=True))))
+        return list(zip(*ends, strict=True))
 
     def _escape(self, energy: float, lever: Lever, speed: float) -> float:
         return escape_risk(self.bond, energy, lever, speed, self.patience)
@@ -245,8 +257,7 @@ class _Chain:
         mean = float(np.sum(masses * velocities)) / float(np.sum(masses))
         energy = 0.5 * float(np.sum(masses * (velocities - mean) ** 2))
         energy += float(np.sum(self.bond_energies[start:]))
-        lever = Lever.of_equal(len(velocities)) if self.equal else Lever.of(masses)
-        return self._escape(_ENERGY_RESERVE * energy, lever, mean - speed)
+        return self._escape(_ENERGY_RESERVE * energy, Lever.of(masses), mean - speed)
 
     def _gaps(
         self,

@@ -78,7 +78,7 @@ def heat_of(scene: Scene) -> float:
     may come back faster than it came. 1 for a cold chain.
     """
     line = scene.line
-    if line.plain:
+    if line.cold:
         return 1.0
     energy = line.energy(scene.bond, line.strains, line.velocities)
     chain = float(line.chain_masses.sum())

@@ -29,9 +29,10 @@ def certain_at(
     strains: NDArray[np.float64],
     now: float,
     last_contact: float,
+    masses: NDArray[np.float64] | None = None,
 ) -> float:
     """
-    Return from when on energy keeps a plain chain off the wall, if it stays off till then.
+    Return from when on energy keeps a cold chain off the wall, if it stays off till then.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def certain_at(
         Bond lengths less one.
     now, last_contact : float
         Since the first contact.
+    masses : ndarray of shape (n,), optional
+        Of the particles; 1 by default.
 
     Returns
     -------
@@ -55,22 +58,27 @@ def certain_at(
         followed: a bond may break, or the chain is too slow.
     """
     particles = len(strains) + 1
-    speed = momentum / particles
-    inner = 0.5 * particles * ((1.0 + ENERGY_MARGIN) * impact_velocity**2 - speed**2)
+    lever, shares = _equal_leverage(particles) if masses is None else _leverage(masses)
+    speed = momentum / lever.whole
+    inner = 0.5 * lever.whole * ((1.0 + ENERGY_MARGIN) * impact_velocity**2 - speed**2)
     if not speed > 0.0 or inner >= breaking_energy(bond):
         return math.inf
-    lever, shares = _leverage(particles)
     free = inner - 0.5 * speed * speed * lever.whole / lever.rest * lever.mass
     displacement = wall_distance + float(np.sum(shares * strains))
     certain = now + max(reach(bond, free, lever) - displacement, 0.0) / speed
-    followed = longest_collision(particles, bond.stiffness, last_contact)
+    followed = longest_collision(particles, bond.stiffness * particles / lever.whole, last_contact)
     return certain if certain <= followed else math.inf
 
 
 @lru_cache(maxsize=64)
-def _leverage(particles: int) -> tuple[Lever, NDArray[np.float64]]:
+def _equal_leverage(particles: int) -> tuple[Lever, NDArray[np.float64]]:
+    return _leverage(np.ones(particles))
+
+
+def _leverage(masses: NDArray[np.float64]) -> tuple[Lever, NDArray[np.float64]]:
     """Return how bonds move particle 1 against the mean, all in all and each."""
-    return Lever.of_equal(particles), np.arange(particles - 1, 0, -1) / particles
+    beyond = np.cumsum(masses[:0:-1])[::-1]
+    return Lever.of(masses), beyond / np.sum(masses)
 
 
 def next_look(now: float, last_contact: float, seen: float) -> float:

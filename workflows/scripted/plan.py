@@ -180,8 +180,6 @@ def _bar(
     expected = error_near(scene, scheme, numerics.timestep, truth)
     if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
         expected, share = 0.0, max(share, 2.0)
-    if not scene.line.plain:
-        noise *= STEP_SCHEMES[scheme].amplification
     return ScriptedBar(
         multiples=_MULTIPLES,
         share=share,

@@ -97,12 +97,11 @@ class ManyMeetings:
     @staticmethod
     def serve(scene: Scene) -> bool:
         """Return whether scenes of this kind are met here; others are met one by one."""
-        line = scene.line
-        if scene.engine != "reference" or scene.explicit or line.plain:
+        if scene.engine != "reference" or scene.explicit:
             return False
         asked = scene.asked_tolerance
         assert asked is not None
-        return decade_within(asked) >= SHARPEST_GOAL and serves(line, scene.bond)
+        return decade_within(asked) >= SHARPEST_GOAL and serves(scene.line, scene.bond)
 
     def share(self, velocity: float) -> int:
         """Return how many to meet at once, so that progress is seen."""

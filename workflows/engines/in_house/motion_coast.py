@@ -8,7 +8,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import Body
-from chaincor.workflows.engines.ending import Ending, quiet_time
+from chaincor.workflows.engines.ending import Ending, evaporation, quiet_time
 from chaincor.workflows.engines.in_house.blocks.running import LEAST_ACTIVE
 from chaincor.workflows.engines.in_house.motion import Glide
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
@@ -269,16 +269,28 @@ class LookAhead:
             ends += [self._follow_again(share, now, last) for share in _MORE_SAMPLES]
             settled = [end for end in ends if isinstance(end, tuple)]
         met = [_HARDER * end for end in ends if not isinstance(end, tuple)]
-        if met and settled:
+        if settled and (met or differ):
             # Where they do not agree, the run itself is one motion among many.
-            self.doubt = max(self.doubt, *met)
+            self._doubt(met + [ending.momentum_at_stake for _, ending in settled])
         if met:
             self._awaited = int(self._moving.ledger["contacts"]), max(met)
             self.not_before = math.inf
             return None
-        if differ:
-            self.doubt = max(self.doubt, *(ending.momentum_at_stake for _, ending in settled))
         return settled[0]
+
+    def _doubt(self, momenta: list[float]) -> None:
+        """
+        Take what contacts may bring that some motions have, or may have, and others have not.
+
+        Which of them have it is chance, and how hard: so what the bodies can throw out as they are
+        now, before the motions part, counts as well.
+        """
+        if max(momenta) > 0.0:
+            parted = [
+                find_pieces(*b[:3], self._bond, b.masses) for b in self._moving.bodies(self._bond)
+            ]
+            at_stake = sum(evaporation(pieces, self._bond) for pieces in parted)
+            self.doubt = max(self.doubt, at_stake, *momenta)
 
     def _alike(self, coasts: list[MotionCoast]) -> bool:
         """Return whether motions have come to the same end, by their first pieces."""

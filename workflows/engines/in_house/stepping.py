@@ -244,9 +244,12 @@ class _Collision:
         scene, moving, ledger = self.scene, self.moving, self.moving.ledger
         now, last = self._times()
         certain = math.inf
-        if status == motion.ARGUE and scene.line.plain:
+        line = scene.line
+        if status == motion.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
-            certain = certain_at(scene.bond, speed, momentum, moving.gap, moving.strain, now, last)
+            masses = None if line.unit else line.chain_masses
+            state = moving.gap, moving.strain
+            certain = certain_at(scene.bond, speed, momentum, *state, now, last, masses)
         if certain < math.inf:
             off, seen, evaluations = self.look_ahead.keeps_off(certain)
             if off:
