@@ -9,7 +9,8 @@ from chaincor.workflows.accuracy.convergence import jitter, modal_error
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.irregular import refine
+from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
 from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
@@ -74,7 +75,7 @@ def _as_spheres(scene: Scene, deviation: float) -> Answer:
 
 def _meet_irregularly(scene: Scene, goal: float, noise: float) -> Answer:
     """Refine without trust in an order: bonds of users may have kinks."""
-    found = refine(scene, goal, _IRREGULAR, rounding_error("reference", scene))
+    found = refine_irregularly(scene, goal, _IRREGULAR, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
         noise = noise or jitter(scene)
     details = {
@@ -89,20 +90,20 @@ def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
     floor = rounding_error("reference", scene)
     shares = _ADAPTIVE_SHARES if scene.bond.smooth else _IRREGULAR_SHARES
     accuracy = max(goal, floor)
-    coarser, coarse = (adaptive.run(scene, k * accuracy) for k in (10.0, 1.0))
-    tries: list[dict[str, float]] = []
-    for _ in range(_MOST_REFINEMENTS):
-        accuracy *= 0.1
+    runs = [adaptive.run(scene, k * accuracy) for k in (1.0, 10.0)]
+
+    def attempt(accuracy: float) -> Try[Outcome]:
         fine = adaptive.run(scene, accuracy)
         # An error shrinks by less than ten now and then: one difference can be small by chance.
         eta = eta_of(scene, fine)
         error = max(
             share * abs(eta_of(scene, run) - eta)
-            for share, run in zip(shares, (coarse, coarser), strict=True)
+            for share, run in zip(shares, runs[:2], strict=True)
         )
-        tries.append({"accuracy": accuracy, "step_error": error})
-        if error + floor <= goal or accuracy < 1e-14:
-            break
-        coarser, coarse = coarse, fine
-    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
-    return answer(scene, fine, max(error, LEAST_SHARE * goal), details)
+        runs.insert(0, fine)
+        done = error + floor <= goal or accuracy < 1e-14
+        return Try(accuracy, error, fine, done, 0.1 * accuracy)
+
+    tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
+    details = {"choice": {"tries": told(tries, "accuracy")}, "spread": spread_of(scene, *runs[:2])}
+    return answer(scene, runs[0], max(tries[-1].error, LEAST_SHARE * goal), details)

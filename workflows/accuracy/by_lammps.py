@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple
 
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.numerics import Numerics
@@ -22,6 +22,7 @@ from chaincor.workflows.accuracy.error_bars import (
     error_bar,
 )
 from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
@@ -45,7 +46,6 @@ from chaincor.workflows.engines.rounding import (
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import (
-    CostError,
     CrossingError,
     LostAtomsError,
     RunError,
@@ -136,74 +136,85 @@ def meet_with_lammps(
     """
     started = time.perf_counter()
     choice = choose(scene, goal, noise, schemes)
-    numerics, truth, scouting = choice.numerics, choice.truth, choice.scouting
-    floor, reachable = choice.floor, choice.reachable
     chosen = time.perf_counter() - started
-    tries: list[dict[str, Any]] = []
-    order = effective_order(scene, numerics.scheme)
-    lasts = float(truth.outcome.contact_times[-1])
-    longest = 0.5 * largest_step(numerics.scheme, scene.fast_stiffness)
-    numerics = within_time(scene, numerics, lasts, longest)
-    done: tuple[Outcome, Outcome, float, ErrorBar] | None = None
-    for attempt in range(_MOST_REFINEMENTS):
-        h = numerics.timestep
-        last = attempt == _MOST_REFINEMENTS - 1
-        try:
-            fine, coarse = lammps.run_at_steps(scene, numerics, (h, 2.0 * h))
-        except CostError:
-            if done is None:
-                raise
-            fine, coarse, step, bar = done
-            break
-        except (TimestepError, LostAtomsError, CrossingError):
-            if last:
-                raise
-            numerics = replace(numerics, timestep=0.5 * h)
-            continue
+    proving = _Proving(scene, goal, noise, choice)
+    policy = Policy(
+        _MOST_REFINEMENTS,
+        retried=(TimestepError, LostAtomsError, CrossingError),
+        salvages=True,
+    )
+    ran = that_ran(refine(proving.numerics.timestep, proving.attempt, policy))
+    last = ran[-1].found
+    assert last is not None
+    assert last.bar.total is not None
+    if last.bar.total > goal and proving.numerics.scheme not in COMPOSITIONS:
+        # More exact at a price: rounding is not amplified.
+        return meet_with_lammps(scene, goal, noise, SCRIPTED_SCHEMES)
+    details = scouting_details(choice.scouting)
+    details["spread"] = spread_of(scene, last.fine, last.coarse)
+    details["choice"] = {
+        "seconds": chosen,
+        "in_house_restitution": choice.truth.restitution,
+        "in_house_error": choice.truth.error,
+        "tries": told(ran),
+    }
+    return answer(scene, last.fine, max(ran[-1].error, LEAST_SHARE * goal), details, noise)
+
+
+class _Proof(NamedTuple):
+    """A run of LAMMPS, one at twice its step, and its error bar."""
+
+    fine: Outcome
+    coarse: Outcome
+    bar: ErrorBar
+
+
+class _Proving:
+    """Runs of LAMMPS at ever smaller steps, or with ever better tables, each at twice its step."""
+
+    def __init__(self, scene: Scene, goal: float, noise: float, choice: Choice) -> None:
+        self._scene, self._goal, self._noise, self._choice = scene, goal, noise, choice
+        self.numerics = self._within_time(choice.numerics)
+
+    def _within_time(self, numerics: Numerics) -> Numerics:
+        scene, lasts = self._scene, float(self._choice.truth.outcome.contact_times[-1])
+        longest = 0.5 * largest_step(numerics.scheme, scene.fast_stiffness)
+        return within_time(scene, numerics, lasts, longest)
+
+    def attempt(self, step: float) -> Try[_Proof]:
+        scene, choice, goal = self._scene, self._choice, self._goal
+        truth, reachable = choice.truth, choice.reachable
+        numerics = self.numerics = replace(self.numerics, timestep=step)
+        fine, coarse = lammps.run_at_steps(scene, numerics, (step, 2.0 * step))
         difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
-        expected = error_near(scene, numerics.scheme, numerics.timestep, truth)
+        expected = error_near(scene, numerics.scheme, step, truth)
         if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
             expected = difference
         by_in_house = LAMMPS_OVER_IN_HOUSE * expected
         by_steps = max(COARSER_SHARE[numerics.scheme] * difference, by_in_house) + truth.error
         # Chains that break, or fly for long between contacts, amplify what no order of convergence
         # tells of: what is known is how far the two are apart.
-        step = max(by_steps, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
+        error = max(by_steps, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
-        bar = error_bar(fine, scene, step, noise)
+        bar = error_bar(fine, scene, error, self._noise)
         assert bar.total is not None
-        tries.append({"timestep": numerics.timestep, "step_error": step})
-        if done is None or bar.total < (done[3].total or 0.0):
-            done = fine, coarse, step, bar
-        hopeless = bar.rounding + bar.ending > goal or step < 0.3 * floor
-        hopeless |= truth.kinked and numerics.timestep <= _least_step(scene, scouting)
-        if bar.total <= goal or last or hopeless:
-            break
-        # Where steps agree with each other, what is off is the table, or rounding.
-        if step > STEP_SHARE * reachable >= by_steps and numerics.force_error is None:
-            break
+        done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * choice.floor
+        done |= truth.kinked and step <= _least_step(scene, choice.scouting)
+        smaller = numerics
         if by_steps > STEP_SHARE * reachable:
-            wanted = (STEP_SHARE * reachable / by_steps) ** (1.0 / order)
-            numerics = replace(numerics, timestep=numerics.timestep * min(max(wanted, 0.3), 0.8))
+            order = effective_order(scene, numerics.scheme)
+            share = by_order(STEP_SHARE * reachable, by_steps, order, 0.3)
+            smaller = replace(numerics, timestep=step * share)
         elif numerics.force_error is not None:
-            numerics = replace(numerics, force_error=0.1 * numerics.force_error)
-        if within_time(scene, numerics, lasts, longest) is not numerics:
-            break
-    assert bar.total is not None
-    if bar.total > goal and numerics.scheme not in COMPOSITIONS:
-        # More exact at a price: rounding is not amplified.
-        return meet_with_lammps(scene, goal, noise, SCRIPTED_SCHEMES)
-    details = scouting_details(scouting)
-    details["spread"] = spread_of(scene, fine, coarse)
-    details["choice"] = {
-        "seconds": chosen,
-        "in_house_restitution": truth.restitution,
-        "in_house_error": truth.error,
-        "tries": tries,
-    }
-    return answer(scene, fine, max(step, LEAST_SHARE * goal), details, noise)
+            smaller = replace(numerics, force_error=0.1 * numerics.force_error)
+        else:
+            done = True  # steps agree with each other: what is off is the table, or rounding
+        done |= not done and self._within_time(smaller) is not smaller
+        if not done:
+            self.numerics = smaller
+        return Try(step, error, _Proof(fine, coarse, bar), done, smaller.timestep)
 
 
 def _yardstick(scene: Scene, tolerance: float) -> Converged:

@@ -8,8 +8,9 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
-from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
-from chaincor.workflows.accuracy.irregular import refine
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.refining import Policy, Try, refine, that_ran
 from chaincor.workflows.accuracy.step_guess import guess_step, is_smooth
 from chaincor.workflows.engines.in_house import modal, stepping
 from chaincor.workflows.engines.in_house.lines.modal import jitter as line_jitter
@@ -59,38 +60,43 @@ def converge(scene: Scene, goal: float) -> Converged:
     """
     scheme: StepSchemeName = "order8"
     if not is_smooth(scene):
-        found = refine(scene, goal, scheme)
+        found = refine_irregularly(scene, goal, scheme)
         eta = eta_of(scene, found.fine)
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
+    halving = _Halving(scene, scheme, goal)
     step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
-    coarse: Outcome | None = None
+    last = refine(step, halving.attempt, Policy(_MOST_HALVINGS))[-1]
+    if last.refusal is not None:
+        raise last.refusal
+    if last.found is None or not last.done:
+        raise RunError(
+            f"no step was found that resolves this collision to {goal:.1g}; expected bonds that "
+            "are not compressed to nothing: lower the speed, or use engine 'reference'"
+        )
+    return Converged(last.found, eta_of(scene, last.found), last.error, halving.seconds)
+
+
+@dataclass
+class _Halving:
+    """Runs at steps of which each is half of the one before, with which it is compared."""
+
+    scene: Scene
+    scheme: StepSchemeName
+    goal: float
     known: Outcome | None = None
-    refusals: list[RunError] = []
-    seconds = 0.0
-    for _ in range(_MOST_HALVINGS):
-        try:
-            fine = run_in_house(scene, scheme, step, known)
-            known = known or fine
-        except RunError as error:
-            refusals.append(error)
-            if is_believed(refusals):
-                raise
-            coarse, step = None, 0.5 * step
-            continue
-        refusals.clear()
-        seconds += fine.seconds
+    coarse: Outcome | None = None
+    seconds: float = 0.0
+
+    def attempt(self, step: float) -> Try[Outcome]:
+        scene, coarse, self.coarse = self.scene, self.coarse, None
+        fine = run_in_house(scene, self.scheme, step, self.known)
+        self.known, self.coarse = self.known or fine, fine
+        self.seconds += fine.seconds
+        error, alike = math.inf, False
         if coarse is not None:
-            difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
-            error_bar = COARSER_SHARE[scheme] * difference
-            if error_bar <= goal and len(fine.contact_times) == len(coarse.contact_times):
-                return Converged(fine, eta_of(scene, fine), error_bar, seconds)
-        coarse, step = fine, 0.5 * step
-    if refusals:
-        raise refusals[-1]
-    raise RunError(
-        f"no step was found that resolves this collision to {goal:.1g}; expected bonds that are "
-        "not compressed to nothing: lower the speed, or use engine 'reference'"
-    )
+            error = COARSER_SHARE[self.scheme] * abs(eta_of(scene, fine) - eta_of(scene, coarse))
+            alike = len(fine.contact_times) == len(coarse.contact_times)
+        return Try(step, error, fine, error <= self.goal and alike, 0.5 * step)
 
 
 def exact_modes(scene: Scene) -> Converged:
@@ -132,10 +138,10 @@ def nudged_change(
     worst, eta = 0.0, eta_of(scene, plain)
     for ulps in (-5.0, 3.0):
         change = 1.0 + ulps * sys.float_info.epsilon
-        # Given velocities are not changed: another step rounds everything as well.
-        nudged, near = scene, change * step
-        if not scene.comes_moving:
+        if scene.line.uniform:
             nudged, near = scene.replace(speed=None, velocity=change * scene.impact_velocity), step
+        else:  # given velocities are not changed: another step rounds everything as well
+            nudged, near = scene, change * step
         other = run_in_house(nudged, scheme, near, plain)
         worst = max(worst, abs(eta_of(nudged, other) - eta))
         if worst >= enough:
@@ -150,18 +156,14 @@ def jitter(scene: Scene) -> float:
     That is the largest change for impact velocities a few units in the last place away, with a step
     that depends on the scene alone; for bonds that fixed steps can follow.
     """
-    step = guess_step(scene, "order8", _JITTER_GOAL)
     # A warm chain that comes slowly is thrown back to the target long after it was there.
     follow = scene.temperature is not None
-    for last in (False,) * _MOST_HALVINGS + (True,):
-        try:
-            numerics = Numerics(scheme="order8", timestep=step)
-            plain = stepping.run(scene, numerics, follow=follow)
-            worst = nudged_change(scene, "order8", step, plain)
-        except RunError:
-            if last:
-                raise
-            step *= 0.5
-        else:
-            break
-    return worst
+
+    def attempt(step: float) -> Try[float]:
+        plain = stepping.run(scene, Numerics(scheme="order8", timestep=step), follow=follow)
+        return Try(step, 0.0, nudged_change(scene, "order8", step, plain), done=True)
+
+    step = guess_step(scene, "order8", _JITTER_GOAL)
+    found = that_ran(refine(step, attempt, Policy(_MOST_HALVINGS + 1)))[-1].found
+    assert found is not None
+    return found

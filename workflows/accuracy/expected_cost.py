@@ -15,7 +15,7 @@ from chaincor.workflows.accuracy.by_lammps import (
 from chaincor.workflows.accuracy.cost_model import LAMMPS_RUNS, cost_model
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
-from chaincor.workflows.accuracy.regular import LONG, first_step
+from chaincor.workflows.accuracy.regular import first_step
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     contact_is_sharpest,
@@ -39,18 +39,11 @@ _IN_HOUSE_SECONDS = 0.002
 _IN_HOUSE_STAGE = 1e-7
 _IN_HOUSE_BOND = 1e-9
 _IN_HOUSE_RUNS = 2.1
-# Steps that contacts cut into two, a particle.
-_SPLIT_STEPS = 0.9
-# Longer chains need finer steps, and more tries to find them: 1.5 to 15 times the work, for 1e-6.
-_LONG_WORK = 5.0
-# Chains that take so much of what breaks a bond with each particle are followed for long and their
-# steps refined: 2 to 100 times the work. Fewer particles, and faster ones, fly apart at once.
-_HOT, _HOT_PARTICLES, _HOT_WORK = (0.3, 2.4), 40, 30.0
-# Many at once: what each takes beside the loops, and what these take of that time.
-_TOGETHER_SECONDS, _TOGETHER_SHARE = 1.5e-4, 0.5
-# Of the energy, what usually goes to vibrations; and how many broken bonds make motions so
-# different that one step seldom meets a goal.
-_VIBRATING, _SEVERAL = 0.15, 5.0
+# Of many at once, what each takes of the time that it takes alone: 0.1 of short chains to 0.5.
+_TOGETHER_SHARE = 0.3
+# How many broken bonds the energy suffices for where motions are usually so different that one step
+# seldom meets a goal.
+_SHATTERED = 33.0
 # A harmonic chain in its modes: by pairs of modes and windows of time, of which both are as many
 # as particles. Measured for 1000 to 4000.
 _MODAL_PAIR = 7e-8
@@ -65,7 +58,7 @@ def expected_seconds(scene: Scene) -> float:
     Estimate the time of one collision on one core, everything included.
 
     From the measured cost model, for up to 500 particles; chains of thousands, which no cache
-    holds, may take some times longer, and chains that break some times longer or less.
+    holds and whose steps have to be finer, may take 15 times longer, and chains that break 100.
     """
     # Sound crosses the chain and comes back, at the low speeds at which that takes longest.
     duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
@@ -104,22 +97,14 @@ def may_take_longer(scene: Scene) -> bool:
 
 def usually_shatters(scene: Scene) -> bool:
     """Return whether vibrations usually take what it takes to break several bonds."""
-    vibration = _VIBRATING * 0.5 * scene.particles * scene.impact_velocity**2
-    return vibration > _SEVERAL * breaking_energy(scene.bond)
-
-
-def expected_seconds_together(scene: Scene) -> float:
-    """Estimate the same where many collisions of one kind are carried out at once."""
-    duration = 2.2 * scene.span / math.sqrt(scene.slow_stiffness)
-    asked = scene.asked_tolerance
-    assert asked is not None
-    return _TOGETHER_SECONDS + _TOGETHER_SHARE * _in_house_seconds(scene, duration, asked)
+    energy = 0.5 * scene.particles * scene.impact_velocity**2
+    return energy > _SHATTERED * breaking_energy(scene.bond)
 
 
 def expected_of_task(scenes: Sequence[Scene]) -> list[float]:
     """Estimate the same of each scene that a worker is handed at once: one, or those of a kind."""
-    expected = expected_seconds if len(scenes) == 1 else expected_seconds_together
-    return [expected(scene) for scene in scenes]
+    share = 1.0 if len(scenes) == 1 else _TOGETHER_SHARE
+    return [share * expected_seconds(scene) for scene in scenes]
 
 
 def refuse_endless(scene: Scene, most_seconds: float) -> None:
@@ -151,18 +136,8 @@ def _given_seconds(scene: Scene, duration: float) -> float:
 
 def _in_house_seconds(scene: Scene, duration: float, goal: float) -> float:
     scheme = usual_in_house(goal)
-    steps = duration / first_step(scene, scheme, goal) + _SPLIT_STEPS * scene.particles
-    stages = steps * STEP_SCHEMES[scheme].evaluations
-    return _IN_HOUSE_RUNS * _in_house_work(scene) * stages * _in_house_stage(scene)
-
-
-def _in_house_work(scene: Scene) -> float:
-    """Return how many times the work of a chain whose first step does a scene takes."""
-    if scene.line.uniform and scene.particles >= _HOT_PARTICLES:
-        low, high = (share * breaking_energy(scene.bond) for share in _HOT)
-        if low < 0.5 * scene.impact_velocity**2 < high:
-            return _HOT_WORK
-    return _LONG_WORK if scene.particles > LONG else 1.0
+    stages = duration / first_step(scene, scheme, goal) * STEP_SCHEMES[scheme].evaluations
+    return _IN_HOUSE_RUNS * stages * _in_house_stage(scene)
 
 
 def _in_house_stage(scene: Scene) -> float:

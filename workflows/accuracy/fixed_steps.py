@@ -12,7 +12,7 @@ from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
-from chaincor.workflows.accuracy.regular import LONG, LONGEST_TRUSTED, refine
+from chaincor.workflows.accuracy.regular import LONG, LONGEST_TRUSTED, refine_regularly
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.outcome import Outcome
@@ -68,7 +68,7 @@ def _meet_with_scheme(
 ) -> Answer:
     """Refine the steps of one scheme, and ask what comes after them and what roundings make."""
     floor = rounding_error("reference", scene)
-    found = refine(scene, goal, scheme, floor, followed)
+    found = refine_regularly(scene, goal, scheme, floor, followed)
     fine, error, proof = found.fine, found.error, found.proofs[0]
     step = fine.timestep
     assert step is not None

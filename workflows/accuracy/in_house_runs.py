@@ -1,7 +1,5 @@
 """Runs of the in-house integrator at steps to be compared, and what to make of those that stop."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from chaincor.lammps_inputs.line import Line
@@ -10,11 +8,6 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.errors import RunError, TimestepError
-
-# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
-# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
-_CONFIRMATIONS = 4
 
 
 def eta_of(scene: Scene, outcome: Outcome) -> float:
@@ -38,14 +31,3 @@ def run_in_house(
     For `known` see :func:`chaincor.workflows.engines.in_house.stepping.run`.
     """
     return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
-
-
-def is_believed(refusals: Sequence[RunError]) -> bool:
-    """
-    Return whether runs at ever smaller steps agree on what stops them.
-
-    `refusals` are what stopped the runs since the last that was not stopped. True where the last
-    few have the same name, one that a smaller step does not cure.
-    """
-    kinds = [type(refusal) for refusal in refusals[-_CONFIRMATIONS:]]
-    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError}

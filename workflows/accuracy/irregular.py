@@ -3,12 +3,20 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
-from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.refining import (
+    STALLED,
+    Policy,
+    Try,
+    by_order,
+    has_stalled,
+    refine,
+    that_ran,
+    told,
+)
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     effective_order,
@@ -31,9 +39,6 @@ _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
 _LOST_ORDER = 3.0
 _MOST_REFINEMENTS = 20
-# Steps that get smaller so many times without halving the error show that it is not the steps':
-# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
-STALLED = 3
 # Bond steps and steps of one run, some seconds: compiled, and where NumPy steps the chain.
 _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # Bonds of the run that gives eta may stretch this much more than those of the first, coarse one.
@@ -94,7 +99,9 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     return duration * parts.evaluations / steps
 
 
-def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0) -> Refined:
+def refine_irregularly(
+    scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
+) -> Refined:
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
 
@@ -103,72 +110,76 @@ def refine(scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
     nothing. Raises RunError, what stopped the finest runs.
     """
     kinked = meets_kinks(scene)
-    if kinked:
-        scheme = "verlet"
-    soft = not scene.line.smooth
-    share = _share(scheme, kinked or soft)
-    reachable = max(goal - floor, floor, 1e-15)
-    step = 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / share)
+    search = _Search(scene, goal, floor, "verlet" if kinked else scheme, kinked)
+    step = 0.5 * guess_step(scene, search.scheme, STEP_SHARE * search.reachable / search.share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
-    step = max(step, least_step(scene, scheme, crossings))
-    best: tuple[float, Outcome, Outcome] | None = None
-    tries: list[dict[str, float]] = []
-    found: list[list[float]] = []
-    refusals: list[RunError] = []
-    seconds, stalled, lost, least = 0.0, 0, 0, 0.0
-    for _ in range(_MOST_REFINEMENTS):
-        try:
-            fine = run_in_house(scene, scheme, step)
-            runs = [fine, *(run_in_house(scene, scheme, k * step, fine) for k in COARSER)]
-        except RunError as failure:
-            refusals.append(failure)
-            if is_believed(refusals):
-                raise
-            tries.append({"timestep": step, "step_error": math.inf})
-            step *= 0.5
-            continue
-        refusals.clear()
-        seconds += sum(run.seconds for run in runs)
-        found.append([eta_of(scene, run) for run in runs])
-        error = share * float(np.max(np.abs(np.subtract(found[-1][1:], found[-1][0]))))
-        order = _observed_order(tries, step, error, effective_order(scene, scheme))
-        tries.append({"timestep": step, "step_error": error})
-        stalled = 0 if best is None or error < 0.5 * best[0] else stalled + 1
-        if best is None or error < best[0]:
-            best = (error, runs[0], runs[1])
-        least = least_step(scene, scheme, float(runs[0].contact_times[-1]))
-        if error + floor <= goal or error < 0.3 * floor or stalled == STALLED:
-            break
-        if step <= least:
-            break
-        lost = lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
-        if scheme != "verlet" and lost == 2 and not soft:
-            scheme, kinked = "verlet", True
-            share, stalled = _share(scheme, kinked), 0
-            step /= STEP_SCHEMES["order8"].evaluations
-            continue
-        wanted = (STEP_SHARE * reachable / error) ** (1.0 / order)
-        step = max(step * min(max(wanted, 0.2), 0.8), least)
-    if best is None:
-        raise refusals[-1]
-    error, fine, proof = best
-    if stalled == STALLED:
+    step = max(step, least_step(scene, search.scheme, crossings))
+    tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
+    ran = that_ran(tries)
+    best = min(ran, key=lambda each: each.error)
+    assert best.found is not None
+    fine, proof, *_ = best.found
+    error, stalled = best.error, has_stalled(tries)
+    if stalled:
         # The truth may be wherever one of these runs went.
-        error = float(np.max(np.abs(np.ravel(found[-STALLED - 1 :]) - eta_of(scene, fine))))
-    return Refined(fine, proof, error, kinked, stalled == STALLED, seconds, tries)
+        eta = eta_of(scene, fine)
+        etas = [eta_of(scene, run) for each in ran[-STALLED - 1 :] for run in each.found or ()]
+        error = max(abs(other - eta) for other in etas)
+    return Refined(fine, proof, error, search.kinked, stalled, search.seconds, told(tries))
 
 
-def _share(scheme: StepSchemeName, kinked: bool) -> float:
-    if kinked:
-        return KINKED_SHARE
-    return max(COARSER_SHARE[scheme], _SEEMINGLY_SMOOTH_SHARE)
+@dataclass
+class _Search:
+    """Runs at ever smaller steps, each at `COARSER` times its step as well."""
+
+    scene: Scene
+    goal: float
+    floor: float
+    scheme: StepSchemeName
+    kinked: bool
+    before: Try[list[Outcome]] | None = None
+    lost: int = 0
+    seconds: float = 0.0
+
+    @property
+    def reachable(self) -> float:
+        return max(self.goal - self.floor, self.floor, 1e-15)
+
+    @property
+    def share(self) -> float:
+        if self.kinked or not self.scene.line.smooth:
+            return KINKED_SHARE
+        return max(COARSER_SHARE[self.scheme], _SEEMINGLY_SMOOTH_SHARE)
+
+    def attempt(self, step: float) -> Try[list[Outcome]]:
+        scene, scheme, floor = self.scene, self.scheme, self.floor
+        before, self.before = self.before, None
+        fine = run_in_house(scene, scheme, step)
+        runs = [fine, *(run_in_house(scene, scheme, k * step, fine) for k in COARSER)]
+        self.seconds += sum(run.seconds for run in runs)
+        eta = eta_of(scene, fine)
+        error = self.share * max(abs(eta_of(scene, run) - eta) for run in runs[1:])
+        order = _observed_order(before, step, error, effective_order(scene, scheme))
+        least = least_step(scene, scheme, float(fine.contact_times[-1]))
+        done = error + floor <= self.goal or error < 0.3 * floor or step <= least
+        self.lost = self.lost + 1 if order < _LOST_ORDER and error > 10.0 * floor else 0
+        anew = scheme != "verlet" and self.lost == 2 and scene.line.smooth
+        if anew:
+            self.scheme, self.kinked = "verlet", True
+            smaller = step / STEP_SCHEMES["order8"].evaluations
+        else:
+            smaller = step * by_order(STEP_SHARE * self.reachable, error, order, 0.2)
+            smaller = max(smaller, least)
+        self.before = Try(step, error, runs, done, smaller, anew)
+        return self.before
 
 
-def _observed_order(tries: list[dict[str, float]], step: float, error: float, most: float) -> float:
-    """Return the order by which errors fell from the last try to this one."""
-    if not tries or not math.isfinite(tries[-1]["step_error"]) or error <= 0.0:
+def _observed_order(
+    last: Try[list[Outcome]] | None, step: float, error: float, most: float
+) -> float:
+    """Return the order by which errors fell from the last step to this one."""
+    if last is None or error <= 0.0:
         return most
-    last = tries[-1]
-    fell = math.log(max(last["step_error"], 1e-300) / error)
-    return min(max(fell / math.log(last["timestep"] / step), 1.5), most)
+    fell = math.log(max(last.error, 1e-300) / error)
+    return min(max(fell / math.log(last.step / step), 1.5), most)

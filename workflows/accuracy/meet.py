@@ -1,13 +1,14 @@
 """Tolerance in, numerics and error bar out."""
 
-import math
 from dataclasses import replace
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, reason_missed
+from chaincor.workflows.accuracy.at_once.many import ManyMeetings, meet_alone
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
 from chaincor.workflows.accuracy.convergence import jitter
+from chaincor.workflows.accuracy.goals import goal_above
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.rounding import jitter_error, rounding_error, rounding_matters
@@ -28,6 +29,10 @@ def meet(scene: Scene, tolerance: float) -> Answer:
     it (`chaincor.workflows.accuracy.error_bars.LEAST_SHARE`). So a tighter wish never widens the
     bar.
     """
+    if ManyMeetings.serve(scene):
+        usual = meet_alone(scene)
+        if usual is not None:
+            return usual
     goal, noise = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
     loosest = goal * 10.0**_MOST_LOOSER
@@ -66,17 +71,6 @@ def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     else:  # light particles between heavy ones amplify more than equal ones ever do
         matters = True
     return goal, jitter(scene) if matters and _steps_are_fixed(scene) else 0.0
-
-
-def goal_above(floor: float, tolerance: float) -> float:
-    """Return the goal of a tolerance where roundings leave this floor."""
-    return max(decade_within(tolerance), decade_within(floor))
-
-
-def decade_within(tolerance: float) -> float:
-    """Return the largest power of ten that is not above a tolerance."""
-    # The logarithm of a power of ten may come out a last digit short of a whole number.
-    return 10.0 ** math.floor(math.log10(tolerance) + 1e-9)
 
 
 def _bar(found: Answer) -> float:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +10,20 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, ending_error
-from chaincor.workflows.accuracy.in_house_runs import eta_of, is_believed, run_in_house
-from chaincor.workflows.accuracy.irregular import STALLED
+from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.refining import (
+    STALLED,
+    Policy,
+    Try,
+    by_order,
+    has_stalled,
+    refine,
+    that_ran,
+    told,
+)
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error
-from chaincor.workflows.errors import CostError, RunError
 
 # Fixed steps are proved by runs at so many times the step.
 COARSER = (2.0, 1.86)
@@ -44,14 +51,6 @@ _LEAST_STEP = 1e-5
 def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
     """Return the step that is tried first for an error: one usually does."""
     return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / COARSER_SHARE[scheme])
-
-
-class _Try(NamedTuple):
-    """A run, those at `COARSER` times its step, and its error."""
-
-    fine: Outcome
-    proofs: list[Outcome]
-    error: float
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def _differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
     return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
 
 
-def refine(
+def refine_regularly(
     scene: Scene, goal: float, scheme: StepSchemeName, floor: float, followed: Outcome | None
 ) -> Refined:
     """
@@ -122,71 +121,72 @@ def refine(
     RunError
         What stopped the finest runs.
     """
-    order = effective_order(scene, scheme)
-    # Below the rounding floor a finer step buys nothing.
-    reachable = max(goal, floor)
-    step = first_step(scene, scheme, reachable)
-    tries: list[dict[str, float]] = []
-    best: _Try | None = None
-    found: list[_Try] = []
-    stalled, forgets, nudged = 0, False, 0.0
-    refusals: list[RunError] = []
-    # What follows the last contact is looked at once before the step is found, and once after.
-    known, last = followed, None
-    for _ in range(_MOST_REFINEMENTS):
-        regular = False
-        try:
-            fine = run_in_house(scene, scheme, step, known)
-            known = known or fine
-            proofs = _proofs(scene, scheme, fine, last, goal)
-        except CostError:
-            if best is None:
-                raise
-            break
-        except RunError as failure:
-            error, last = math.inf, None
-            refusals.append(failure)
-            if is_believed(refusals):
-                raise
-        else:
-            last = fine
-            error, regular = _step_error(scene, scheme, fine, proofs, goal - floor)
-            found.append(_Try(fine, proofs, error))
-            refusals.clear()
-            stalled = 0 if best is None or error < 0.5 * best.error else stalled + 1
-            if best is None or error < best.error:
-                best = found[-1]
-            resolved = step <= first_step(scene, scheme, _RESOLVED)
-            if scene.particles > LONG and resolved and not regular and error > goal:
-                # Where roundings account for what steps differ by, finer ones do not help either.
-                enough = error / jitter_error("reference", 1.0, scene)
-                nudged = nudged_change(scene, scheme, step, fine, enough)
-                forgets = nudged >= enough
-        tries.append({"timestep": step, "step_error": error})
-        stuck = forgets or stalled == STALLED
-        if error + floor <= goal or error < 0.3 * floor or step < _LEAST_STEP or stuck:
-            break
-        # What contacts after an open end could change, no step makes less.
-        ending = 0.0 if known is None else ending_error(known, scene)
-        if scene.particles > LONG and regular and error <= ending > goal:
-            break
-        if regular:
-            step *= min(max((STEP_SHARE * reachable / error) ** (1.0 / order), 0.3), 0.8)
-        else:
-            step *= 0.5  # no order holds, and this run serves as one to compare the next with
-    if best is None:
-        raise refusals[-1]
-    assert known is not None
+    search = _Search(scene, goal, floor, scheme, followed)
+    policy = Policy(_MOST_REFINEMENTS, stalls=True, salvages=True)
+    tries = refine(first_step(scene, scheme, max(goal, floor)), search.attempt, policy)
+    ran = that_ran(tries)
+    best = min(ran, key=lambda each: each.error)
+    error, forgets = best.error, search.nudged > 0.0
+    stuck = forgets or has_stalled(tries)
     if stuck:
         # The truth may be wherever one of these runs went. Where each step is another nudge, the
         # finest is no better than the first, whose end may have been followed.
-        alike = found[-STALLED:] if forgets else found[-STALLED - 1 :]
+        alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         best = alike[0] if forgets else best
-        eta = eta_of(scene, best.fine)
-        runs = [run for each in alike for run in (each.fine, *each.proofs)]
-        best = best._replace(error=max(abs(eta_of(scene, run) - eta) for run in runs))
-    nudged = max(nudged, best.error) if forgets else 0.0
-    return Refined(*best, known, stuck, nudged, tries)
+        eta = eta_of(scene, _runs(best)[0])
+        error = max(abs(eta_of(scene, run) - eta) for each in alike for run in _runs(each))
+    fine, *proofs = _runs(best)
+    assert search.known is not None
+    nudged = max(search.nudged, error) if forgets else 0.0
+    return Refined(fine, proofs, error, search.known, stuck, nudged, told(tries))
+
+
+def _runs(one: Try[list[Outcome]]) -> list[Outcome]:
+    assert one.found is not None
+    return one.found
+
+
+@dataclass
+class _Search:
+    """
+    Runs at ever smaller steps, each at `COARSER` times its step as well.
+
+    What follows the last contact is looked at once, in the run `known`. `nudged` is the change of
+    eta by other roundings, where these account for what steps differ by.
+    """
+
+    scene: Scene
+    goal: float
+    floor: float
+    scheme: StepSchemeName
+    known: Outcome | None
+    last: Outcome | None = None
+    nudged: float = 0.0
+
+    def attempt(self, step: float) -> Try[list[Outcome]]:
+        scene, scheme, goal, floor = self.scene, self.scheme, self.goal, self.floor
+        last, self.last = self.last, None
+        fine = run_in_house(scene, scheme, step, self.known)
+        self.known = self.known or fine
+        proofs = _proofs(scene, scheme, fine, last, goal)
+        self.last = fine
+        error, regular = _step_error(scene, scheme, fine, proofs, goal - floor)
+        resolved = step <= first_step(scene, scheme, _RESOLVED)
+        if scene.particles > LONG and resolved and not regular and error > goal:
+            # Where roundings account for what steps differ by, finer ones do not help either.
+            enough = error / jitter_error("reference", 1.0, scene)
+            changed = nudged_change(scene, scheme, step, fine, enough)
+            self.nudged = changed if changed >= enough else 0.0
+        done = error + floor <= goal or error < 0.3 * floor or step < _LEAST_STEP
+        # What contacts after an open end could change, no step makes less.
+        ending = ending_error(self.known, scene)
+        done |= scene.particles > LONG and regular and error <= ending > goal
+        share = 0.5  # where no order holds: this run serves as one to compare the next with
+        if regular:
+            order = effective_order(scene, scheme)
+            # Below the rounding floor a finer step buys nothing.
+            share = by_order(STEP_SHARE * max(goal, floor), error, order, 0.3)
+        return Try(step, error, [fine, *proofs], done or self.nudged > 0.0, step * share)
 
 
 def _proofs(

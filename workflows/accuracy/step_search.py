@@ -6,6 +6,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.step_guess import effective_order, guess_step, largest_step
 from chaincor.workflows.errors import RunError
 
@@ -44,17 +45,18 @@ def estimate_step(
     None where even a much smaller step does not run.
     """
     order = effective_order(scene, scheme)
-    step = guess_step(scene, scheme, goal)
-    for _ in range(_MOST_TRIES):
-        try:
-            outcome = run_in_house(scene, scheme, step, truth.outcome)
-            error = abs(eta_of(scene, outcome) - truth.restitution)
-        except RunError:
-            step *= 0.4
-            continue
-        growth = (_RESERVE * goal / max(error, 1e-17)) ** (1.0 / order)
-        return min(largest_step(scheme, scene.fast_stiffness), step * min(max(growth, 0.1), 3.0))
-    return None
+
+    def attempt(step: float) -> Try[float]:
+        outcome = run_in_house(scene, scheme, step, truth.outcome)
+        error = max(abs(eta_of(scene, outcome) - truth.restitution), 1e-17)
+        growth = by_order(_RESERVE * goal, error, order, 0.1, 3.0)
+        return Try(step, error, growth, done=True)
+
+    policy = Policy(_MOST_TRIES, refused=0.4, believed=False)
+    last = refine(guess_step(scene, scheme, goal), attempt, policy)[-1]
+    if last.found is None:
+        return None
+    return min(largest_step(scheme, scene.fast_stiffness), last.step * last.found)
 
 
 def find_step(
@@ -62,11 +64,11 @@ def find_step(
 ) -> float | None:
     """Return a step whose error is within a goal, near the largest; None if none was found."""
     order = effective_order(scene, scheme)
-    step = start
-    for _ in range(_MOST_TRIES):
+
+    def attempt(step: float) -> Try[float]:
         error = error_near(scene, scheme, step, truth)
-        if error <= goal:
-            return step
-        shrink = 0.25 if math.isinf(error) else (_RESERVE * goal / error) ** (1.0 / order)
-        step *= min(max(shrink, 0.25), 0.8)
-    return None
+        smaller = step * by_order(_RESERVE * goal, error, order, 0.25)
+        return Try(step, error, error, done=error <= goal, following=smaller)
+
+    last = refine(start, attempt, Policy(_MOST_TRIES))[-1]
+    return last.step if last.done else None

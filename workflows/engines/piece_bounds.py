@@ -73,13 +73,6 @@ class Lever(NamedTuple):
     whole: float
 
     @classmethod
-    def of_equal(cls, particles: int) -> "Lever":
-        """Return that of equal masses, 1 each."""
-        squares = (particles - 1) * (2 * particles - 1) / (6.0 * particles)
-        largest = (particles - 1) / particles
-        return cls(particles, 0.5 * (particles - 1), squares, largest, 1.0, float(particles))
-
-    @classmethod
     def of(cls, masses: NDArray[np.float64]) -> "Lever":
         """Return that of the first particle of a piece with these masses."""
         whole = float(np.sum(masses))

@@ -7,7 +7,9 @@ from benchmarks.bars.honest import random_scene, try_scene
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy import meet as meeting
+from chaincor.workflows.accuracy import regular
 from chaincor.workflows.accuracy.answer import Answer
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.rounding import jitter_error
@@ -174,3 +176,34 @@ def test_a_chain_too_sensitive_for_any_step_says_so():
     assert abs(result.restitution - 0.73355) <= result.restitution_error
     # Three steps agree to 2e-5 by chance; the others, of which none is worse, do not.
     assert result.error_parts.step > 1e-4
+
+
+@pytest.mark.parametrize("part", [1e-10, 5e-7])
+def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
+    runs = []
+    run = regular.run_in_house
+    monkeypatch.setattr(regular, "run_in_house", lambda *given: runs.append(1) or run(*given))
+    counts, found = [], []
+    for masses in (None, (1.0,) * 11 + (1.0 + part,)):
+        scene = Scene(potential="lj", particles=12, speed=0.4, engine="reference", masses=masses)
+        found.append(meeting.meet(scene, 1e-6))
+        counts.append(len(runs))
+    equal, alike = found
+    assert counts == [3, 6], "a run and those at twice and 1.86 times its step"
+    assert alike.outcome.scheme == equal.outcome.scheme
+    # eta and the bar depend on masses smoothly, with derivatives of order 1.
+    assert alike.outcome.timestep == pytest.approx(equal.outcome.timestep, rel=3.0 * part)
+    assert alike.bar.total == pytest.approx(equal.bar.total, rel=30.0 * part + 1e-6)
+    apart = eta_of(scene, alike.outcome) - eta_of(scene.replace(masses=None), equal.outcome)
+    assert abs(apart) <= 10.0 * part + 1e-12
+
+
+@pytest.mark.slow
+def test_what_late_contacts_may_bring_does_not_hinge_on_which_motion_had_one():
+    """Eight motions of a chain that breaks forget how it began: which of them return is chance."""
+    bars = []
+    for masses in (None, (1.0,) * 59 + (1.0000000001,)):
+        scene = Scene(potential="lj", particles=60, speed=1.35, engine="reference", masses=masses)
+        bars.append(meeting.meet(scene, 1e-6).bar.total)
+    # By the energy of the piece at the wall, which the motions' own errors change by 1e-4.
+    assert bars[1] == pytest.approx(bars[0], rel=1e-3)

@@ -10,7 +10,7 @@ from benchmarks.judge.end_counterexamples import argument_for, check, draw_state
 from chaincor.lammps_inputs.bonds.energy_levels import strain_range
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.piece_bounds import Lever, escape_risk, reach
-from chaincor.workflows.engines.pieces import count_fragments, find_pieces
+from chaincor.workflows.engines.pieces import _Chain, count_fragments, find_pieces
 
 LJ = LennardJones()
 BONDS = [Harmonic(), LJ, Toda(), Logarithmic(), Power(4, 1.0)]
@@ -102,7 +102,7 @@ def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
         )
         if float(np.sum(bond.energy(found.x))) <= energy * (1.0 + 1e-9):
             farthest = max(farthest, float(weights @ found.x))
-    bound = reach(bond, energy, Lever.of_equal(particles))
+    bound = reach(bond, energy, Lever.of(np.ones(particles)))
     assert farthest > 0.3 * scale
     assert farthest <= bound * (1.0 + 1e-9)
     # A bound that says something; of one spring it is the amplitude itself, to the grid's 1e-3.
@@ -112,9 +112,9 @@ def test_no_end_gets_farther_than_its_reach(bond, particles, energy):
 
 
 def test_reach_ends_where_bonds_may_break():
-    assert reach(LJ, LJ.dissociation, Lever.of_equal(3)) == math.inf
-    assert reach(LJ, 1.0, Lever.of_equal(1)) == 0.0
-    assert math.isfinite(reach(LJ, 0.999 * LJ.dissociation, Lever.of_equal(3)))
+    assert reach(LJ, LJ.dissociation, Lever.of(np.ones(3))) == math.inf
+    assert reach(LJ, 1.0, Lever.of(np.ones(1))) == 0.0
+    assert math.isfinite(reach(LJ, 0.999 * LJ.dissociation, Lever.of(np.ones(3))))
 
 
 @pytest.mark.parametrize("particles", [2, 3, 7])
@@ -133,16 +133,16 @@ def test_the_least_energy_of_an_escape(particles, speed):
     )
     least = LJ.dissociation + found.fun * speed**2
     step = 1e-6 * (least - LJ.dissociation)
-    assert escape_risk(LJ, least - step, Lever.of_equal(particles), speed, 1e9) == 0.0
-    assert escape_risk(LJ, 1.5 * least, Lever.of_equal(particles), speed, 1e9) > 0.0
-    assert escape_risk(LJ, least, Lever.of_equal(particles), 0.0, 1.0) == 1.0
+    assert escape_risk(LJ, least - step, Lever.of(np.ones(particles)), speed, 1e9) == 0.0
+    assert escape_risk(LJ, 1.5 * least, Lever.of(np.ones(particles)), speed, 1e9) > 0.0
+    assert escape_risk(LJ, least, Lever.of(np.ones(particles)), 0.0, 1.0) == 1.0
 
 
 def test_a_bond_over_its_barrier_brings_particle_1_back_at_any_speed():
     # Two particles have one bond, which holds all the energy again and again.
     bond = Power(3, -1.0)
-    assert escape_risk(bond, 1.01 * bond.barrier, Lever.of_equal(2), 100.0, 1.0) == 1.0
-    assert escape_risk(bond, 0.99 * bond.barrier, Lever.of_equal(2), 0.01, 1e9) == 0.0
+    assert escape_risk(bond, 1.01 * bond.barrier, Lever.of(np.ones(2)), 100.0, 1.0) == 1.0
+    assert escape_risk(bond, 0.99 * bond.barrier, Lever.of(np.ones(2)), 0.01, 1e9) == 0.0
 
 
 def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
@@ -152,14 +152,15 @@ def test_the_risk_of_one_vibration_is_that_of_energy_shared_freely():
     shares = np.random.default_rng(2).dirichlet(np.ones(particles - 1), 100_000)
     often = float(np.mean(shares[:, 0] > needed / energy))
     deviation = math.sqrt(often / len(shares))
-    risk = escape_risk(LJ, energy, Lever.of_equal(particles), speed, 1.0)
+    risk = escape_risk(LJ, energy, Lever.of(np.ones(particles)), speed, 1.0)
     assert risk == pytest.approx(often, abs=4.0 * deviation)
 
 
 def test_the_risk_never_falls_with_energy_or_patience():
     energies = np.linspace(0.01, 0.2, 60)
     for patience in (1.0, 600.0):
-        risks = [escape_risk(LJ, energy, Lever.of_equal(6), 0.1, patience) for energy in energies]
+        lever = Lever.of(np.ones(6))
+        risks = [escape_risk(LJ, energy, lever, 0.1, patience) for energy in energies]
         assert np.all(np.diff(risks) >= 0.0)
         assert 0.0 == risks[0] < risks[-1] <= 1.0
 
@@ -177,3 +178,17 @@ def test_what_is_proved_is_never_followed_by_a_contact():
         assert claim.refusal is None, state
         assert claim.next_contact is None, state
     assert proved > 25
+
+
+@pytest.mark.parametrize("cuts", [[], [0], [3, 4, 9], [18]])
+def test_levers_of_all_pieces_are_those_of_each(cuts):
+    random = np.random.default_rng(4)
+    masses = 10.0 ** random.uniform(-2.0, 2.0, 20)
+    chain = _Chain(0.0, np.zeros(19), np.zeros(20), LJ, masses)
+    starts = np.array([0, *(cut + 1 for cut in cuts)])
+    sizes = np.diff(np.append(starts, 20))
+    pieces = np.split(masses, starts[1:])
+    for (first, last), piece in zip(chain._levers(starts, sizes), pieces, strict=True):
+        # Sums over a chain round to an epsilon of its mass a particle, 1e4 times that of some.
+        assert first == pytest.approx(Lever.of(piece), rel=1e-10, abs=1e-10)
+        assert last == pytest.approx(Lever.of(piece[::-1]), rel=1e-10, abs=1e-10)

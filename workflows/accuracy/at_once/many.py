@@ -8,19 +8,25 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
-from chaincor.workflows.accuracy.meet import decade_within
+from chaincor.workflows.accuracy.goals import decade_within
+from chaincor.workflows.accuracy.in_house_runs import relative_velocity, run_in_house
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
+from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.lines.ensemble import ManyCollisions, serves
 from chaincor.workflows.engines.in_house.lines.many_states import (
     ManyOutcomes,
     StartStates,
     chain_energies,
 )
+from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
+from chaincor.workflows.errors import CostError, RunError
 
 Array = NDArray[np.float64]
 
@@ -83,21 +89,25 @@ class ManyMeetings:
     ----------
     scene : Scene
         One of them, which :meth:`serve` takes; bonds, masses and tolerance are those of all.
+    alone : bool
+        Whether it is the only one, which the stepping engine runs.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, alone: bool = False) -> None:
         line, asked = scene.line, scene.asked_tolerance
         assert asked is not None
         self._scene, self._line = scene, line
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
-        self._collisions = ManyCollisions(line, scene.bond, self.scheme)
+        self._runs: ManyCollisions | _Alone = (
+            _Alone(scene, self.scheme) if alone else ManyCollisions(line, scene.bond, self.scheme)
+        )
         self._rungs: dict[int, tuple[int, int]] = {}
 
     @staticmethod
     def serve(scene: Scene) -> bool:
         """Return whether scenes of this kind are met here; others are met one by one."""
-        if scene.engine != "reference" or scene.explicit:
+        if scene.engine != "reference" or scene.explicit or scene.temperature is None:
             return False
         asked = scene.asked_tolerance
         assert asked is not None
@@ -105,11 +115,11 @@ class ManyMeetings:
 
     def share(self, velocity: float) -> int:
         """Return how many to meet at once, so that progress is seen."""
-        return self._collisions.share(self._step(max(self._rungs_of(velocity)[0], 0)))
+        return self._runs.share(self._step(max(self._rungs_of(velocity)[0], 0)))
 
     def stop(self) -> None:
         """Let whoever is in :meth:`meet`, in another thread, leave it at once."""
-        self._collisions.stopped[0] = True
+        self._runs.stopped[0] = True
 
     def meet(self, starts: StartStates, velocities: Array) -> MetMany:
         """
@@ -202,17 +212,86 @@ class ManyMeetings:
         self, starts: StartStates, step: float, velocities: Array
     ) -> tuple[ManyOutcomes, Array]:
         """Run at three steps; return what the finest gave and by how much the others differ."""
-        fine = self._collisions.run(starts, step, None)
+        fine = self._runs.run(starts, step, None)
         errors = np.where(fine.settled & ~(fine.silent & ~fine.proved), 0.0, np.inf)
         sound = np.flatnonzero(np.isfinite(errors))
         chosen, of = starts.chosen(sound), fine.chosen(sound)
         for times in _COARSER:
             if len(sound) == 0:
                 break
-            coarse = self._collisions.run(chosen, times * step, of)
+            coarse = self._runs.run(chosen, times * step, of)
             apart = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
             errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
         return fine, errors
+
+
+class _Alone:
+    """One collision by the stepping engine, told as the rows of many are."""
+
+    def __init__(self, scene: Scene, scheme: StepSchemeName) -> None:
+        self._scene, self._scheme = scene, scheme
+        self.outcomes: dict[float, Outcome] = {}
+        self._fine: Outcome | None = None
+        self.stopped = np.zeros(1, bool)
+
+    def share(self, _step: float) -> int:
+        return 1
+
+    def run(self, _starts: StartStates, step: float, known: ManyOutcomes | None) -> ManyOutcomes:
+        """Run it, as `ManyCollisions.run` does; steps that are too large settle nothing."""
+        scene = self._scene
+        try:
+            outcome = run_in_house(scene, self._scheme, step, None if known is None else self._fine)
+        except CostError:
+            raise
+        except RunError:
+            no, nothing = np.zeros(1, bool), np.full(1, np.nan)
+            return ManyOutcomes(
+                *(no, no, no, nothing, np.zeros(1, np.int64)), *(nothing, no, nothing, nothing)
+            )
+        self.outcomes[step] = outcome
+        if known is None:
+            self._fine = outcome
+        kind = outcome.ending.kind
+        quiet = quiet_time(scene.span, scene.slow_stiffness)
+        row = {
+            "settled": kind != "open" or known is not None,
+            "endless": kind == "open",
+            "proved": kind == "proved",
+            "speeds": relative_velocity(scene.line, outcome),
+            "contacts": len(outcome.contact_times),
+            "last_contact_times": outcome.contact_times[-1],
+            "silent": np.max(np.diff(outcome.contact_times), initial=0.0) > quiet,
+            "bond_min": outcome.bond_min,
+            "bond_max": outcome.bond_max,
+        }
+        return ManyOutcomes(**{name: np.array([value]) for name, value in row.items()})
+
+
+def meet_alone(scene: Scene) -> Answer | None:
+    """
+    Meet the tolerance of one scene with the steps, and the bar, that it has among many.
+
+    Parameters
+    ----------
+    scene : Scene
+        Which :meth:`ManyMeetings.serve` takes.
+
+    Returns
+    -------
+    Answer or None
+        None where it is not met so, and more has to be looked at.
+    """
+    meetings = ManyMeetings(scene, alone=True)
+    met = meetings.meet(StartStates.of([scene.line]), np.array([scene.impact_velocity]))
+    if not met.met[0]:
+        return None
+    runs, step, error = meetings._runs, float(met.timesteps[0]), float(met.step_error[0])
+    assert isinstance(runs, _Alone)
+    fine, coarse = runs.outcomes[step], runs.outcomes[_COARSER[0] * step]
+    tries = [{"timestep": step, "step_error": error}]
+    details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
+    return answer(scene, fine, error, details)
 
 
 def _nothing(count: int, rounding: Array) -> MetMany:

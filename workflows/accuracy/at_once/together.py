@@ -18,9 +18,9 @@ from chaincor.workflows.accuracy.error_bars import (
     table_error,
     with_floors,
 )
-from chaincor.workflows.accuracy.expected_cost import expected_seconds_together, usually_shatters
+from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
-from chaincor.workflows.accuracy.meet import goal_above
+from chaincor.workflows.accuracy.goals import goal_above
 from chaincor.workflows.accuracy.regular import COARSER, LONGEST_TRUSTED, first_step
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.engines.ending import quiet_time
@@ -113,7 +113,8 @@ def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
         if len(places) < LEAST_TOGETHER:
             found += [[place] for place in places]
             continue
-        quick = int(_SECONDS_TOGETHER / expected_seconds_together(scenes[places[0]]))
+        each = expected_of_task([scenes[place] for place in places[:2]])[0]
+        quick = int(_SECONDS_TOGETHER / each)
         size = min(-(-len(places) // parts), quick, _MOST_TOGETHER)
         size = max(size, LEAST_TOGETHER)
         found += [places[k : k + size] for k in range(0, len(places), size)]

@@ -1,0 +1,161 @@
+"""Refining: run at a step, see what it errs by, and take a smaller one, until that is enough."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from chaincor.workflows.errors import CostError, RunError, TimestepError
+
+Found = TypeVar("Found")
+
+# Steps that get smaller so many times without halving the error show that it is not the steps':
+# each is 0.8 of the last at most, of order 4 at least, which should halve the error every time.
+STALLED = 3
+# Too large a step also makes particles meet or bonds break: so many steps, each about half of the
+# one before, must say the same: a sixteenth of a guessed step is stable beyond doubt.
+_CONFIRMATIONS = 4
+
+
+@dataclass(frozen=True)
+class Try(Generic[Found]):
+    """
+    What came of one step.
+
+    Attributes
+    ----------
+    step : float
+        The step, or whatever else is made smaller.
+    error : float
+        That of the number with it; inf where it did not run.
+    found : object or None
+        Its runs; None where it did not run.
+    done : bool
+        Whether the search ends here.
+    following : float
+        The next step.
+    anew : bool
+        Whether the next one is of another kind: what did not help so far does not count.
+    refusal : RunError or None
+        What stopped it.
+    """
+
+    step: float
+    error: float
+    found: Found | None = None
+    done: bool = False
+    following: float = 0.0
+    anew: bool = False
+    refusal: RunError | None = None
+
+
+@dataclass(frozen=True)
+class Policy:
+    """
+    How a search goes on.
+
+    Attributes
+    ----------
+    most : int
+        Steps that are tried.
+    refused : float
+        What is taken of a step that did not run.
+    retried : tuple of type
+        What may be cured by a smaller step; anything else ends the search.
+    believed : bool
+        Whether several refusals of one name are believed.
+    stalls : bool
+        Whether the search ends where smaller steps have stopped to help.
+    salvages : bool
+        Whether what ran before serves where time is up.
+    """
+
+    most: int
+    refused: float = 0.5
+    retried: tuple[type[RunError], ...] = (RunError,)
+    believed: bool = True
+    stalls: bool = False
+    salvages: bool = False
+
+
+def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) -> list[Try[Found]]:
+    """
+    Try ever smaller steps.
+
+    Parameters
+    ----------
+    step : float
+        The first.
+    attempt : callable
+        Runs at a step, and says what it errs by, whether that is enough, and which step is next.
+    policy : Policy
+        How the search goes on.
+
+    Returns
+    -------
+    list of Try
+        All steps in turn.
+
+    Raises
+    ------
+    RunError
+        What several steps agree on, or what no smaller step cures; CostError where time is up.
+    """
+    tries: list[Try[Found]] = []
+    while len(tries) < policy.most:
+        try:
+            tries.append(attempt(step))
+        except CostError:
+            if not (policy.salvages and any(each.found is not None for each in tries)):
+                raise
+            break
+        except policy.retried as refusal:
+            tries.append(Try(step, math.inf, following=policy.refused * step, refusal=refusal))
+            if policy.believed and _is_believed(tries):
+                raise
+        if tries[-1].done or (policy.stalls and has_stalled(tries)):
+            break
+        step = tries[-1].following
+    return tries
+
+
+def by_order(goal: float, error: float, order: float, least: float, most: float = 0.8) -> float:
+    """Return the share of a step with which its error is a goal, between two bounds."""
+    return min(max((goal / max(error, 1e-300)) ** (1.0 / order), least), most)
+
+
+def has_stalled(tries: Sequence[Try[Found]]) -> bool:
+    """Return whether the last few steps that ran have not halved the error."""
+    best, since, anew = math.nan, 0, False
+    for each in tries:
+        if each.refusal is not None:
+            continue
+        since = 0 if anew else since
+        since = 0 if math.isnan(best) or each.error < 0.5 * best else since + 1
+        best = each.error if math.isnan(best) else min(best, each.error)
+        anew = each.anew
+    return since == STALLED and tries[-1].refusal is None
+
+
+def that_ran(tries: Sequence[Try[Found]]) -> list[Try[Found]]:
+    """Return the steps that ran; raise what stopped the last where none did."""
+    ran = [each for each in tries if each.refusal is None]
+    if not ran:
+        assert tries[-1].refusal is not None
+        raise tries[-1].refusal
+    return ran
+
+
+def told(tries: Sequence[Try[Found]], name: str = "timestep") -> list[dict[str, float]]:
+    """Return steps and errors, for the record."""
+    return [{name: each.step, "step_error": each.error} for each in tries]
+
+
+def _is_believed(tries: Sequence[Try[Found]]) -> bool:
+    """
+    Return whether steps that became ever smaller agree on what stops them.
+
+    The last few have been stopped by the same name, one that a smaller step does not cure.
+    """
+    kinds = [type(each.refusal) for each in tries[-_CONFIRMATIONS:]]
+    return len(kinds) == _CONFIRMATIONS and set(kinds) == {kinds[0]} - {TimestepError, type(None)}
