@@ -13,7 +13,6 @@ from chaincor.workflows.accuracy.irregular import refine_irregularly
 from chaincor.workflows.accuracy.refining import Policy, Try, refine, that_ran
 from chaincor.workflows.accuracy.step_guess import guess_step, is_smooth
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.lines.modal import jitter as line_jitter
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import CrossingError, RunError
 
@@ -124,7 +123,7 @@ def modal_error(scene: Scene) -> float:
     Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
     some changes of all roundings change, with a reserve of three.
     """
-    return 0.0 if scene.line.plain else 3.0 * line_jitter(scene, scene.line)
+    return 0.0 if scene.line.plain else 3.0 * modal.jitter(scene)
 
 
 def nudged_change(

@@ -1,44 +1,62 @@
 r"""
-The exact propagator of harmonic chains: between contacts every mode is a sine.
+Exact collisions of harmonic bodies with any masses, which meet as hard particles.
 
-With the orthonormal DCT-II of displacements and velocities, q_j and p_j, a free chain moves as
+Between contacts the gap is a linear term and a sum of sines,
 
-.. math:: q_j(t) = q_j \cos\omega_j t + p_j \frac{\sin\omega_j t}{\omega_j}, \qquad
-          \omega_j = 2\sin\frac{\pi j}{2n},
+.. math:: g(t) = D + V t + \sum_j c_j \frac{e_j \cos\omega_j t + p_j \sin\omega_j t}{\omega_j},
 
-and a contact of incoming speed v adds :math:`2 v c_j` to every p_j, where c_j is mode j at
-particle 1. Only the times of the contacts are searched for; see ``mode_flight``.
+over the modes of both bodies (a rigid wall has none), with the distance D of the mean displacements
+and the relative velocity V of the centres of mass. A contact of reduced mass :math:`\mu` that
+closes at w gives every mode :math:`2 \mu w c_j`.
+
+The end is proved: after a contact with V > 0 the gap is above
+:math:`D + V t - \sum_j |c_j| r_j/\omega_j`, where :math:`r_j^2 = e_j^2 + p_j^2`, and no contact
+comes once that is positive. With V < 0 one always comes.
 """
 
 import math
 import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.finish import (
-    PATIENCE,
-    LastContact,
-    displacements_from,
-    finish,
-    run_single_particle,
-    unfinished_error,
+from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL, are_equal
+from chaincor.workflows.engines.in_house.finish import LastContact, finish
+from chaincor.workflows.engines.in_house.mode_flight import (
+    ModalBodies,
+    ModalGap,
+    mean_distance,
+    opening_velocity,
 )
-from chaincor.workflows.engines.in_house.lines import modal as line_modal
-from chaincor.workflows.engines.in_house.lines.body_modes import MOST_UNEQUAL, are_equal
-from chaincor.workflows.engines.in_house.mode_flight import ModalChain, strains_of
+from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
-
-# Bonds are sampled so often that each (omega <= 2) is seen within 3 % of its extreme strain.
-SAMPLE_INTERVAL = 0.25
-
-_SAMPLES_AT_ONCE = 12
+from chaincor.workflows.errors import UnfinishedCollisionError
 
 Array = NDArray[np.float64]
+
+# Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
+# sqrt(mean mass/U''(1)): of a chain of equal masses (omega <= 2) each is then seen within 3 % of
+# its extreme strain. So many samples at once; a long flight is sampled so often at most.
+_SAMPLING = 0.5
+SAMPLE_INTERVAL = 0.25
+_SAMPLES_AT_ONCE = 32
+_MOST_SAMPLES = 40_000
+# A particle that parts from rest is let do so for such a part of the window.
+_FIRST_MOVE = 1e-3
+# What is no more than this of its terms is zero.
+_ROUNDINGS = 1e-14
+# A flight of so many windows, times modes, is given up: it takes minutes.
+_MOST_WORK = 2e9
+_WORK_AT_ONCE = WORK_AT_ONCE / 60  # in bond forces
+# By which masses are multiplied: no powers of 4, whose roots would round nothing.
+_FACTORS = (0.61, 1.7, 2.3)
+# Contacts are carried out at once until their modes are so many numbers.
+_RECORDED = 200_000
 
 
 def serves(scene: Scene) -> bool:
@@ -56,8 +74,8 @@ def serves(scene: Scene) -> bool:
         Harmonic bonds and hard contacts; bodies of unequal masses no longer than `MOST_UNEQUAL`.
     """
     line = scene.line
-    if line.plain or not scene.bond.is_harmonic:
-        return scene.bond.is_harmonic
+    if not scene.bond.is_harmonic:
+        return False
     bodies = (line.chain_masses, line.target_masses)
     unequal = [len(masses) for masses in bodies if len(masses) > 1 and not are_equal(masses)]
     return not line.soft and max(unequal, default=0) <= MOST_UNEQUAL
@@ -65,53 +83,56 @@ def serves(scene: Scene) -> bool:
 
 def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     """
-    Carry a harmonic chain through its collision, exactly.
+    Carry two harmonic bodies through their collision, exactly.
 
     Parameters
     ----------
     scene : Scene
-        With the harmonic potential.
+        With harmonic bonds and hard contacts.
     frame_interval : float, optional
         Time between snapshots.
 
     Returns
     -------
     Outcome
-        Scheme ``modal``, no timestep; bond lengths are sampled densely up to the last contact.
-        Chains that cross themselves are flagged.
+        Scheme ``modal``, no timestep. Displacements are counted from the place where the contact
+        was before the target moved; time from the first contact.
 
     Raises
     ------
     SceneError
-        If the bonds are not harmonic.
+        If bonds are not harmonic or contacts not hard, or if the particles that meet are at rest
+        against each other and are pressed together.
     UnfinishedCollisionError
-        If the chain still approaches the wall after the longest time that is followed.
+        If the bodies neither meet nor part in any time that can be followed.
     """
     if not scene.bond.is_harmonic:
         raise SceneError(f"potential is '{scene.label}'; modal propagation expects springs")
-    if not scene.line.plain:
-        if not serves(scene):
-            raise SceneError(
-                "modal propagation expects hard contacts, and at most "
-                f"{MOST_UNEQUAL} particles in a body of unequal masses"
-            )
-        return line_modal.run(scene, scene.line, frame_interval)
-    if scene.particles == 1:
-        return run_single_particle(scene, "modal", None, frame_interval)
-    chain = ModalChain.at_first_contact(scene.particles, scene.impact_velocity)
-    chain.copy().fly(0.0)  # loads or compiles the loops, which is not integration
+    if not serves(scene):
+        raise SceneError(
+            "modal propagation expects hard contacts, and at most "
+            f"{MOST_UNEQUAL} particles in a body of unequal masses"
+        )
+    from chaincor.workflows.engines.in_house.loops.mode_loops import load_loop
+
+    load_loop()  # compiling is no integration
+    line = scene.line
     started = time.perf_counter()
-    collision = _Collision(scene, chain, frame_interval)
+    collision = _Collision(scene, line, frame_interval)
     ending = collision.run()
     seconds = time.perf_counter() - started
-    last = collision.departure
+    last = collision.state(collision.departure, collision.contact_times[-1])
+    begin = line.first if line.at_wall else 0  # a hard wall is no particle there
+    speeds = np.array(collision.contact_speeds)
     return finish(
         scene,
         LastContact(
-            last.strains(),
-            last.velocities(),
-            np.array(collision.contact_times),
-            np.array(collision.contact_speeds),
+            strains=last.strains[begin:],
+            velocities=last.velocities[begin:],
+            contact_times=np.array(collision.contact_times),
+            contact_speeds=speeds,
+            impulses=2.0 * line.contact_mass * speeds,
+            position=float(last.displacements[begin]),
         ),
         scheme="modal",
         timestep=None,
@@ -124,80 +145,227 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     )
 
 
+def jitter(scene: Scene) -> float:
+    """
+    Return how much eta changes when all roundings change.
+
+    A common factor of all masses is a unit of time, on which eta does not depend.
+
+    Parameters
+    ----------
+    scene : Scene
+        As in :func:`run`.
+
+    Returns
+    -------
+    float
+        The largest change.
+    """
+    line, etas = scene.line, []
+    for factor in (1.0, *_FACTORS):
+        scaled = replace(
+            line, masses=factor * line.masses, velocities=line.velocities / factor**0.5
+        )
+        collision = _Collision(scene, scaled, None)
+        arriving = opening_velocity(collision.departure)
+        collision.run()
+        etas.append((opening_velocity(collision.departure) / arriving) ** 2)
+    return max(abs(eta - etas[0]) for eta in etas)
+
+
+@dataclass(frozen=True)
+class _State:
+    """Both bodies at a moment, along x; the strain at the gap is the gap."""
+
+    strains: Array
+    velocities: Array
+    displacements: Array
+
+
 class _Collision:
     """One collision in progress: contacts, samples of the bonds, snapshots."""
 
-    def __init__(self, scene: Scene, chain: ModalChain, frame_interval: float | None) -> None:
-        self._scene, self._chain = scene, chain
+    def __init__(self, scene: Scene, line: Line, frame_interval: float | None) -> None:
+        self._scene, self._line = scene, line
         self._interval = frame_interval
-        self._snapshots: list[ModalChain] = []
-        self.departure = chain.copy()
-        self.contact_times = [0.0]
-        self.contact_speeds = [scene.impact_velocity]
+        self._bodies = ModalBodies(line, scene.bond.stiffness)
+        self._gap = gap = self._bodies.at_start()
+        self._approach, self._first_distance = opening_velocity(gap), mean_distance(gap)
+        self._fastest = float(np.max(gap.omega))
+        self._flown_before = 0.0
+        self._snapshots: list[_State] = []
+        self.departure = gap.copy()
+        self.contact_times: list[float] = []
+        self.contact_speeds: list[float] = []
         self.time = 0.0
         self.strain_min = self.strain_max = 0.0
-        # What the modes e + ip are multiplied by in 1, 2, ... sample intervals.
-        moments = SAMPLE_INTERVAL * np.arange(1, _SAMPLES_AT_ONCE + 1)
-        self._turns = np.exp(-1j * moments[:, None] * chain.omega)
+        self._note(gap.strain_modes)
 
     def run(self) -> Ending:
         """Fly until the end and return it."""
-        scene, chain = self._scene, self._chain
-        watch = EndWatch(scene.particles, scene.bond)
-        patience = PATIENCE * math.pi / math.sqrt(2.0)
+        self._start()
+        from chaincor.workflows.engines.in_house.loops.mode_loops import MORE, bounce
+
+        gap = self._gap
+        # Twice the reduced mass of the contact, but for the last digits of the shapes: so no
+        # contact makes or takes energy, of which many would add up.
+        exchange = 2.0 / math.fsum(gap.shape**2)
+        modes, since, worked = len(gap.omega), self.time, 0.0
+        most = max(_RECORDED // modes, 1)
+        (speeds, flights), (strains, velocities) = np.empty((2, most)), np.empty((2, most, modes))
         while True:
-            last = self.contact_times[-1]
-            flown, incoming = chain.fly(max(patience - (self.time - last), 0.1))
-            self.time += flown
-            if incoming is not None:
-                self._reflect(incoming)
-                patience = PATIENCE * self.time / (len(self.contact_times) - 1)
+            ended, count, since, gap.wall_distance = bounce(
+                gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, gap.wall_distance,
+                exchange, since, _WORK_AT_ONCE, speeds, flights, strains, velocities,
+            )  # fmt: skip
+            if count > 0:
+                self._note_contacts(speeds[:count], flights[:count], strains, velocities)
+            self.time = since + (self.contact_times[-1] if self.contact_times else 0.0)
+            worked = 0.0 if count > 0 else worked + _WORK_AT_ONCE
+            if ended == MORE and worked < _MOST_WORK:
                 continue
-            ending = watch.look(
-                self.time, last, chain.wall_distance, chain.strains(), chain.velocities()
+            self._take_snapshots(self.time)
+            if ended != MORE:
+                return Ending("proved")
+            if not opening_velocity(gap) > 0.0:
+                raise UnfinishedCollisionError(
+                    f"a time of {self.time:.6g} after the first contact the bodies still approach "
+                    "each other; expected them to meet or to part: change the speed or a mass"
+                )
+            return Ending("open", self._missed())
+
+    def _note_contacts(
+        self, speeds: Array, flights: Array, strains: Array, velocities: Array
+    ) -> None:
+        """Take down what the loop did."""
+        count = len(speeds)
+        for k in range(count):
+            self._sample_flight(float(flights[k]))
+            if self.contact_times:
+                now = self.contact_times[-1] + float(flights[k])
+                self._take_snapshots(now)
+            else:  # the clock starts now
+                now, self._flown_before = 0.0, float(flights[k])
+            self.contact_times.append(now)
+            self.contact_speeds.append(float(speeds[k]))
+            self.departure = replace(
+                self._gap, strain_modes=strains[k], velocity_modes=velocities[k], wall_distance=0.0
             )
-            if ending is not None:
-                self._take_snapshots()
-                return ending
-            if self.time > longest_collision(scene.particles, scene.bond.stiffness, last):
-                raise unfinished_error(scene, self.time)
-            patience = watch.next_look(self.time, last) - last
+        self.departure = self.departure.copy()
+        self._note(strains[:count])
 
-    def _reflect(self, incoming: float) -> None:
-        self._take_snapshots()
-        self._sample_flight()
-        self._chain.reflect(incoming)
-        self.departure = self._chain.copy()
-        self.contact_times.append(self.time)
-        self.contact_speeds.append(incoming)
-        self._note(self.departure.strains())
+    def _start(self) -> None:
+        """Let bodies that touch collide or part."""
+        line, gap = self._line, self._gap
+        closing = float(line.velocities[line.gap] - line.velocities[line.first])
+        if gap.wall_distance > 0.0 or closing != 0.0:
+            return
+        if self._is_pressed():
+            raise SceneError(
+                "initial has particle 1 at rest on the target while the rest of the chain presses "
+                "it there, which is no collision of hard particles; expected it to come, or a gap"
+            )
+        from chaincor.workflows.engines.in_house.loops.mode_loops import taylor_window
 
-    def _sample_flight(self) -> None:
-        """Sample the bonds between the last contact and now."""
-        modes = self.departure.strain_modes + 1j * self.departure.velocity_modes
-        left = int((self.time - self.contact_times[-1]) / SAMPLE_INTERVAL)
-        while left > 0:
-            sampled = self._turns[:left] * modes
-            self._note(strains_of(sampled.real))
-            modes, left = sampled[-1], left - len(sampled)
+        # Roundings must not tell which way it goes.
+        self.time = _FIRST_MOVE * taylor_window(
+            gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, 0.0
+        )
+        self._gap = gap.drifted(self.time)
 
-    def _note(self, strains: Array) -> None:
-        self.strain_min = min(self.strain_min, float(strains.min()))
-        self.strain_max = max(self.strain_max, float(strains.max()))
+    def _is_pressed(self) -> bool:
+        """Return whether the first derivative of the gap that is not zero is negative."""
+        gap = self._gap
+        sign = -1.0
+        for order in range(1, len(gap.omega) + 1):
+            moving = gap.strain_modes if order % 2 else gap.velocity_modes
+            terms = gap.shape * gap.omega**order * moving
+            change = sign * float(np.sum(terms))
+            if abs(change) > _ROUNDINGS * float(np.sum(np.abs(terms))):
+                return change < 0.0
+            sign = sign if order % 2 else -sign
+        return False
 
-    def _take_snapshots(self) -> None:
-        """Take the snapshots due between the last contact and now."""
+    def _missed(self) -> float:
+        """Return the largest momentum that contacts could still give, with all energy there is."""
+        mass, opening = self._line.reduced_mass, opening_velocity(self._gap)
+        vibrating = self._gap.strain_modes[1:] ** 2 + self._gap.velocity_modes[1:] ** 2
+        return mass * opening + math.sqrt(mass * float(np.sum(vibrating)) + (mass * opening) ** 2)
+
+    def _sample_flight(self, duration: float) -> None:
+        """Sample the bonds in the flight after the last contact."""
+        omega = self.departure.omega
+        if duration * self._fastest <= _SAMPLING:
+            return
+        modes = self.departure.strain_modes - 1j * self.departure.velocity_modes
+        energies = np.abs(modes[1:]) ** 2
+        if not np.any(energies):
+            return
+        mean = math.sqrt(float(omega[1:] ** 2 @ energies) / float(np.sum(energies)))
+        rate = max(mean / _SAMPLING, self._scene.slow_stiffness**0.5 / SAMPLE_INTERVAL)
+        count = min(math.ceil(duration * rate), _MOST_SAMPLES)
+        for first in range(1, count, _SAMPLES_AT_ONCE):
+            moments = np.arange(first, min(first + _SAMPLES_AT_ONCE, count)) * (duration / count)
+            self._note((np.exp(1j * moments[:, None] * omega) * modes).real)
+
+    def _note(self, strain_modes: Array) -> None:
+        bodies = self._bodies
+        strains = [bodies.chain.strains(bodies.chain_part(strain_modes))]
+        if bodies.target is not None:
+            strains.append(bodies.target.strains(bodies.target_part(strain_modes)))
+        for each in strains:
+            self.strain_min = min(self.strain_min, float(np.min(each, initial=0.0)))
+            self.strain_max = max(self.strain_max, float(np.max(each, initial=0.0)))
+
+    def state(self, gap: ModalGap, moment: float) -> _State:
+        """Return both bodies at a moment since the first contact."""
+        bodies, line = self._bodies, self._line
+        opening = opening_velocity(gap)
+        target_strains, resting, place = np.empty(0), np.zeros(1), 0.0
+        drift = 0.0
+        if bodies.target is not None:
+            masses = line.target_masses
+            whole = float(np.sum(masses))
+            # All momentum that the chain gained is the target's, and so are the displacements.
+            share = line.reduced_mass / whole
+            drift = -share * (opening - self._approach)
+            drifted = self._approach * (moment + self._flown_before)
+            mean = -share * (mean_distance(gap) - self._first_distance - drifted)
+            target_strains = bodies.target.strains(bodies.target_part(gap.strain_modes))
+            resting = drift - bodies.target.velocities(bodies.target_part(gap.velocity_modes))
+            outward = np.cumsum(np.concatenate(([0.0], target_strains)))
+            # The contact was at 0 at first, wherever that left the centre of mass.
+            at_first = np.cumsum(np.concatenate(([0.0], line.strains[: line.gap][::-1])))
+            mean -= float(masses @ at_first) / whole
+            place = mean + float(masses @ outward) / whole - float(outward[-1])
+        chain_strains = bodies.chain.strains(bodies.chain_part(gap.strain_modes))
+        moving = bodies.chain.velocities(bodies.chain_part(gap.velocity_modes))
+        strains = np.concatenate((target_strains[::-1], [gap.wall_distance], chain_strains))
+        return _State(
+            strains,
+            np.concatenate((resting[::-1], drift + opening + moving)),
+            np.cumsum(np.concatenate(([place], strains))),
+        )
+
+    def _take_snapshots(self, until: float) -> None:
+        """Take the snapshots due between the last contact and a time."""
         if self._interval is None:
             return
-        while (moment := len(self._snapshots) * self._interval) < self.time:
-            self._snapshots.append(self.departure.drifted(moment - self.contact_times[-1]))
+        while (moment := len(self._snapshots) * self._interval) < until or moment == 0.0:
+            flown = moment - self.contact_times[-1]
+            self._snapshots.append(self.state(self.departure.drifted(flown), moment))
 
     def frames(self) -> Frames | None:
         """Return the snapshots, if any were asked for."""
         if self._interval is None:
             return None
+        first, targets = self._line.first, self._line.targets
+        displacements = np.array([shot.displacements for shot in self._snapshots])
+        velocities = np.array([shot.velocities for shot in self._snapshots])
         return Frames(
             np.array([k * self._interval for k in range(len(self._snapshots))]),
-            np.array([displacements_from(s.wall_distance, s.strains()) for s in self._snapshots]),
-            np.array([s.velocities() for s in self._snapshots]),
+            displacements[:, first:],
+            velocities[:, first:],
+            displacements[:, :targets][:, ::-1] if targets else None,
+            velocities[:, :targets][:, ::-1] if targets else None,
         )

@@ -1,15 +1,15 @@
 r"""
-Harmonic bodies in their modes, and their flight from contact to contact.
+Two harmonic bodies in their modes, and the gap between them as a sum over these.
 
 A mode is kept as the velocity :math:`p_j` and the strain-like amplitude
 :math:`e_j = \omega_j q_j`, so that its motion is a rotation and a long wave of large amplitude
-takes no digits from a short one. Particle 1, with :math:`c_j` the shapes at its place, follows
+takes no digits from a short one. With :math:`c_j` what each mode has of it, the gap follows
 
-.. math:: \dot x = \sum_j c_j p_j, \quad \ddot x = -\sum_j c_j \omega_j e_j, \quad
-          x^{(m + 2)} = \sum_j c_j (-\omega_j^2) \dots
+.. math:: \dot g = \sum_j c_j p_j, \quad \ddot g = -\sum_j c_j \omega_j e_j, \quad
+          g^{(m + 2)} = \sum_j c_j (-\omega_j^2) \dots
 
-and its Taylor series over one time unit is exact: with :math:`\omega \le 2` and energy E the rest
-after m terms is below :math:`2^{m - 1} \sqrt{2 E} / m!`, which at m = 26 is 8e-20 times the root.
+and its Taylor series is exact over a window that its rest decides, see ``mode_loops``. A rigid wall
+is a body without modes.
 """
 
 import math
@@ -19,34 +19,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.interrupts import steps_at_once
-
-# How long the Taylor series of ``mode_loops`` holds.
-WINDOW = 1.0
-
-# The 26 terms of a series and the rotation of a mode, in bond forces.
-_WINDOW_WORK = 60
+from chaincor.lammps_inputs.line import Line
+from chaincor.workflows.engines.in_house.body_modes import BodyModes, body_modes
 
 Array = NDArray[np.float64]
-
-
-def strains_of(strain_modes: Array) -> Array:
-    """
-    Return the bond strains of modes.
-
-    Parameters
-    ----------
-    strain_modes : ndarray of shape (..., n)
-        e_j = omega_j q_j.
-
-    Returns
-    -------
-    ndarray of shape (..., n - 1)
-        s_i, minus the orthonormal DST-I of e_j.
-    """
-    from scipy.fft import dst
-
-    return -dst(strain_modes[..., 1:], type=1, norm="ortho")
 
 
 @dataclass
@@ -110,106 +86,54 @@ class ModalGap:
         return later
 
 
-class ModalChain(ModalGap):
-    """A free harmonic chain of unit masses in its modes, before a wall."""
+class ModalBodies:
+    """Both bodies in their modes: the chain's come first, after the translation."""
 
-    @classmethod
-    def at_first_contact(cls, particles: int, speed: float) -> "ModalChain":
-        """
-        Return the chain right after its first contact.
+    def __init__(self, line: Line, stiffness: float) -> None:
+        self.line = line
+        self.chain = body_modes(line.chain_masses, stiffness)
+        self.target: BodyModes | None = None
+        if not line.rigid:
+            self.target = body_modes(line.target_masses, stiffness)
+        self._split = len(line.chain_masses)
 
-        Parameters
-        ----------
-        particles : int
-            Particles n.
-        speed : float
-            v0; all particles have -v0 but the first, which is reflected.
+    def at_start(self) -> ModalGap:
+        """Return the gap at the start."""
+        line, chain = self.line, self.chain
+        strains = [chain.strain_amplitudes(line.strains[line.first :])]
+        speeds = [chain.velocity_amplitudes(line.velocities[line.first :])]
+        if self.target is not None:
+            # From the contact outward it goes towards -x: seen in a mirror, it is a chain.
+            strains.append(self.target.strain_amplitudes(line.strains[: line.gap][::-1]))
+            speeds.append(self.target.velocity_amplitudes(-line.velocities[: line.first][::-1]))
+        # Of the relative motion of the centres of mass the mass is the reduced one.
+        translation = 1.0 / math.sqrt(line.reduced_mass)
+        approach = line.separation(line.velocities)
+        bodies = [chain] + ([self.target] if self.target else [])
+        shape = np.concatenate(([translation], *(body.contact for body in bodies)))
+        return ModalGap(
+            np.concatenate(([0.0], *strains)),
+            np.concatenate(([approach / translation], *speeds)),
+            np.concatenate(([0.0], *(body.omega for body in bodies))),
+            shape,
+            float(line.strains[line.gap]),
+        )
 
-        Returns
-        -------
-        ModalChain
-            With no strain.
-        """
-        angle = 0.5 * math.pi * np.arange(particles) / particles
-        shape = math.sqrt(2.0 / particles) * np.cos(angle)
-        shape[0] = math.sqrt(1.0 / particles)
-        velocity_modes = 2.0 * speed * shape
-        velocity_modes[0] -= speed * math.sqrt(particles)
-        return cls(np.zeros(particles), velocity_modes, 2.0 * np.sin(angle), shape)
+    def chain_part(self, amplitudes: Array) -> Array:
+        """Return the chain's of all amplitudes (..., modes)."""
+        return amplitudes[..., 1 : self._split]
 
-    @property
-    def momentum(self) -> float:
-        """Momentum of the chain."""
-        return float(self.velocity_modes[0]) * math.sqrt(len(self.omega))
+    def target_part(self, amplitudes: Array) -> Array:
+        """Return the target's."""
+        return amplitudes[..., self._split :]
 
-    def strains(self) -> Array:
-        """
-        Return the bond strains.
 
-        Returns
-        -------
-        ndarray of shape (n - 1,)
-            s_i, minus the orthonormal DST-I of e_j.
-        """
-        return strains_of(self.strain_modes)
+def opening_velocity(gap: ModalGap) -> float:
+    """Return V, with which the centres of mass move apart."""
+    return float(gap.shape[0] * gap.velocity_modes[0])
 
-    def velocities(self) -> Array:
-        """
-        Return the particle velocities.
 
-        Returns
-        -------
-        ndarray of shape (n,)
-            v_i, the inverse DCT-II of p_j.
-        """
-        from scipy.fft import idct
-
-        return idct(self.velocity_modes, type=2, norm="ortho")
-
-    def fly(self, longest: float) -> tuple[float, float | None]:
-        """
-        Fly freely to the next contact, or for a given time.
-
-        Parameters
-        ----------
-        longest : float
-            When to stop looking; up to one time unit more is flown.
-
-        Returns
-        -------
-        flown : float
-            Time flown.
-        incoming : float or None
-            Speed of particle 1 into the wall, not yet reflected; None where there is no contact.
-        """
-        from chaincor.workflows.engines.in_house.loops.mode_loops import fly
-
-        flown, velocity = 0.0, 1.0
-        # A window takes as long as so many bond forces for every mode.
-        at_once = WINDOW * steps_at_once(_WINDOW_WORK * len(self.omega))
-        while True:
-            flown, self.wall_distance, velocity = fly(
-                self.strain_modes,
-                self.velocity_modes,
-                self.omega,
-                self.shape,
-                self.wall_distance,
-                WINDOW,
-                flown,
-                min(longest, flown + at_once),
-            )
-            if velocity <= 0.0:
-                return flown, -velocity
-            if flown >= longest:
-                return flown, None
-
-    def reflect(self, incoming: float) -> None:
-        """
-        Reverse the velocity of particle 1.
-
-        Parameters
-        ----------
-        incoming : float
-            Its speed into the wall.
-        """
-        self.velocity_modes += 2.0 * incoming * self.shape
+def mean_distance(gap: ModalGap) -> float:
+    """Return D, the distance of the mean displacements."""
+    vibration = gap.shape[1:] @ (gap.strain_modes[1:] / gap.omega[1:])
+    return gap.wall_distance - float(vibration)

@@ -13,7 +13,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of, relative_velocity
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.lines import modal as line_modal
 from tests.decimal_line import collide_in_decimals
 
 # Roundings of some ten modes over some ten contacts, each a few 1e-16, and a reserve of ten.
@@ -236,10 +235,10 @@ def test_restitution_does_not_depend_on_speed(velocity):
 def test_jitter_tells_what_roundings_make():
     # Few contacts pass nothing on; a light particle between others, 1e5 of them.
     calm = harmonic(6, masses=[1, 3])
-    assert 0.0 < line_modal.jitter(calm, calm.line) < SHARP
+    assert 0.0 < modal.jitter(calm) < SHARP
     light = harmonic(3, masses=[1e-6, 1, 1e-6])
-    grown = line_modal.jitter(light, light.line)
-    assert 10.0 * line_modal.jitter(calm, calm.line) < grown < 1e-9
+    grown = modal.jitter(light)
+    assert 10.0 * modal.jitter(calm) < grown < 1e-9
 
 
 def test_reference_values():

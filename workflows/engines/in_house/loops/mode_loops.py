@@ -1,4 +1,6 @@
-"""The loops over the modes of a harmonic body; imported where they run, for they bring Numba."""
+"""The loops over modes of harmonic bodies; imported where they run, for they bring Numba."""
+
+import math
 
 import numpy as np
 from numba import njit
@@ -8,6 +10,16 @@ from chaincor.workflows.engines.in_house.contact_search import first_root
 
 # Terms of the Taylor series, see ``mode_flight``.
 TERMS = 26
+# Why `bounce` came back: no contact can come, or it has done its share of work.
+PROVED, MORE = range(2)
+
+# What the Taylor series of the gap leaves out, relative to the speeds of all modes together.
+_REST = 1e-19
+_FACTORIAL = float(math.factorial(TERMS))
+# More than roundings of the sum over all modes.
+_PROOF_MARGIN = 1.0 + 1e-9
+# A contact is as much work as so many windows.
+_CONTACT_WORK = 2.0
 
 Array = NDArray[np.float64]
 
@@ -135,3 +147,123 @@ def fly(
         rotate(strain_modes, velocity_modes, omega, window)
         flown += window
     return flown, wall_distance, 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def taylor_window(
+    strain_modes: Array, velocity_modes: Array, omega: Array, shape: Array, wall_distance: float
+) -> float:
+    r"""
+    Return how long a Taylor series of the gap holds.
+
+    Its rest is below :math:`\sum_j |c_j| r_j (\omega_j t)^{m - 1} t/m!`, m terms being kept, where
+    fast modes count as little as they move the gap.
+    """
+    fastest, total, share = 0.0, 0.0, 0.0
+    for j in range(omega.shape[0]):
+        fastest = max(fastest, omega[j])
+    for j in range(omega.shape[0]):
+        speed = abs(shape[j]) * np.hypot(strain_modes[j], velocity_modes[j])
+        total += speed
+        if omega[j] > 0.0:
+            share += speed * (omega[j] / fastest) ** (TERMS - 1)
+    if share > 0.0:
+        return (_REST * _FACTORIAL * (total / share)) ** (1.0 / (TERMS - 1)) / fastest
+    # Bodies that do not vibrate meet once, at a time that is plain.
+    opening = shape[0] * velocity_modes[0]
+    return 2.0 * wall_distance / -opening if opening < 0.0 < wall_distance else 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def proof_time(
+    strain_modes: Array, velocity_modes: Array, omega: Array, shape: Array, wall_distance: float
+) -> float:
+    """Return the time from when on no contact can come; inf where the bodies do not part."""
+    opening = shape[0] * velocity_modes[0]
+    if not opening > 0.0:
+        return np.inf
+    reach, mean_distance = 0.0, wall_distance
+    for j in range(1, omega.shape[0]):
+        reach += abs(shape[j]) * np.hypot(strain_modes[j], velocity_modes[j]) / omega[j]
+        mean_distance -= shape[j] * strain_modes[j] / omega[j]
+    return max((_PROOF_MARGIN * reach - mean_distance) / opening, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def bounce(
+    strain_modes: Array,
+    velocity_modes: Array,
+    omega: Array,
+    shape: Array,
+    wall_distance: float,
+    exchange: float,
+    flown: float,
+    work: float,
+    speeds: Array,
+    flights: Array,
+    strain_record: Array,
+    velocity_record: Array,
+) -> tuple[int, int, float, float]:
+    """
+    Fly from contact to contact.
+
+    Parameters
+    ----------
+    strain_modes, velocity_modes : ndarray of shape (n,)
+        e_j and p_j; changed in place.
+    omega, shape : ndarray of shape (n,)
+        Frequencies, and what each mode has of the gap; the first is the translation.
+    wall_distance : float
+        The gap.
+    exchange : float
+        Momentum exchanged at a contact, per speed of approach.
+    flown : float
+        Time since the last contact.
+    work : float
+        After so many windows, times modes, it stops.
+    speeds, flights : ndarray of shape (most,)
+        Are given how fast each contact closes, and the time since the one before.
+    strain_record, velocity_record : ndarray of shape (most, n)
+        Are given the modes right after each.
+
+    Returns
+    -------
+    ended : int
+        ``PROVED`` or ``MORE``.
+    contacts : int
+        New ones.
+    flown, wall_distance : float
+        As given.
+    """
+    contacts = 0
+    modes = omega.shape[0]
+    while contacts < speeds.shape[0] and work > 0.0:
+        window = taylor_window(strain_modes, velocity_modes, omega, shape, wall_distance)
+        proof = proof_time(strain_modes, velocity_modes, omega, shape, wall_distance)
+        if proof <= 0.0:
+            return PROVED, contacts, flown, wall_distance
+        longest = min(proof, window * max(work / modes, 1.0))
+        time, wall_distance, velocity = fly(
+            strain_modes, velocity_modes, omega, shape, wall_distance, window, 0.0, longest
+        )
+        flown += time
+        work -= modes * (time / window + _CONTACT_WORK)
+        if velocity > 0.0:
+            if time >= proof:
+                return PROVED, contacts, flown, wall_distance
+            continue
+        for j in range(modes):
+            velocity_modes[j] -= exchange * velocity * shape[j]
+        speeds[contacts] = -velocity
+        flights[contacts] = flown
+        strain_record[contacts] = strain_modes
+        velocity_record[contacts] = velocity_modes
+        contacts += 1
+        flown = 0.0
+    return MORE, contacts, flown, wall_distance
+
+
+def load_loop() -> None:
+    """Load or compile the loop."""
+    one, many = np.ones(1), np.ones((1, 1))
+    bounce(one, one, one, one, 1.0, 1.0, 0.0, 0.0, one, one, many, many)
