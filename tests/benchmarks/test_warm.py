@@ -103,7 +103,7 @@ def test_an_ensemble_is_compared_with_the_same_collisions():
 def test_late_contacts_count(monkeypatch):
     # A collision that is taken for over at the first silence gives speeds that are too large.
     monkeypatch.setattr(
-        "chaincor.workflows.engines.in_house.lines.ensemble.reach", lambda *_: -math.inf
+        "chaincor.workflows.engines.in_house.batch.end_bounds.reach", lambda *_: -math.inf
     )
     found = measure(WARM, 3000, workers=1)
     assert found["p_mean"] < LEAST_P

@@ -9,7 +9,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, companies, kind_of
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.in_house.side_by_side import runs
+from chaincor.workflows.engines.in_house.batch import runner
 from chaincor.workflows.errors import UnfinishedCollisionError
 
 # How long it took, and what is no part of the result.
@@ -64,7 +64,7 @@ def test_loops_that_come_back_often_change_nothing(monkeypatch):
     asked = scenes("lj", 9)
     whole = collide_together(asked)
     # Python runs between any two steps, as it would at Ctrl-C.
-    monkeypatch.setattr(runs, "steps_at_once", lambda _work: 1)
+    monkeypatch.setattr(runner, "steps_at_once", lambda _work: 1)
     for one, other in zip(whole, collide_together(asked), strict=True):
         assert differing(one, other) == []
 
@@ -104,7 +104,7 @@ def test_what_cannot_be_followed_to_its_end_is_left(monkeypatch):
     def fail(*_):
         raise UnfinishedCollisionError("")
 
-    monkeypatch.setattr(runs, "follow_on", fail)
+    monkeypatch.setattr(runner, "follow_on", fail)
     argued = [result is not None and result.ending == "argued" for result in whole]
     failed = [result is None for result in collide_together(asked)]
     assert any(argued)

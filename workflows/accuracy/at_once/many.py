@@ -17,9 +17,9 @@ from chaincor.workflows.accuracy.goals import decade_within
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity, run_in_house
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.lines.ensemble import ManyCollisions, serves
-from chaincor.workflows.engines.in_house.lines.many_states import (
-    ManyOutcomes,
+from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
+from chaincor.workflows.engines.in_house.batch.states import (
+    ManyRuns,
     StartStates,
     chain_energies,
 )
@@ -99,8 +99,8 @@ class ManyMeetings:
         self._scene, self._line = scene, line
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
-        self._runs: ManyCollisions | _Alone = (
-            _Alone(scene, self.scheme) if alone else ManyCollisions(line, scene.bond, self.scheme)
+        self._runs = (
+            _Alone(scene, self.scheme) if alone else Batch(line, scene.bond, self.scheme)
         )
         self._rungs: dict[int, tuple[int, int]] = {}
 
@@ -119,7 +119,7 @@ class ManyMeetings:
 
     def stop(self) -> None:
         """Let whoever is in :meth:`meet`, in another thread, leave it at once."""
-        self._runs.stopped[0] = True
+        self._runs.stopped = True
 
     def meet(self, starts: StartStates, velocities: Array) -> MetMany:
         """
@@ -153,7 +153,6 @@ class ManyMeetings:
         tries = np.zeros(len(starts), np.int64)
         order = STEP_SCHEMES[self.scheme].order
         while np.any(left):
-            # Lanes have one step.
             rung = int(np.min(rungs[left]))
             now = np.flatnonzero(left & (rungs == rung))
             step = self._step(rung)
@@ -164,12 +163,12 @@ class ManyMeetings:
             found.restitution[done] = (runs.speeds[met] / velocities[done]) ** 2
             found.step_error[done] = np.maximum(errors[met], LEAST_SHARE * self._goal)
             found.timesteps[done] = step
-            for name in ("contacts", "last_contact_times", "proved"):
-                getattr(found, name)[done] = getattr(runs, name)[met]
+            found.contacts[done], found.proved[done] = runs.counts[met], runs.proved[met]
+            found.last_contact_times[done] = runs.last_contact_times[met]
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rung < last_rungs[now])
             # Late contacts of chains that broke have more to them than a step, and late ends.
-            left[now[runs.settled & runs.silent & ~runs.proved | runs.endless]] = False
+            left[now[runs.settled & self._silent(runs) & ~runs.proved | runs.endless]] = False
             with np.errstate(divide="ignore"):
                 wanted = (STEP_SHARE * self._goal / errors) ** (1.0 / order)
             shrink = np.log(np.where(np.isfinite(errors), wanted, 0.5)) / math.log(_STEP_LADDER)
@@ -210,62 +209,75 @@ class ManyMeetings:
 
     def _compare(
         self, starts: StartStates, step: float, velocities: Array
-    ) -> tuple[ManyOutcomes, Array]:
+    ) -> tuple[ManyRuns, Array]:
         """Run at three steps; return what the finest gave and by how much the others differ."""
-        fine = self._runs.run(starts, step, None)
-        errors = np.where(fine.settled & ~(fine.silent & ~fine.proved), 0.0, np.inf)
+        fine = self._runs.follow(starts, np.full(len(starts), step))
+        errors = np.where(fine.settled & ~(self._silent(fine) & ~fine.proved), 0.0, np.inf)
         sound = np.flatnonzero(np.isfinite(errors))
         chosen, of = starts.chosen(sound), fine.chosen(sound)
         for times in _COARSER:
             if len(sound) == 0:
                 break
-            coarse = self._runs.run(chosen, times * step, of)
+            steps = np.full(len(sound), times * step)
+            coarse = self._runs.compare(chosen, steps, of.last_contact_times)
             apart = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
             errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
         return fine, errors
 
+    def _silent(self, runs: ManyRuns) -> NDArray[np.bool_]:
+        """Return whether two contacts were farther apart than the quiet time of an argued end."""
+        quiet = quiet_time(self._scene.particles, self._scene.slow_stiffness)
+        return np.asarray(runs.longest_silences > quiet)
+
 
 class _Alone:
-    """One collision by the stepping engine, told as the rows of many are."""
+    """One collision by the stepping engine, told as the rows of a batch are."""
 
     def __init__(self, scene: Scene, scheme: StepSchemeName) -> None:
         self._scene, self._scheme = scene, scheme
         self.outcomes: dict[float, Outcome] = {}
         self._fine: Outcome | None = None
-        self.stopped = np.zeros(1, bool)
+        self.stopped = False
 
     def share(self, _step: float) -> int:
         return 1
 
-    def run(self, _starts: StartStates, step: float, known: ManyOutcomes | None) -> ManyOutcomes:
-        """Run it, as `ManyCollisions.run` does; steps that are too large settle nothing."""
-        scene = self._scene
+    def follow(self, _starts: StartStates, steps: Array) -> ManyRuns:
+        """Run it to its end; steps that are too large settle nothing."""
+        return self._run(float(steps[0]), None)
+
+    def compare(self, _starts: StartStates, steps: Array, _lasts: Array) -> ManyRuns:
+        """Run it a little beyond its last contact, known from the run that was followed."""
+        return self._run(float(steps[0]), self._fine)
+
+    def _run(self, step: float, known: Outcome | None) -> ManyRuns:
+        scene, settled = self._scene, True
         try:
-            outcome = run_in_house(scene, self._scheme, step, None if known is None else self._fine)
+            outcome = run_in_house(scene, self._scheme, step, known)
         except CostError:
             raise
         except RunError:
-            no, nothing = np.zeros(1, bool), np.full(1, np.nan)
-            return ManyOutcomes(
-                *(no, no, no, nothing, np.zeros(1, np.int64)), *(nothing, no, nothing, nothing)
-            )
+            return _row(scene, None, settled=False)
         self.outcomes[step] = outcome
         if known is None:
-            self._fine = outcome
-        kind = outcome.ending.kind
-        quiet = quiet_time(scene.span, scene.slow_stiffness)
-        row = {
-            "settled": kind != "open" or known is not None,
-            "endless": kind == "open",
-            "proved": kind == "proved",
-            "speeds": relative_velocity(scene.line, outcome),
-            "contacts": len(outcome.contact_times),
-            "last_contact_times": outcome.contact_times[-1],
-            "silent": np.max(np.diff(outcome.contact_times), initial=0.0) > quiet,
-            "bond_min": outcome.bond_min,
-            "bond_max": outcome.bond_max,
-        }
-        return ManyOutcomes(**{name: np.array([value]) for name, value in row.items()})
+            self._fine, settled = outcome, outcome.ending.kind != "open"
+        return _row(scene, outcome, settled)
+
+
+def _row(scene: Scene, outcome: Outcome | None, settled: bool) -> ManyRuns:
+    """Return an outcome, where there is one, as the only row of a batch."""
+    no = np.empty(0)
+    times, speeds = (no, no) if outcome is None else (outcome.contact_times, outcome.contact_speeds)
+    row = {
+        "settled": settled,
+        "endless": outcome is not None and outcome.ending.kind == "open",
+        "endings": outcome and outcome.ending,
+        "speeds": math.nan if outcome is None else relative_velocity(scene.line, outcome),
+        "contacts": np.array([times, speeds]) if len(times) else np.zeros((2, 1)),
+        "counts": len(times),
+    }
+    rest = {f.name: math.nan for f in fields(ManyRuns) if f.name not in row}
+    return ManyRuns(**{name: np.array([value]) for name, value in (row | rest).items()})
 
 
 def meet_alone(scene: Scene) -> Answer | None:

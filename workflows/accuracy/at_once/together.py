@@ -24,9 +24,10 @@ from chaincor.workflows.accuracy.goals import goal_above
 from chaincor.workflows.accuracy.regular import COARSER, LONGEST_TRUSTED, first_step
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
 from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house.batch.runner import Batch
+from chaincor.workflows.engines.in_house.batch.states import ManyRuns
 from chaincor.workflows.engines.in_house.finish import LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
-from chaincor.workflows.engines.in_house.side_by_side.runs import ChainRunner, ManyRuns
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters, rounding_of
 
@@ -152,14 +153,14 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     foresee_sharpness(scenes)
     kind = kind_of(scenes[0])
     assert kind is not None
-    runner = ChainRunner(scenes[0], kind.scheme)
+    batch = Batch(scenes[0].line, scenes[0].bond, kind.scheme)
     floor = rounding_error("reference", scenes[0])
     goals = [_goal(scene, floor) for scene in scenes]
     steps = np.array(
         [first_step(s, kind.scheme, max(g, floor)) for s, g in zip(scenes, goals, strict=True)]
     )
     found: list[tuple[Answer, Array] | None] = [None] * len(scenes)
-    fine = runner.follow(list(scenes), steps)
+    fine = batch.follow_cold(scenes, steps)
     places = np.flatnonzero(fine.settled)
     if len(places) == 0:
         return found
@@ -167,7 +168,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     followed = [scenes[place] for place in places.tolist()]
     lasts, steps = fine.last_contact_times, steps[places]
     both = np.concatenate([times * steps for times in COARSER])
-    compared = runner.compare(followed * len(COARSER), both, np.tile(lasts, len(COARSER)))
+    compared = batch.compare_cold(followed * len(COARSER), both, np.tile(lasts, len(COARSER)))
     coarse = [compared.chosen(part) for part in np.split(np.arange(len(both)), len(COARSER))]
     speeds = np.array([scene.impact_velocity for scene in followed])
     # As `restitution` gives it for each.
@@ -177,7 +178,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     apart = np.max(np.abs(np.array(others) - eta), axis=0)
     errors = COARSER_SHARE[kind.scheme] * apart
     agree = np.logical_and.reduce([run.settled & (run.counts == fine.counts) for run in coarse])
-    agree &= _longest_silences(fine) <= quiet_time(kind.particles, scenes[0].slow_stiffness)
+    agree &= fine.longest_silences <= quiet_time(kind.particles, scenes[0].slow_stiffness)
     energies, *apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):
         goal, error = goals[place], float(errors[k])
@@ -198,12 +199,6 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
 
 # What two runs are compared in, as ``error_bars.spreads`` does; there is no target.
 _ARRAYS = ("contact_times", "contact_speeds", "velocities", "target_velocities", "mode_energies")
-
-
-def _longest_silences(runs: ManyRuns) -> Array:
-    """Return the longest time between two contacts of each run; 0 where there is but one."""
-    gaps = np.diff(runs.contacts[:, 0], axis=1)
-    return np.max(gaps, axis=1, where=runs.listed[:, 1:], initial=0.0)
 
 
 def _compared(scene: Scene, fine: ManyRuns, coarse: ManyRuns) -> tuple[Array, ...]:

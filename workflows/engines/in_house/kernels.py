@@ -98,7 +98,8 @@ def _kernels_for(bond: Potential, build_leap: Callable, kind: Kind) -> Kernels:
     return Kernels(advance, coast, bond.parameters, compiled=False)
 
 
-def _compiler_of(function: Callable, keep: Keep, kind: Kind) -> tuple[LoopCompiler, Callable, Any]:
+def compiler_of(function: Callable, keep: Keep, kind: Kind) -> tuple[LoopCompiler, Callable, Any]:
+    """Return the compiler of loops for a force and a kind of line, the force, and its stages."""
     # Per function, not per bond: toda bonds of any steepness share their loops.
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), _name_of(kind))
     kernel = compiler.register(function)
@@ -111,7 +112,7 @@ def _name_of(kind: Kind) -> str:
 
 @lru_cache(maxsize=KEPT)
 def _compile(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
-    compiler, kernel, stages = _compiler_of(function, keep, kind)
+    compiler, kernel, stages = compiler_of(function, keep, kind)
     register = compiler.register
     leap = register(build_leap(stages))
     return compiler.compile(build_motion(kernel, leap, stages, register, kind))
@@ -119,13 +120,13 @@ def _compile(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -
 
 @lru_cache(maxsize=KEPT)
 def _compile_coast(function: Callable, keep: Keep, kind: Kind) -> Callable:
-    compiler, kernel, stages = _compiler_of(function, keep, kind)
+    compiler, kernel, stages = compiler_of(function, keep, kind)
     return compiler.compile(build_coast(kernel, stages, compiler.register, kind))
 
 
 @lru_cache(maxsize=KEPT)
 def _compile_move(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
-    compiler, kernel, stages = _compiler_of(function, keep, kind)
+    compiler, kernel, stages = compiler_of(function, keep, kind)
     leap = compiler.register(build_leap(stages))
     contact = build_contact(kernel, compiler.register, kind)
     return compiler.compile(build_move(leap, stages, contact))

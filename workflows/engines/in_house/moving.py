@@ -161,10 +161,7 @@ class Motion:
         line, speed = scene.line, scene.impact_velocity
         moving = cls.in_state(line, scene.bond, scheme, line.strains, line.velocities, speed)
         moving._meet()
-        if moving.at_wall and line.cold:
-            reach = len(moving.arrays.near.strain)
-            blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
-            moving.ledger["active"] = min(len(moving.strain), blocks * motion.FRONT_BLOCK)
+        moving.start_front()
         return moving
 
     @classmethod
@@ -243,6 +240,13 @@ class Motion:
             log=np.empty((2, 0)),
         )
         return cls(line, ledger, arrays)
+
+    def start_front(self) -> None:
+        """Let only the bonds near a hard wall move of a chain that comes cold."""
+        if self.at_wall and self.line.cold:
+            reach = len(self.arrays.near.strain)
+            blocks = math.ceil(max(reach, motion.FRONT_MARGIN + 1) / motion.FRONT_BLOCK)
+            self.ledger["active"] = min(len(self.strain), blocks * motion.FRONT_BLOCK)
 
     def _meet(self) -> None:
         """Let bodies that touch and approach have their contact."""

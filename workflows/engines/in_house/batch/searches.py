@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.workflows.engines.in_house.batch.lanes import LANES
 from chaincor.workflows.engines.in_house.contact_search import (
     MOST_ITERATIONS,
     NARROWEST,
@@ -21,7 +22,6 @@ from chaincor.workflows.engines.in_house.contact_search import (
     fit_path,
     narrow,
 )
-from chaincor.workflows.engines.in_house.lines.lanes import LANES
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -30,7 +30,7 @@ Counts = NDArray[np.int64]
 LOOK, CUT, REFINE = range(3)
 
 
-class Hunts(NamedTuple):
+class Searches(NamedTuple):
     """
     Where searches stand.
 
@@ -63,7 +63,7 @@ class Hunts(NamedTuple):
     end: Array
 
     @classmethod
-    def of(cls) -> "Hunts":
+    def of(cls) -> "Searches":
         """Return room for one in each lane."""
         whose, stage, moves = (
             np.full(LANES, -1),
@@ -75,7 +75,7 @@ class Hunts(NamedTuple):
         return cls(whose, stage, steps, low, high, width, time, moves, *points)
 
 
-def build_hunt(register: Callable) -> tuple[Callable, Callable]:
+def build_search(register: Callable) -> tuple[Callable, Callable]:
     """
     Return how a search begins, and how it goes on.
 
@@ -87,9 +87,10 @@ def build_hunt(register: Callable) -> tuple[Callable, Callable]:
     Returns
     -------
     begin : callable
-        ``begin(k, hunts, step, start)``: the search within a step, by its end.
+        ``begin(k, searches, step, start)``: the search within a step, by its end.
     go_on : callable
-        ``go_on(k, hunts, point)``: with the point that was asked for; returns whether it is over.
+        ``go_on(k, searches, point)``: with the point that was asked for; returns whether it is
+        over.
     """
     count_changes = register(count_sign_changes)
     guess_path = register(fit_path)
@@ -97,20 +98,20 @@ def build_hunt(register: Callable) -> tuple[Callable, Callable]:
     narrow_down = register(narrow)
 
     @register
-    def begin(k: int, hunts: Hunts, step: float, start: PathPoint) -> None:
-        hunts.stage[k], hunts.moves[k] = LOOK, 0
-        hunts.low[k], hunts.width[k], hunts.steps[k] = 0.0, step, step
-        hunts.high[k] = hunts.time[k] = step
+    def begin(k: int, searches: Searches, step: float, start: PathPoint) -> None:
+        searches.stage[k], searches.moves[k] = LOOK, 0
+        searches.low[k], searches.width[k], searches.steps[k] = 0.0, step, step
+        searches.high[k] = searches.time[k] = step
         for i in range(3):
-            hunts.start[i, k] = start[i]
+            searches.start[i, k] = start[i]
 
     @register
-    def cut(k: int, hunts: Hunts, point: PathPoint) -> bool:
+    def cut(k: int, searches: Searches, point: PathPoint) -> bool:
         # As `find_contact` does, from where it has the point at the end of a part.
-        step, after = hunts.steps[k], point
-        low, high = hunts.low[k], hunts.high[k]
-        before = (hunts.start[0, k], hunts.start[1, k], hunts.start[2, k])
-        end = (hunts.end[0, k], hunts.end[1, k], hunts.end[2, k])
+        step, after = searches.steps[k], point
+        low, high = searches.low[k], searches.high[k]
+        before = (searches.start[0, k], searches.start[1, k], searches.start[2, k])
+        end = (searches.end[0, k], searches.end[1, k], searches.end[2, k])
         while True:
             width = high - low
             changes = count_changes(before, after, width)
@@ -118,37 +119,39 @@ def build_hunt(register: Callable) -> tuple[Callable, Callable]:
                 width *= 0.5
             elif changes == 1 or (after[0] <= 0.0 and after[1] < 0.0):
                 guess = low + width * guess_root(guess_path(before, after, width), 1.0)
-                hunts.low[k], hunts.high[k], hunts.stage[k] = low, high, REFINE
-                hunts.time[k] = guess if low < guess < high else 0.5 * (low + high)
+                searches.low[k], searches.high[k], searches.stage[k] = low, high, REFINE
+                searches.time[k] = guess if low < guess < high else 0.5 * (low + high)
                 return False
             else:
                 low, width, before = high, 2.0 * width, after
                 if not low < step:
-                    hunts.time[k] = -1.0
+                    searches.time[k] = -1.0
                     return True
             high = low + width
             if high < step:
-                hunts.low[k], hunts.high[k], hunts.time[k] = low, high, high
+                searches.low[k], searches.high[k], searches.time[k] = low, high, high
                 for i in range(3):
-                    hunts.start[i, k] = before[i]
+                    searches.start[i, k] = before[i]
                 return False
             high, after = step, end
 
     @register
-    def refine(k: int, hunts: Hunts, point: PathPoint) -> bool:
-        low, high, time, settled = narrow_down(hunts.low[k], hunts.high[k], hunts.time[k], point)
-        hunts.low[k], hunts.high[k], hunts.time[k] = low, high, time
-        hunts.moves[k] += 1
-        return settled or hunts.moves[k] == MOST_ITERATIONS
+    def refine(k: int, searches: Searches, point: PathPoint) -> bool:
+        low, high, time, settled = narrow_down(
+            searches.low[k], searches.high[k], searches.time[k], point
+        )
+        searches.low[k], searches.high[k], searches.time[k] = low, high, time
+        searches.moves[k] += 1
+        return settled or searches.moves[k] == MOST_ITERATIONS
 
     @register
-    def go_on(k: int, hunts: Hunts, point: PathPoint) -> bool:
-        if hunts.stage[k] == REFINE:
-            return refine(k, hunts, point)
-        if hunts.stage[k] == LOOK:
-            hunts.stage[k] = CUT
+    def go_on(k: int, searches: Searches, point: PathPoint) -> bool:
+        if searches.stage[k] == REFINE:
+            return refine(k, searches, point)
+        if searches.stage[k] == LOOK:
+            searches.stage[k] = CUT
             for i in range(3):
-                hunts.end[i, k] = point[i]
-        return cut(k, hunts, point)
+                searches.end[i, k] = point[i]
+        return cut(k, searches, point)
 
     return begin, go_on

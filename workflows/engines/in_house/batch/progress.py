@@ -1,18 +1,20 @@
-"""Where chains that are carried side by side are within their steps."""
+"""Where the chains of a batch are within their steps."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.lines.lanes import LANES
-from chaincor.workflows.engines.in_house.side_by_side.hunts import Hunts
+from chaincor.workflows.engines.in_house.batch.lanes import LANES
+from chaincor.workflows.engines.in_house.batch.searches import Searches
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-# Not left yet; otherwise why it was, see ``motion``.
+# Not left yet; otherwise why it was, see ``motion``. Beyond that: its end was proved by the
+# loop, none is found, one was.
 MOVING = -1
+PROVED, ENDLESS, ENDED = 5, 6, 7
 
 # What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
 # does, which the same move had to show.
@@ -40,7 +42,7 @@ class Queue(NamedTuple):
         return cls(np.zeros(chains, np.int64), np.zeros(1, np.int64))
 
 
-class Trips(NamedTuple):
+class Progress(NamedTuple):
     """
     Where chains are within their steps.
 
@@ -70,9 +72,9 @@ class Room(NamedTuple):
 
     Attributes
     ----------
-    trips : Trips
+    progress : Progress
         Of the chains.
-    hunts : Hunts
+    searches : Searches
         Searches for contacts.
     whose : ndarray of shape (L,)
         Which chain is in a lane; -1 for none.
@@ -80,8 +82,8 @@ class Room(NamedTuple):
         Its smallest and largest strain now.
     """
 
-    trips: Trips
-    hunts: Hunts
+    progress: Progress
+    searches: Searches
     whose: Counts
     low: Array
     high: Array
@@ -89,8 +91,8 @@ class Room(NamedTuple):
     @classmethod
     def of(cls, chains: int) -> "Room":
         """Return room for so many chains, none of which has begun."""
-        trips = Trips(
+        progress = Progress(
             *(np.zeros(chains), np.zeros(chains), np.zeros(chains), np.zeros(chains, np.int64)),
             *(Queue.of(chains), Queue.of(chains)),
         )
-        return cls(trips, Hunts.of(), np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES))
+        return cls(progress, Searches.of(), np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES))

@@ -2,9 +2,9 @@ r"""
 Extrapolated and split steps of many chains side by side, each with a step of its own.
 
 A chain of twenty is too short for the vector units of a processor: its loops begin and end more
-than they run. Here number i of lane k lies at :math:`i L + k`, and loops run over all lanes. What
-is done to each number is what ``stages`` and ``schemes`` do, in the same order, so that a chain
-moves as it does alone, to the last bit.
+than they run. Here each chain has a SIMD lane: number i of lane k lies at :math:`i L + k`, and
+loops run over all lanes. What is done to each number is what ``stages``, ``line_stages`` and
+``schemes`` do, in the same order, so that a chain moves as it does alone, to the last bit.
 """
 
 from collections.abc import Callable
@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.lines.lanes import LANES
 from chaincor.workflows.engines.schemes import Mixture, Splitting
 
 Array = NDArray[np.float64]
+
+# L: a multiple of the width of every SIMD unit, so that there is no scalar remainder loop.
+LANES = 16
 
 
 class LaneState(NamedTuple):
@@ -58,6 +60,8 @@ class Lanes(NamedTuple):
         That part repeated along the chain.
     forces : ndarray of shape ((n + 1) L,)
         Of the bonds, between zeros.
+    weights : ndarray of shape (n L,)
+        Inverse masses; 1 where all masses are, which nobody reads then.
     """
 
     old: LaneState
@@ -67,15 +71,17 @@ class Lanes(NamedTuple):
     share: Array
     parts: Array
     forces: Array
+    weights: Array
 
     @classmethod
-    def of(cls, particles: int) -> "Lanes":
-        """Return room for chains of so many particles."""
+    def of(cls, inverse: Array) -> "Lanes":
+        """Return room for chains of these inverse masses, of shape (n,)."""
+        particles = len(inverse)
         old, new, trial = (LaneState.of(particles) for _ in range(3))
         numbers = particles * LANES
         return cls(
             *(old, new, trial, np.zeros(LANES), np.zeros(LANES)),
-            *(np.zeros(numbers), np.zeros(numbers + LANES)),
+            *(np.zeros(numbers), np.zeros(numbers + LANES), np.repeat(inverse, LANES)),
         )
 
     def unnamed(self) -> tuple:
@@ -83,7 +89,7 @@ class Lanes(NamedTuple):
         return *(tuple(state) for state in self[:3]), *self[3:]
 
 
-def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callable:
+def build_lane_step(force: Callable, split: bool, unit: bool, register: Callable) -> Callable:
     """
     Return one step of all lanes.
 
@@ -93,15 +99,28 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         -dU/dr of one strain, ``force(strain, parameters)``; known to the compiler.
     split : bool
         Whether steps are split; else they are extrapolated.
+    unit : bool
+        Whether all masses are 1.
     register : callable
         Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
     callable
-        ``leap(old, new, trial, steps, share, parts, forces, wanted, fractions, bond)``:
+        ``step(old, new, trial, steps, share, parts, forces, weights, wanted, fractions, bond)``:
         from old states to new ones, see `Lanes`; of the bonds the first `wanted` are needed.
     """
+    if unit:
+
+        @register
+        def pushed(j: int, kick: float, parts: Array, _weights: Array, force: float) -> float:
+            return (kick * parts[j]) * force
+
+    else:
+
+        @register
+        def pushed(j: int, kick: float, parts: Array, weights: Array, force: float) -> float:
+            return (kick * parts[j]) * weights[j] * force
 
     @register
     def stage(
@@ -109,6 +128,7 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         velocity: Array,
         distance: Array,
         forces: Array,
+        weights: Array,
         parts: Array,
         drift: float,
         kick: float,
@@ -123,7 +143,7 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
             strain[j] = stretched
             forces[j + LANES] = force(stretched, bond)
         for j in range((bonds + 1) * LANES):
-            velocity[j] += (kick * parts[j]) * (forces[j] - forces[j + LANES])
+            velocity[j] += pushed(j, kick, parts, weights, forces[j] - forces[j + LANES])
 
     @register
     def copy(old: Array, new: Array) -> None:
@@ -136,7 +156,7 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
             for k in range(LANES):
                 along[i * LANES + k] = one[k]
 
-    def leap_split(
+    def split_step(
         old: LaneState,
         new: LaneState,
         _trial: LaneState,
@@ -144,6 +164,7 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         share: Array,
         parts: Array,
         forces: Array,
+        weights: Array,
         wanted: int,
         fractions: Splitting,
         bond: Any,
@@ -157,14 +178,15 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         repeat(steps, parts)
         for row in range(kicks.shape[0]):
             reach = min(bonds, wanted + kicks.shape[0] - row)
-            stage(strain, velocity, distance, forces, parts, drifts[row], kicks[row], reach, bond)
+            drift, kick = drifts[row], kicks[row]
+            stage(strain, velocity, distance, forces, weights, parts, drift, kick, reach, bond)
         last = drifts[-1]
         for k in range(LANES):
             distance[k] += (last * steps[k]) * velocity[k]
         for j in range(strain.shape[0]):
             strain[j] += (last * parts[j]) * (velocity[j + LANES] - velocity[j])
 
-    def leap_extrapolated(
+    def extrapolated_step(
         old: LaneState,
         new: LaneState,
         trial: LaneState,
@@ -172,11 +194,12 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         share: Array,
         parts: Array,
         forces: Array,
+        weights: Array,
         wanted: int,
         fractions: Mixture,
         bond: Any,
     ) -> None:
-        weights, counts = fractions
+        shares, counts = fractions
         bonds = old[0].shape[0] // LANES
         first_strain, first_velocity, first_distance = old
         new_strain, new_velocity, moved = new
@@ -184,8 +207,8 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         copy(first_strain, new_strain)
         copy(first_velocity, new_velocity)
         moved[:] = 0.0
-        for row in range(weights.shape[0]):
-            weight, count = weights[row], int(counts[row])
+        for row in range(shares.shape[0]):
+            weight, count = shares[row], int(counts[row])
             for k in range(LANES):
                 share[k] = steps[k] / count
             repeat(share, parts)
@@ -193,10 +216,10 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
             copy(first_velocity, velocity)
             distance[:] = 0.0
             reach = min(bonds, wanted + count)
-            stage(strain, velocity, distance, forces, parts, 0.5, 1.0, reach, bond)
+            stage(strain, velocity, distance, forces, weights, parts, 0.5, 1.0, reach, bond)
             for left in range(count - 1, 0, -1):
                 reach = min(bonds, wanted + left)
-                stage(strain, velocity, distance, forces, parts, 1.0, 1.0, reach, bond)
+                stage(strain, velocity, distance, forces, weights, parts, 1.0, 1.0, reach, bond)
             for k in range(LANES):
                 distance[k] += (0.5 * parts[k]) * velocity[k]
                 moved[k] += weight * distance[k]
@@ -208,4 +231,4 @@ def build_lane_leap(force: Callable, split: bool, register: Callable) -> Callabl
         for k in range(LANES):
             moved[k] += first_distance[k]
 
-    return leap_split if split else leap_extrapolated
+    return split_step if split else extrapolated_step

@@ -1,1 +1,0 @@
-"""The stepping engine for two bodies on a line: unequal masses, free targets, soft contacts."""

@@ -1,1 +1,0 @@
-"""Many cold chains before a wall, carried in one compiled loop."""
