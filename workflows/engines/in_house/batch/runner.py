@@ -140,11 +140,12 @@ class Batch:
         may_break = group.energies >= breaking_energy(bond)
         while np.any(group.statuses == MOVING):
             self._carry(group, bounds)
+            times = group.times()
             for s in np.flatnonzero(group.statuses == PROVED).tolist():
-                group.end(s, Ending("proved"))
+                group.end(s, Ending("proved"), float(times[s] - group.ledgers["first_contact"][s]))
             for s in np.flatnonzero(group.statuses == motion.DONE).tolist():
                 ledger = group.ledgers[s]
-                now, last = group.now(s), float(ledger["last_contact"])
+                now, last = float(times[s]), float(ledger["last_contact"])
                 if ledger["contacts"] == 0:
                     group.follow_on(s, now + float(approach[s]))
                     continue
@@ -164,7 +165,7 @@ class Batch:
                 elif ending.kind == "proved" or (
                     ending.kind == "argued" and ending.momentum_at_stake == 0.0
                 ):
-                    group.end(s, ending)
+                    group.end(s, ending, now - float(ledger["first_contact"]))
         return group.outcomes(time.perf_counter() - started)
 
     def follow_cold(self, scenes: Sequence[Scene], steps: Array) -> ManyRuns:
@@ -176,7 +177,7 @@ class Batch:
         while np.any(group.statuses == MOVING):
             self._carry(group, EndBounds.none())
             argued = np.flatnonzero(group.statuses == motion.ARGUE)
-            seen = self._keep_off(scenes, group, argued)
+            seen, times = self._keep_off(scenes, group, argued), group.times()
             for place, s in enumerate(argued.tolist()):
                 ends = seen[place]
                 if ends is None:
@@ -185,7 +186,7 @@ class Batch:
                 elif ends.off:
                     group.end(s, Ending("proved"), ends.time)
                 else:
-                    now, last = group.now(s), ledgers["last_contact"][s]
+                    now, last = float(times[s]), ledgers["last_contact"][s]
                     later = next_look(now, float(last), ends.time)
                     ledgers["argue_after"][s] = later - float(last)
                     longest = longest_collision(n, stiffness, float(last))
@@ -261,12 +262,12 @@ class Batch:
         self, scenes: Sequence[Scene], group: "_Group", argued: NDArray[np.int64]
     ) -> list["_Seen | None"]:
         """Look ahead, as ``LookAhead.keeps_off`` does for one."""
-        bond, ledgers = self._bond, group.ledgers
+        bond, ledgers, times = self._bond, group.ledgers, group.times()
         seen: list[_Seen | None] = []
         ahead: list[tuple[int, int, float, float, float, float]] = []
         for place, s in enumerate(argued.tolist()):
             ledger = ledgers[s]
-            now, last = group.now(s), float(ledger["last_contact"])
+            now, last = float(times[s]), float(ledger["last_contact"])
             distance = float(ledger["position"])
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
             strains = group.states[0][s]
@@ -364,12 +365,8 @@ class _Group:
         self.durations = np.zeros(count)
         self.endings = np.full(count, None)
 
-    def now(self, s: int) -> float:
-        """Return the time of one of them, since its start."""
-        return float(self.ledgers["steps"][s] * self.steps[s])
-
     def times(self) -> Array:
-        """Return that of all."""
+        """Return how long each has moved, since its start."""
         return np.asarray(self.ledgers["steps"] * self.steps)
 
     def arrival(self) -> Array:
@@ -388,10 +385,8 @@ class _Group:
         self.goals[s] = max(int(self.ledgers["steps"][s]) + 1, math.ceil(until / self.steps[s]))
         self.statuses[s] = MOVING
 
-    def end(self, s: int, ending: Ending, time: float | None = None) -> None:
-        """Note how one of them ended, and when since its first contact: now, unless it is told."""
-        if time is None:
-            time = self.now(s) - float(self.ledgers["first_contact"][s])
+    def end(self, s: int, ending: Ending, time: float) -> None:
+        """Note how one of them ended, and when that was seen, since its first contact."""
         self.endings[s], self.durations[s], self.statuses[s] = ending, time, ENDED
 
     def make_room(self) -> None:
