@@ -90,10 +90,7 @@ class Batch:
         # Only in lanes are ends proved within the loop, of any chain but a plain one.
         self._in_lanes = n <= LONGEST_IN_LANES or not line.plain
         if self._in_lanes:
-            inverse = 1.0 / line.chain_masses
             self._carry_lanes = carry_for(bond, self._scheme, self._kind)
-            self._lanes = Lanes.of(inverse).unnamed()
-            self._near = Lanes.of(inverse[: self._scheme.reach + 1]).unnamed()
         parameters = self._stepper.parameters
         self._bond_parameters = parameters if self._kind.unit else parameters[0]
         self._bounds: dict[int, EndBounds] = {}
@@ -248,7 +245,7 @@ class Batch:
             raise RunError("the collisions were stopped")
         if self._in_lanes:
             self._carry_lanes(
-                *(group.ledgers, group.states, self._near, self._lanes, group.steps),
+                *(group.ledgers, group.states, group.near, group.lanes, group.steps),
                 *(group.goals, group.statuses, self._most, tuple(self._scheme.fractions)),
                 *(self._bond_parameters, bounds, Room.of(len(group.steps))),
             )
@@ -358,6 +355,10 @@ class _Group:
         ledgers["contacts"] = met
         ledgers["momentum"] += given
         ledgers["argue_after"] = np.where(met, ledgers["argue_first"], np.inf)
+        # Its own: several threads carry groups of one batch.
+        inverse = 1.0 / masses
+        self.lanes = Lanes.of(inverse).unnamed()
+        self.near = Lanes.of(inverse[: stepper.scheme.reach + 1]).unnamed()
         strain = strain.copy()
         self.states = strain, velocity, strain.copy(), velocity.copy(), contacts, self.energies
         self.goals = np.zeros(count, np.int64)
