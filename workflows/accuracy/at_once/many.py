@@ -99,9 +99,7 @@ class ManyMeetings:
         self._scene, self._line = scene, line
         self._goal = decade_within(asked)
         self.scheme = usual_scheme(self._goal)
-        self._runs = (
-            _Alone(scene, self.scheme) if alone else Batch(line, scene.bond, self.scheme)
-        )
+        self._runs = _Alone(scene, self.scheme) if alone else Batch(line, scene.bond, self.scheme)
         self._rungs: dict[int, tuple[int, int]] = {}
 
     @staticmethod
