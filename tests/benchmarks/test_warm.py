@@ -105,5 +105,5 @@ def test_late_contacts_count(monkeypatch):
     monkeypatch.setattr(
         "chaincor.workflows.engines.in_house.batch.end_bounds.reach", lambda *_: -math.inf
     )
-    found = measure(WARM, 3000, workers=1)
+    found = measure(WARM, 6000, workers=1)
     assert found["p_mean"] < LEAST_P
