@@ -32,7 +32,7 @@ def test_it_draws_in_a_terminal(monkeypatch):
     console = Console(file=drawn, force_terminal=True, width=70)
     done = CliRunner().invoke(run, ["--particles", "5", "--engine", "reference", "--watch"])
     assert done.exit_code == 0, done.output
-    # 0.2 s are three pictures, and the last is drawn once more at the end; a busy machine skips some.
+    # 0.2 s are three pictures, and the last is drawn once more; a busy machine skips some.
     assert 1 <= drawn.getvalue().count("contacts") <= 4
     assert "restitution" in done.output
 
