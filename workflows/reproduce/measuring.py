@@ -55,7 +55,7 @@ def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements
             lammps[scene] = alter(scene)
             in_house[scene] = in_house_twin(alter(scene))
         for scene in study.in_house:
-            in_house.setdefault(scene, alter(scene).replace(engine="reference"))
+            in_house.setdefault(scene, alter(scene).replace(wall=None, engine="reference"))
     wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
     answers = dict(zip(wanted, run(wanted), strict=True))
 

@@ -128,7 +128,7 @@ class Validation:
             "restitution": self.restitution,
             "judge_restitution": self.judge_restitution,
             "agrees": self.agrees,
-            "note": self.note,
+            **({} if self.note is None else {"note": self.note}),
             "comparisons": [comparison.to_dict() for comparison in self.comparisons],
         }
 
