@@ -138,10 +138,11 @@ def test_runs_with_a_heavy_particle_that_agree_by_chance_are_not_believed(scene,
 
 
 @pytest.mark.slow
-def test_long_steps_do_not_tell_what_roundings_make():
-    # At H = 0.126 nudging the speed changes eta by 2e-3, at 0.063 by 4e-9.
+def test_what_roundings_make_of_long_steps_is_told():
+    # At H = 0.126 nudging the speed changes eta by 2e-3, at 0.063 by 4e-9 or by 4e-3: the last
+    # digit of the speed decides. Of five speeds 1e-9 apart the tolerance is met for two or none.
     scene = Scene(potential="lj", particles=4000, speed=0.4, engine="reference")
     found = collide(scene, tolerance=1e-6)
-    assert found.tolerance_met
+    assert found.tolerance_met or "rounding" in str(found.reason)
     # By order 8 at 0.06 and less, 0.7773699 within 4e-8.
     assert abs(found.restitution - 0.7773699) <= found.restitution_error + 1e-7
