@@ -1,5 +1,7 @@
 """Runs of the in-house integrator at steps to be compared, and what to make of those that stop."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from chaincor.lammps_inputs.line import Line
@@ -14,6 +16,12 @@ def eta_of(scene: Scene, outcome: Outcome) -> float:
     """Return the restitution of an outcome: of relative translation, where the target is free."""
     e = relative_velocity(scene.line, outcome) / scene.impact_velocity
     return e * e
+
+
+def largest_difference(scene: Scene, run: Outcome, others: Iterable[Outcome]) -> float:
+    """Return how far the restitution of other runs is from that of one, at most."""
+    eta = eta_of(scene, run)
+    return max(abs(eta_of(scene, other) - eta) for other in others)
 
 
 def relative_velocity(line: Line, outcome: Outcome) -> float:

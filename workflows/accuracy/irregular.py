@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.in_house_runs import largest_difference, run_in_house
 from chaincor.workflows.accuracy.refining import (
     STALLED,
     Policy,
@@ -123,9 +123,8 @@ def refine_irregularly(
     error, stalled = best.error, has_stalled(tries)
     if stalled:
         # The truth may be wherever one of these runs went.
-        eta = eta_of(scene, fine)
-        etas = [eta_of(scene, run) for each in ran[-STALLED - 1 :] for run in each.found or ()]
-        error = max(abs(other - eta) for other in etas)
+        runs = (run for each in ran[-STALLED - 1 :] for run in each.found or ())
+        error = largest_difference(scene, fine, runs)
     return Refined(fine, proof, error, search.kinked, stalled, search.seconds, told(tries))
 
 
@@ -156,10 +155,10 @@ class _Search:
         scene, scheme, floor = self.scene, self.scheme, self.floor
         before, self.before = self.before, None
         fine = run_in_house(scene, scheme, step)
-        runs = [fine, *(run_in_house(scene, scheme, k * step, fine) for k in COARSER)]
+        proofs = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
+        runs = [fine, *proofs]
         self.seconds += sum(run.seconds for run in runs)
-        eta = eta_of(scene, fine)
-        error = self.share * max(abs(eta_of(scene, run) - eta) for run in runs[1:])
+        error = self.share * largest_difference(scene, fine, proofs)
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.goal or error < 0.3 * floor or step <= least

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, ending_error
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.in_house_runs import eta_of, largest_difference, run_in_house
 from chaincor.workflows.accuracy.refining import (
     STALLED,
     Policy,
@@ -133,8 +133,8 @@ def refine_regularly(
         # finest is no better than the first, whose end may have been followed.
         alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         best = alike[0] if forgets else best
-        eta = eta_of(scene, _runs(best)[0])
-        error = max(abs(eta_of(scene, run) - eta) for each in alike for run in _runs(each))
+        runs = (run for each in alike for run in _runs(each))
+        error = largest_difference(scene, _runs(best)[0], runs)
     fine, *proofs = _runs(best)
     assert search.known is not None
     nudged = max(search.nudged, error) if forgets else 0.0
@@ -221,8 +221,7 @@ def _step_error(
     Where an error of at most `enough` would end the search, what is not a uniform cold chain,
     or is long, is asked once more.
     """
-    eta, share = eta_of(scene, fine), COARSER_SHARE[scheme]
-    apart = max(abs(eta_of(scene, run) - eta) for run in proofs)
+    share, apart = COARSER_SHARE[scheme], largest_difference(scene, fine, proofs)
     regular = not _differ(fine, proofs)
     if scene.particles <= LONGEST_TRUSTED and scene.line.uniform:
         return share * apart, regular
@@ -233,7 +232,7 @@ def _step_error(
     near = run_in_house(scene, scheme, _NEAR * fine.timestep, fine)
     if not scene.line.uniform and not _converge(fine, near, proofs[0]):
         return math.inf, False
-    off = abs(eta_of(scene, near) - eta)
+    off = largest_difference(scene, fine, [near])
     return max(error, off), regular and off <= error
 
 

@@ -166,7 +166,7 @@ class ManyMeetings:
             tries[now] += 1
             left[now] = ~met & (tries[now] < _MOST_REFINEMENTS) & (rung < last_rungs[now])
             # Late contacts of chains that broke have more to them than a step, and late ends.
-            left[now[runs.settled & self._silent(runs) & ~runs.proved | runs.endless]] = False
+            left[now[runs.settled & self._may_come_late(runs) | runs.endless]] = False
             with np.errstate(divide="ignore"):
                 wanted = (STEP_SHARE * self._goal / errors) ** (1.0 / order)
             shrink = np.log(np.where(np.isfinite(errors), wanted, 0.5)) / math.log(_STEP_LADDER)
@@ -210,7 +210,7 @@ class ManyMeetings:
     ) -> tuple[ManyRuns, Array]:
         """Run at three steps; return what the finest gave and by how much the others differ."""
         fine = self._runs.follow(starts, np.full(len(starts), step))
-        errors = np.where(fine.settled & ~(self._silent(fine) & ~fine.proved), 0.0, np.inf)
+        errors = np.where(fine.settled & ~self._may_come_late(fine), 0.0, np.inf)
         sound = np.flatnonzero(np.isfinite(errors))
         chosen, of = starts.chosen(sound), fine.chosen(sound)
         for times in _COARSER:
@@ -222,10 +222,11 @@ class ManyMeetings:
             errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
         return fine, errors
 
-    def _silent(self, runs: ManyRuns) -> NDArray[np.bool_]:
-        """Return whether two contacts were farther apart than the quiet time of an argued end."""
+    def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
+        """Return where no proof speaks against a late contact: one has been waited for longer."""
+        # Two contacts were farther apart than the quiet time of an argued end.
         quiet = quiet_time(self._scene.particles, self._scene.slow_stiffness)
-        return np.asarray(runs.longest_silences > quiet)
+        return np.asarray((runs.longest_silences > quiet) & ~runs.proved)
 
 
 class _Alone:
