@@ -186,7 +186,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         if line.smooth:
             times, hits = _advanced(moving, stepper, steps)
         else:
-            strain, velocity, times, hits = graded.next_step()
+            times, hits = graded.next_step()
         ends = np.flatnonzero(hits)[: wanted - met]
         gone = gone + float(np.sum(times)) if met or len(ends) else 0.0
         met += len(ends)
@@ -224,11 +224,10 @@ class _Graded:
     since: float
     ahead: float = math.inf
 
-    def next_step(self) -> tuple[Array, Array, Array, Array]:
-        """Take a step; return the state before it, durations of its leaps, and which hit."""
+    def next_step(self) -> tuple[Array, Array]:
+        """Take a step; return the durations of its leaps, and which hit."""
         moving, step = self.moving, self.stepper.step
         shortest = SHORTEST * step
-        strain, velocity = (each.copy() for each in moving.along_x())
         state, ledger = moving.arrays.now.copied(), moving.ledger.copy()
         while True:
             away = min(self.since, self.ahead)
@@ -245,7 +244,7 @@ class _Graded:
         else:
             self.since += size
             self.ahead = self.ahead - size if self.ahead > size - shortest else math.inf
-        return strain, velocity, times, hits
+        return times, hits
 
 
 def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:

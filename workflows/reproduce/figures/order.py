@@ -105,18 +105,18 @@ def _spectrum(measured: Measurements) -> Finding:
     assert point.answer is not None
     if "mode_energies" not in point.answer.arrays:
         raise NoNumber("no energies of modes")
-    n, velocity = point.particles, point.scene.impact_velocity
-    found = np.asarray(point.answer.arrays["mode_energies"])[1:] / velocity**2
+
+    def energies(answer: Answer) -> np.ndarray:
+        return np.asarray(answer.arrays["mode_energies"])[1:] / point.scene.impact_velocity**2
+
+    n, found = point.particles, energies(point.answer)
     formula = basile_dumont_energies(n)
     apart = float(np.sum(np.abs(formula - found)) / np.sum(found))
     half = int(np.searchsorted(np.cumsum(found), 0.5 * np.sum(found))) + 1
     low = np.arange(1, n) <= half
     low_apart = float(np.sum(np.abs(formula - found)[low]) / np.sum(found[low]))
-    both = [
-        np.asarray(a.arrays["mode_energies"])[1:] / velocity**2
-        for a in (point.lammps, point.in_house)
-        if a is not None and a.result is not None
-    ]
+    answers = (point.lammps, point.in_house)
+    both = [energies(a) for a in answers if a is not None and a.result is not None]
     error = float(np.sum(np.abs(both[0] - both[-1])) / np.sum(found))
     return Finding(
         apart,
