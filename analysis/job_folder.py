@@ -5,6 +5,7 @@ import re
 import zlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
-from chaincor.analysis.dumps.declared_setup import declared_setup
+from chaincor.analysis.dumps.declared_setup import DeclaredSetup, declared_setup
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
@@ -57,6 +58,11 @@ class Job:
     scene: Path | None = None
     scripts: tuple[Path, ...] = ()
     logs: tuple[Path, ...] = ()
+
+    @cached_property
+    def setup(self) -> DeclaredSetup:
+        """What its logs and scripts say of units, springs and walls."""
+        return declared_setup(self.logs, self.scripts)
 
 
 def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
@@ -253,7 +259,7 @@ def analyze_job(
         bond = bond or scene.bond
         impact_velocity = impact_velocity or scene.impact_velocity
         _expect_count(scene.all_particles, job.scene, layout.by_ids.particles, job.dump)
-    elif bond is None and declared_setup(job.logs, job.scripts).spring is not None:
+    elif bond is None and job.setup.spring is not None:
         bond = Harmonic()
         notes.append("script or log says bond_style harmonic: energies are those of such bonds")
     if job.scene is None and (view.wall != 0.0 or view.upwards):
@@ -337,7 +343,7 @@ def view_of(job: Job) -> DumpView:
     Units are those of ``units.toml``; without one, and without a scene, those in which its springs
     and masses are 1. The wall is that of ``fix wall/reflect``; of two, the chain flies to one.
     """
-    path, setup = job.dump.parent / UNITS_FILE, declared_setup(job.logs, job.scripts)
+    path, setup = job.dump.parent / UNITS_FILE, job.setup
     units = UnitSystem()
     if path.exists():
         units = UnitSystem.from_file(path)

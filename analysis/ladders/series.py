@@ -35,9 +35,9 @@ def standard_error(series: NDArray[np.float64]) -> float:
     from scipy.special import stdtrit
 
     count = len(series)
-    rest = series - series.mean()
     if count < 4:
         return float("inf")
+    rest = series - series.mean()
     if not np.any(rest):
         return 0.0
     spectrum = np.fft.rfft(rest, 2 * count)

