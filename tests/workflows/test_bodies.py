@@ -80,6 +80,27 @@ def test_momentum_and_energy_are_balanced(both):
     assert result.momentum_residual < 1e-12
 
 
+@pytest.mark.parametrize("engine", ["reference", "lammps"])
+@pytest.mark.parametrize("contact", ["hard", "power"])
+def test_which_body_is_called_the_target_decides_nothing(engine, contact):
+    # A target may stand on either side: by reflection and Galilean invariance the two collisions
+    # are one, seen by the one body and by the other.
+    bodies = {"particles": 6, "masses": (1.0, 2.0), "target_particles": 3, "target_masses": (1.5,)}
+    turned = {"particles": 3, "masses": (1.5,), "target_particles": 6, "target_masses": (1.0, 2.0)}
+    shared = {"potential": "lj", "contact": contact, "engine": engine, "tolerance": 1e-8}
+    seen = collide(Scene(**shared, **bodies, speed=0.5))
+    by_target = collide(Scene(**shared, **turned, velocity=seen.velocity))
+    bar = seen.restitution_error + by_target.restitution_error
+    assert abs(seen.restitution - by_target.restitution) <= bar
+    assert seen.contacts == by_target.contacts
+    # The energy of relative motion, 1/2 mu v0^2 of the bodies' reduced mass, is what eta divides.
+    chain, target = 3 * (1.0 + 2.0), 3 * 1.5
+    relative = 0.5 * chain * target / (chain + target) * seen.velocity**2
+    vibrating = [seen.vibrational_energy, seen.target_vibrational_energy]
+    other = [by_target.target_vibrational_energy, by_target.vibrational_energy]
+    assert vibrating == pytest.approx(other, abs=bar * relative)
+
+
 def test_modes_of_each_body_have_its_energy(both):
     scene, result = both
     bodies = [
