@@ -71,10 +71,6 @@ class BinaryFrames:
             units=units,
         )
 
-    def skip(self, stream: IO[bytes]) -> bool:
-        """Pass over the next frame; False at the end of the file."""
-        return self.read(stream) is not None
-
 
 def _take(stream: IO[bytes], kind: str, count: int) -> np.ndarray:
     dtype = np.dtype(kind)

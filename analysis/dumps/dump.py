@@ -63,21 +63,17 @@ class Dump:
     def __iter__(self) -> Iterator[DumpFrame]:
         return self.frames()
 
-    def frames(
-        self, progress: Callable[[int], None] | None = None, start: int = 0
-    ) -> Iterator[DumpFrame]:
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
         Yield the frames in the order of the file; each stays valid after the next has been read.
 
-        `progress` is told the number of bytes of the file read so far; `start` is 0 or one of
-        :meth:`offsets`. Raises InputError if the file is damaged, or not even one frame is
-        complete.
+        `progress` is told the number of bytes of the file read so far. Raises InputError if the
+        file is damaged, or not even one frame is complete.
         """
         reader = self._reader()
         self.truncated = False
         count = 0
         with self._open() as (file, stream):
-            stream.seek(start)
             try:
                 while (frame := reader.read(stream)) is not None:
                     count += 1
@@ -94,20 +90,6 @@ class Dump:
     def first(self) -> DumpFrame:
         """Return the first frame."""
         return next(self.frames())
-
-    def offsets(self) -> list[int]:
-        """Return where in the (decompressed) file each complete frame starts."""
-        reader = self._reader()
-        starts = []
-        with self._open() as (_, stream):
-            start = 0
-            try:
-                while reader.skip(stream):
-                    starts.append(start)
-                    start = stream.tell()
-            except (TruncatedFrameError, EOFError):
-                self.truncated = True
-        return starts
 
     def _reader(self) -> TextFrames | BinaryFrames:
         return TextFrames(str(self.path)) if self.is_text else BinaryFrames(str(self.path))

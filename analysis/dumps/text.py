@@ -61,17 +61,6 @@ class TextFrames:
         bounds = box.pop("bounds")
         return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
 
-    def skip(self, stream: IO[bytes]) -> bool:
-        """Pass over the next frame; False at the end of the file."""
-        header = self._read_header(stream)
-        if header is None:
-            return False
-        before_last = sum(1 for _ in itertools.islice(stream, header[2] - 1))
-        last = stream.readline()
-        if before_last < header[2] - 1 or not last.endswith(b"\n"):
-            raise TruncatedFrameError
-        return True
-
     def _read_header(
         self, stream: IO[bytes]
     ) -> tuple[int, float | None, int, tuple[str, ...], dict[str, Any]] | None:

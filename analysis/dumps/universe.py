@@ -3,8 +3,8 @@ Dumps and states of a chain as MDAnalysis Universes, and back.
 
 MDAnalysis's own reader needs three coordinates, keeps positions and velocities as float32, shifts
 positions by the lower bound of the box, and fails on ``dump_modify time yes`` and on binary files.
-The reader here takes every dump that :class:`~chaincor.analysis.dumps.dump.Dump` takes, and puts
-every column into ``ts.data`` as the float64 that was written.
+Here every dump that :class:`~chaincor.analysis.dumps.dump.Dump` takes is read into memory, each
+column in ``ts.data`` as the float64 that was written.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,6 @@ from typing import Any
 
 import MDAnalysis
 import numpy as np
-from MDAnalysis.coordinates.base import ReaderBase
 from MDAnalysis.coordinates.memory import MemoryReader
 from MDAnalysis.coordinates.timestep import Timestep
 from numpy.typing import NDArray
@@ -29,129 +28,40 @@ from chaincor.lammps_inputs.errors import InputError
 _FRAME_KEYS = ("step", "time", "carried_time", "dt", "time_offset", "box_bounds")
 
 
-class ChainDumpReader(ReaderBase):
+class ColumnsReader(MemoryReader):
     """
-    MDAnalysis trajectory reader for one-dimensional dumps.
+    MDAnalysis trajectory in memory, with the float64 columns of each frame in ``ts.data``.
 
-    Use it as ``MDAnalysis.Universe(topology, dump, format=ChainDumpReader)`` or through
-    :func:`to_mdanalysis`. Positions are (x, 0, 0), not shifted; ``ts.data`` holds each column.
-
-    Parameters
-    ----------
-    filename : path-like
-        The dump.
-    **kwargs
-        As for any reader of MDAnalysis.
-    """
-
-    format = "CHAINDUMP"
-    units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
-
-    def __init__(self, filename: Any, **kwargs: Any) -> None:
-        super().__init__(filename, **kwargs)
-        self._dump = Dump(self.filename)
-        self._frames: Iterator[DumpFrame] = iter(())
-        self._offsets = self._dump.offsets()
-        self.n_atoms = self._dump.first().raw_column(0).size
-        self._reopen()
-        self._read_next_timestep()
-
-    @property
-    def n_frames(self) -> int:
-        """Number of whole frames."""
-        return len(self._offsets)
-
-    def close(self) -> None:
-        """Let go of the file."""
-        self._frames = iter(())
-
-    def _reopen(self) -> None:
-        self._frames = self._dump.frames()
-        self.ts = self._Timestep(self.n_atoms, **self._ts_kwargs)
-        self.ts.frame = -1
-
-    def _read_frame(self, frame: int) -> Timestep:
-        self._frames = self._dump.frames(start=self._offsets[frame])
-        self.ts.frame = frame - 1
-        return self._read_next_timestep()
-
-    def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
-        frame = next(self._frames, None)
-        if frame is None:
-            raise EOFError
-        return self._fill(frame)
-
-    def _fill(self, frame: DumpFrame) -> Timestep:
-        ts = self.ts
-        ts.frame += 1
-        for name in frame.columns:
-            ts.data[name] = frame.column(name)
-        ts.data["step"] = frame.step
-        ts.data["box_bounds"] = frame.bounds
-        if "v_time" in frame.columns:
-            ts.data["time"] = float(ts.data["v_time"][0])
-        else:
-            ts.data["time"] = frame.step * ts.dt if frame.time is None else frame.time
-        if frame.time is not None:
-            ts.data["carried_time"] = frame.time
-        ts.dimensions = [*np.ptp(frame.bounds, axis=1), 90.0, 90.0, 90.0]
-        for target, names in (
-            ("positions", tuple((f"{a}s", f"{a}su", a, f"{a}u") for a in "xyz")),
-            ("velocities", (("vx",), ("vy",), ("vz",))),
-        ):
-            values = np.zeros((self.n_atoms, 3), dtype=np.float32)
-            for axis, choices in enumerate(names):
-                for name in choices:
-                    if name not in frame.columns:
-                        continue
-                    values[:, axis] = ts.data[name]
-                    if name.endswith(("s", "su")):
-                        if frame.tilted:
-                            raise InputError(
-                                f"the dump has scaled positions ({name}) in a tilted box; expected "
-                                "unscaled ones: dump 'x' or 'xu'"
-                            )
-                        low, high = frame.bounds[axis]
-                        values[:, axis] = low + ts.data[name] * (high - low)
-            setattr(ts, target, values)
-        return ts
-
-
-class ChainStatesReader(MemoryReader):
-    """
-    MDAnalysis trajectory of states in memory, with all their digits in ``ts.data``.
-
-    Use it through :func:`universe_of_states`.
+    Made by :func:`universe_of_states` and :func:`to_mdanalysis`.
 
     Parameters
     ----------
     coordinate_array : ndarray of shape (frames, n, 3)
         Positions, which MDAnalysis keeps as float32.
-    states : sequence of ChainState
-        Where columns ``vx``, ``v_displacement``, step and time of each frame come from.
+    columns : sequence of dict
+        What ``ts.data`` holds besides, frame by frame: columns by name, step and time.
     **kwargs
         As for MDAnalysis's MemoryReader.
     """
 
-    format = "CHAINSTATES"
+    format = "CHAINCOLUMNS"
     units = {"time": None, "length": None, "velocity": None}  # noqa: RUF012 - as the base has it
 
     def __init__(
-        self, coordinate_array: NDArray[np.float64], *, states: Sequence[ChainState], **kwargs: Any
+        self,
+        coordinate_array: NDArray[np.float32],
+        *,
+        columns: Sequence[dict[str, Any]],
+        **kwargs: Any,
     ) -> None:
-        self._states = states
+        self._columns = columns
         super().__init__(coordinate_array, **kwargs)
         # For copies; the base class does not declare it.
-        self._kwargs = {**self._kwargs, "states": states}  # type: ignore[has-type]
+        self._kwargs = {**self._kwargs, "columns": columns}  # type: ignore[has-type]
 
     def _read_next_timestep(self, ts: Timestep | None = None) -> Timestep:
         ts = super()._read_next_timestep(ts)
-        state = self._states[ts.frame]
-        ts.data["vx"] = state.all_velocities
-        ts.data[DISPLACEMENT_COLUMN] = state.all_displacements
-        ts.data[TIME_COLUMN] = np.full(self.n_atoms, state.time)
-        ts.data["step"] = state.step
-        ts.time = state.time
+        ts.data.update(self._columns[ts.frame])
         return ts
 
 
@@ -183,12 +93,18 @@ def universe_of_states(
     vectors = np.zeros((2, len(states), n, 3), dtype=np.float32)
     vectors[0, :, :, 0] = [state.all_positions for state in states]
     vectors[1, :, :, 0] = [state.all_velocities for state in states]
-    universe.trajectory = ChainStatesReader(
-        vectors[0],
-        states=tuple(states),
-        velocities=vectors[1],
-        dt=(times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0,
-    )
+    columns = [
+        {
+            "vx": state.all_velocities,
+            DISPLACEMENT_COLUMN: state.all_displacements,
+            TIME_COLUMN: np.full(n, state.time),
+            "step": state.step,
+            "time": state.time,
+        }
+        for state in states
+    ]
+    step = (times[-1] - times[0]) / (len(times) - 1) if len(times) > 1 else 1.0
+    universe.trajectory = ColumnsReader(vectors[0], columns=columns, velocities=vectors[1], dt=step)
     return universe
 
 
@@ -218,26 +134,64 @@ def to_mdanalysis(
     InputError
         If the files cannot be read or do not fit together.
     """
-    reader_arguments = {"format": ChainDumpReader, "dt": timestep}
+    frames = list(Dump(dump))
+    n = frames[0].raw_column(0).size
     if data is None:
-        first = Dump(dump).first()
-        universe = MDAnalysis.Universe.empty(first.raw_column(0).size, velocities=True)
-        if MASS_COLUMN in first.columns:
-            universe.add_TopologyAttr("masses", first.column(MASS_COLUMN))
-        universe.load_new(str(dump), **reader_arguments)
-        return universe
-    try:
-        return MDAnalysis.Universe(
-            str(data),
-            str(dump),
-            topology_format="DATA",
-            atom_style="id resid type x y z",
-            to_guess=(),
-            **reader_arguments,
-        )
-    except (ValueError, OSError) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{data} and {dump} do not make a chain: {reason}") from None
+        universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)
+        if MASS_COLUMN in frames[0].columns:
+            universe.add_TopologyAttr("masses", frames[0].column(MASS_COLUMN))
+    else:
+        try:
+            universe = MDAnalysis.Universe(
+                str(data), topology_format="DATA", atom_style="id resid type x y z", to_guess=()
+            )
+        except (ValueError, OSError) as error:
+            raise InputError(f"{data} is not read: {str(error).splitlines()[0]}") from None
+        if len(universe.atoms) != n:
+            raise InputError(
+                f"{data} and {dump} do not make a chain: {len(universe.atoms)} atoms and {n}"
+            )
+    columns = [_columns(frame, timestep) for frame in frames]
+    places = [_vectors(frame, [(f"{a}s", f"{a}su", a, f"{a}u") for a in "xyz"]) for frame in frames]
+    speeds = [_vectors(frame, [("vx",), ("vy",), ("vz",)]) for frame in frames]
+    boxes = [[*np.ptp(frame.bounds, axis=1), 90.0, 90.0, 90.0] for frame in frames]
+    universe.trajectory = ColumnsReader(
+        np.array(places),
+        columns=columns,
+        velocities=np.array(speeds),
+        dimensions=np.array(boxes, dtype=np.float32),
+        dt=timestep,
+    )
+    return universe
+
+
+def _columns(frame: DumpFrame, timestep: float) -> dict[str, Any]:
+    """Return what ``ts.data`` holds of a frame."""
+    held: dict[str, Any] = {name: frame.column(name) for name in frame.columns}
+    time = frame.step * timestep if frame.time is None else frame.time
+    if TIME_COLUMN in held:
+        time = float(held[TIME_COLUMN][0])
+    held |= {"step": frame.step, "time": time, "box_bounds": frame.bounds}
+    return held if frame.time is None else held | {"carried_time": frame.time}
+
+
+def _vectors(frame: DumpFrame, axes: Sequence[Sequence[str]]) -> NDArray[np.float32]:
+    """Return positions or velocities, each axis from the last of its columns that there is."""
+    values = np.zeros((frame.raw_column(0).size, 3), dtype=np.float32)
+    for axis, choices in enumerate(axes):
+        name = next((name for name in reversed(choices) if name in frame.columns), None)
+        if name is None:
+            continue
+        values[:, axis] = frame.column(name)
+        if name.endswith(("s", "su")):
+            if frame.tilted:
+                raise InputError(
+                    f"the dump has scaled positions ({name}) in a tilted box; expected "
+                    "unscaled ones: dump 'x' or 'xu'"
+                )
+            low, high = frame.bounds[axis]
+            values[:, axis] = low + frame.column(name) * (high - low)
+    return values
 
 
 def universe_frames(universe: MDAnalysis.Universe) -> Iterator[DumpFrame]:

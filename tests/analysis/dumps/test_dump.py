@@ -50,18 +50,6 @@ def test_a_damaged_gzip_stream_is_named(harmonic20, dump_writer):
         list(Dump(path))
 
 
-def test_offsets_lead_to_frames(harmonic20, dump_writer):
-    for name in ("d.lammpstrj", "d.gz"):
-        dump = Dump(dump_writer.write(harmonic20, TIMES, name=name))
-        offsets = dump.offsets()
-        assert len(offsets) == len(TIMES)
-        for k in (7, 0, 3):
-            frame = next(dump.frames(start=offsets[k]))
-            np.testing.assert_array_equal(
-                frame.column("v_displacement"), harmonic20.state(TIMES[k])[0]
-            )
-
-
 @pytest.mark.parametrize(
     ("content", "message"),
     [
