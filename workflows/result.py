@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import write_arrays, written_aside
-from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS
+from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
 from chaincor.workflows.error_bar import ErrorBar
-from chaincor.workflows.showing.shown import Shown
+from chaincor.workflows.motion import Motion
+from chaincor.workflows.showing.plots import Plots
+from chaincor.workflows.showing.table import html_table
+from chaincor.workflows.showing.text import describe_shortly
 
 if TYPE_CHECKING:
     from chaincor.workflows.engines.replay import Replay
@@ -31,7 +34,7 @@ _NOT_PLAIN = (*ARRAY_FIELDS, *TARGET_ARRAYS, "replay")
 
 
 @dataclass(frozen=True, repr=False)
-class Collision(Shown):
+class Collision(Bodies, Motion):
     r"""
     Result of one collision.
 
@@ -171,6 +174,17 @@ class Collision(Shown):
     stiffness: float | None = None
     natural_length: float | None = None
     replay: "Replay | None" = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        return describe_shortly(self)
+
+    def _repr_html_(self) -> str:
+        return html_table(self)
+
+    @property
+    def plot(self) -> Plots:
+        """Pictures: ``world_lines()``, ``spectrum()``, ``energy()``, ``contacts()`` and so on."""
+        return Plots(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all but the arrays, ready for JSON; numbers that are not finite become None."""

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potentials import is_harmonic
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.showing.described import Described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from chaincor.workflows.result import Collision
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ class Plots:
     where pyplot was imported before. What shows the motion carries the collision out again.
     """
 
-    def __init__(self, result: Described) -> None:
+    def __init__(self, result: "Collision") -> None:
         self._result = result
 
     def __repr__(self) -> str:

@@ -1,20 +1,21 @@
 """Results as tables: one in a notebook, a list of them anywhere."""
 
 from html import escape
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 from chaincor.analysis.showing.numbers import with_error
-from chaincor.workflows.showing.described import Described
 from chaincor.workflows.showing.terms import TERMS
 from chaincor.workflows.showing.text import closing, heading, rows
 
-Result = TypeVar("Result", bound=Described)
+if TYPE_CHECKING:
+    from chaincor.workflows.result import Collision
+
 # Left to the notebook's own theme: no colours, which would be wrong in a dark one.
 _CELL = "text-align: left; padding: 0.1em 1em 0.1em 0"
 _QUIET = "text-align: left; font-size: 90%; opacity: 0.75"
 
 
-def html_table(result: Described) -> str:
+def html_table(result: "Collision") -> str:
     """Return what ``chaincor run`` prints as a table; names explain themselves when pointed at."""
     lines = [
         f"<tr>{_named(name)}<td style='{_CELL}'>{escape(text)}</td></tr>"
@@ -36,7 +37,7 @@ def _named(name: str) -> str:
     return f"<th style='{_CELL}'{title}>{escape(name)}</th>"
 
 
-class ResultTable(list[Result]):
+class ResultTable(list["Collision"]):
     """A list of results that shows itself as a table, a result a line."""
 
     def __repr__(self) -> str:
@@ -61,7 +62,7 @@ class ResultTable(list[Result]):
 _HEADINGS = ("bonds", "particles", "v0", "eta", "e", "contacts", "end")
 
 
-def _line(result: Described) -> tuple[str, ...]:
+def _line(result: "Collision") -> tuple[str, ...]:
     speed = f"{result.velocity:.6g}" if result.speed is None else f"{result.speed:.6g} v*"
     missed = "" if result.tolerance_met is not False else ", tolerance not met"
     return (

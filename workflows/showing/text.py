@@ -1,9 +1,12 @@
 """A result in lines of text, as ``chaincor run`` prints it."""
 
 import math
+from typing import TYPE_CHECKING
 
 from chaincor.analysis.showing.numbers import with_error
-from chaincor.workflows.showing.described import Described
+
+if TYPE_CHECKING:
+    from chaincor.workflows.result import Collision
 
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
@@ -12,7 +15,7 @@ _ENDINGS = {
 }
 
 
-def describe(result: Described) -> str:
+def describe(result: "Collision") -> str:
     """Describe a result for people."""
     return "\n".join(
         [
@@ -25,7 +28,7 @@ def describe(result: Described) -> str:
     )
 
 
-def describe_shortly(result: Described) -> str:
+def describe_shortly(result: "Collision") -> str:
     """Describe a result in three lines: what collided, what came out, how it was run."""
     asked = ""
     if result.tolerance_met is False:
@@ -42,7 +45,7 @@ def describe_shortly(result: Described) -> str:
     )
 
 
-def heading(result: Described) -> list[str]:
+def heading(result: "Collision") -> list[str]:
     """Say what collided."""
     speed = f"v0 = {result.velocity:.6g}"
     if result.speed is not None:
@@ -53,7 +56,7 @@ def heading(result: Described) -> list[str]:
     ]
 
 
-def rows(result: Described) -> list[tuple[str, str]]:
+def rows(result: "Collision") -> list[tuple[str, str]]:
     """Return what came out, each with its name; `terms` explains the names."""
     relative = "" if result.target_particles is None else ", of the relative motion"
     other = "wall" if result.target_particles is None else "target"
@@ -75,7 +78,7 @@ def rows(result: Described) -> list[tuple[str, str]]:
     return found
 
 
-def closing(result: Described) -> list[str]:
+def closing(result: "Collision") -> list[str]:
     """Say how it was run, and how long that took."""
     step = "" if result.timestep is None else f", H = {result.timestep:.4g}"
     table = "" if result.table is None else f", {result.table} table of {result.table_points} rows"
@@ -98,7 +101,7 @@ def _count(particles: int) -> str:
     return "1 particle" if particles == 1 else f"{particles} particles"
 
 
-def _bodies_before(result: Described) -> list[str]:
+def _bodies_before(result: "Collision") -> list[str]:
     """Describe what the scene has more than a cold chain of unit masses and a hard wall."""
     lines = []
     if result.masses is not None:
@@ -121,7 +124,7 @@ def _bodies_before(result: Described) -> list[str]:
     return lines
 
 
-def _bodies_after(result: Described) -> list[tuple[str, str]]:
+def _bodies_after(result: "Collision") -> list[tuple[str, str]]:
     """Say where momentum and energy went; nothing for a plain scene, whose eta says it."""
     if result.velocity_after is None:
         return []
@@ -138,13 +141,13 @@ def _bodies_after(result: Described) -> list[tuple[str, str]]:
     return rows
 
 
-def _meeting(result: Described) -> str:
+def _meeting(result: "Collision") -> str:
     """Name what particle 1 meets: a wall only where there is one."""
     kind = "soft" if result.contact is not None else result.wall
     return f"{kind} wall" if result.target_particles is None else f"{kind} contact"
 
 
-def _bond_lengths(result: Described) -> str:
+def _bond_lengths(result: "Collision") -> str:
     """Say between what lengths bonds were, to the digits that looking at steps leaves."""
     error = result.bond_error
     digits = 4 if not error else min(max(math.ceil(-math.log10(error)), 2), 6)
