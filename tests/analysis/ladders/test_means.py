@@ -64,17 +64,22 @@ def test_standard_errors_of_long_series(time):
     assert np.std([each.mean() for each in series]) == pytest.approx(exact, rel=3.0 / np.sqrt(200))
 
 
-@pytest.mark.parametrize(("count", "time"), [(100, 0), (100, 3), (100, 10), (200, 10), (200, 30)])
+@pytest.mark.parametrize(
+    ("count", "time"),
+    [(100, 0), (100, 3), (100, 10), (100, 30), (100, 100), (200, 10), (200, 30), (200, 100)],
+)
 def test_means_of_short_series_are_within_three_bars_or_not_told(count, time):
-    """Of series as short as 7 correlation times at least 96 in 100; long ones are told."""
+    """Of those told 95 in 100, in series as short as one correlation time; long ones are told."""
     random = np.random.default_rng(9)
-    series = [autoregressive(count, time, random) for _ in range(1000)]
+    series = [autoregressive(count, time, random) for _ in range(2000)]
     bars = np.array([standard_error(each) for each in series])
     means = np.abs([each.mean() for each in series])
-    assert np.mean(means <= 3.0 * bars) > 0.96
+    told = np.isfinite(bars)
+    # Of 900 that are told at least, three standard deviations below 95 in 100.
+    assert np.mean(means[told] <= 3.0 * bars[told]) > 0.95 - 3.0 * np.sqrt(0.05 * 0.95 / 900)
     # Bars are told where a series has 30 correlation times, and not beyond what it spans.
-    assert np.mean(np.isfinite(bars)) > (0.95 if count >= 30 * time else 0.6)
-    assert np.median(bars[np.isfinite(bars)]) < 1.0
+    assert np.mean(told) > (0.95 if count >= 30 * time else 0.4)
+    assert count < 20 * time or np.median(bars[told]) < 1.0
 
 
 def test_standard_errors_of_what_is_no_series():
