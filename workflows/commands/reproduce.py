@@ -30,9 +30,12 @@ import click
     show_default=True,
     help="processes that compute",
 )
+@click.option("--rocrate", "as_crate", is_flag=True, help="describe the folder as an RO-Crate, too")
 @click.option("--json", "as_json", is_flag=True, help="print the contents of report.json")
 @click.pass_context
-def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_json: bool) -> None:
+def reproduce(
+    ctx: click.Context, folder: Path, quick: bool, workers: int, as_crate: bool, as_json: bool
+) -> None:
     """
     Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
 
@@ -41,7 +44,9 @@ def reproduce(ctx: click.Context, folder: Path, quick: bool, workers: int, as_js
     """
     from chaincor.workflows.reproduce import reproduction
 
-    contents = reproduction.reproduce(folder, quick=quick, workers=workers, progress=not as_json)
+    contents = reproduction.reproduce(
+        folder, quick=quick, workers=workers, progress=not as_json, as_crate=as_crate
+    )
     if as_json:
         click.echo((folder / "report.json").read_text())
     else:

@@ -9,7 +9,7 @@ _PATH = click.Path(path_type=Path)
 
 @click.group()
 def store() -> None:
-    """Merge stores, or export one to CSV or Parquet."""
+    """Merge stores, or export one to CSV, Parquet or an RO-Crate."""
 
 
 @store.command()
@@ -30,13 +30,19 @@ def merge(target: Path, sources: tuple[Path, ...]) -> None:
 @store.command()
 @click.argument("source", metavar="STORE", type=_PATH)
 @click.argument("target", metavar="FILE", type=_PATH)
-def export(source: Path, target: Path) -> None:
+@click.option(
+    "--rocrate",
+    "as_crate",
+    is_flag=True,
+    help="FILE is a folder: for results.csv, and what archives read of it (RO-Crate 1.1)",
+)
+def export(source: Path, target: Path, as_crate: bool) -> None:
     """Write all rows of STORE to FILE: .csv, or .parquet with chaincor[export]."""
     from chaincor.workflows.outputs import refuse_overwriting_inputs
-    from chaincor.workflows.store.export import export_store
+    from chaincor.workflows.store.export import export_crate, export_store
     from chaincor.workflows.store.results_store import Store
 
     refuse_overwriting_inputs(target, [source], "FILE")
     with Store(source, read_only=True) as opened:
-        rows = export_store(opened, target)
+        rows = (export_crate if as_crate else export_store)(opened, target)
         click.echo(f"{target}: {rows} rows")

@@ -23,6 +23,8 @@ from chaincor.workflows.reproduce.slips import read_slips
 from chaincor.workflows.reproduce.trust import examine_points
 from chaincor.workflows.result import finite
 
+# Folder of the figures and their data.
+DRAWINGS = "figures"
 _BOND_FORMULAS = {
     "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
     "toda": "U = (e^(−bs) − 1)/b² + s/b, b = 10",
@@ -186,7 +188,7 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
     """Draw the figures and write them with their data; returns them as data URIs, by key."""
-    drawings = folder / "figures"
+    drawings = folder / DRAWINGS
     drawings.mkdir(parents=True, exist_ok=True)
     images = {}
     for figure in figures:

@@ -4,14 +4,22 @@ import time
 from pathlib import Path
 from typing import Any
 
-from chaincor.lammps_inputs.errors import InputError
+from chaincor.workflows.outputs import make_folder
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.free_flight import free_flights
 from chaincor.workflows.reproduce.measuring import Runner, measure, run_into_store
 from chaincor.workflows.reproduce.plan import FULL, QUICK, Plan
-from chaincor.workflows.reproduce.report import gather, write_figures, write_report
+from chaincor.workflows.reproduce.report import DRAWINGS, gather, write_figures, write_report
+from chaincor.workflows.research_object import describe_folder, require_rocrate
 
 STORE_FILE = "results.sqlite"
+_TITLE = "Collision of one-dimensional nonlinear chains (2003), recomputed by chaincor"
+_REPORT = {
+    "report.html": "Verdicts on the paper's statements, and all figures.",
+    "report.md": "The verdicts.",
+    "report.json": "All numbers of the report, with the versions that gave them.",
+    STORE_FILE: "Every collision: its scene, its results and their error bars.",
+}
 
 
 def reproduce(
@@ -20,6 +28,7 @@ def reproduce(
     quick: bool = True,
     workers: int = 2,
     progress: bool = True,
+    as_crate: bool = False,
 ) -> dict[str, Any]:
     """
     Recompute the paper by LAMMPS, check it in-house, and judge each of its claims.
@@ -35,6 +44,9 @@ def reproduce(
         Processes that compute.
     progress : bool
         Whether a bar shows how far it is.
+    as_crate : bool
+        Whether ``ro-crate-metadata.json`` says what each file is and what computed it; needs
+        ``chaincor[crate]``.
 
     Returns
     -------
@@ -46,6 +58,8 @@ def reproduce(
     ------
     InputError
         If the folder cannot be made.
+    MissingLibraryError
+        If a crate is asked for without the library rocrate.
 
     Examples
     --------
@@ -53,14 +67,21 @@ def reproduce(
     >>> [row["verdict"] for row in reproduce("report")["verdicts"]]
     """
     folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot make the folder {str(folder)!r}: {error.strerror}; give another"
-        ) from None
+    make_folder(folder)
+    if as_crate:
+        require_rocrate()
     runner = run_into_store(folder / STORE_FILE, workers, progress=progress)
-    return reproduce_paper(QUICK if quick else FULL, folder, runner)
+    contents = reproduce_paper(QUICK if quick else FULL, folder, runner)
+    if as_crate:
+        describe_folder(folder, _TITLE, _files(folder, contents), contents["versions"].items())
+    return contents
+
+
+def _files(folder: Path, contents: dict[str, Any]) -> dict[str, str]:
+    """Say what each file of a reproduction is."""
+    captions = {figure["key"]: figure["title"] for figure in contents["figures"]}
+    drawings = sorted(path for key in captions for path in (folder / DRAWINGS).glob(f"{key}.*"))
+    return _REPORT | {path.relative_to(folder).as_posix(): captions[path.stem] for path in drawings}
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:

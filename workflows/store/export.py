@@ -1,14 +1,18 @@
-"""A store as a table of its own: CSV, Parquet, pandas."""
+"""A store as a table of its own: CSV, Parquet, pandas, an RO-Crate."""
 
 import csv
+import json
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import StoreError
-from chaincor.workflows.outputs import refuse_other_kinds
+from chaincor.workflows.outputs import make_folder, refuse_other_kinds
+from chaincor.workflows.research_object import METADATA_FILE, describe_folder, require_rocrate
+from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.schema import FLAG_COLUMNS, PLAIN_COLUMNS
@@ -30,6 +34,39 @@ def export_store(store: Store, path: Path) -> int:
     refuse_other_kinds(path, path.suffix)
     with written_aside(path) as aside:
         return (_write_csv if path.suffix == ".csv" else _write_parquet)(store, aside)
+
+
+def export_crate(store: Store, folder: Path) -> int:
+    """
+    Write all rows to ``results.csv`` in a folder, with an RO-Crate's description of both.
+
+    Raises MissingLibraryError without the library rocrate; InputError if there is something else
+    than an earlier export. Returns how many rows were written.
+    """
+    require_rocrate()
+    table = folder / "results.csv"
+    if (folder / METADATA_FILE).exists() and not table.exists():
+        raise InputError(
+            f"{str(folder)!r} is an RO-Crate of something else; expected a new folder, or an "
+            "earlier export: give another"
+        )
+    make_folder(folder)
+    rows = export_store(store, table)
+    known = store.connection.execute("SELECT versions FROM environments").fetchall()
+    describe_folder(
+        folder,
+        f"{rows} collisions of one-dimensional chains, computed by chaincor",
+        {table.name: "One row a collision: what collides, what came out, and how."},
+        sorted({pair for (text,) in known for pair in json.loads(text).items()}),
+        {name: _meaning(name) for name in PLAIN_COLUMNS},
+    )
+    return rows
+
+
+def _meaning(column: str) -> str:
+    words = column.replace("_", " ")
+    terms = other_names()
+    return ALL_TERMS.get(terms.get(column, terms.get(words, words)), words)
 
 
 def _write_csv(store: Store, path: Path) -> int:

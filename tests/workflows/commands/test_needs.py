@@ -59,7 +59,11 @@ USES = {
     "sweep": {"s.toml --store new.sqlite --workers 1": ()},
     "show": {"s.sqlite": ()},
     "plot": {"s.sqlite -o curves.png": ()},
-    "store": {"export s.sqlite s.csv": (), "export s.sqlite s.parquet": ("pandas", "pyarrow")},
+    "store": {
+        "export s.sqlite s.csv": (),
+        "export s.sqlite s.parquet": ("pandas", "pyarrow"),
+        "export s.sqlite crate --rocrate": ("rocrate",),
+    },
     "explore": {"--particles 3 -o page.html": ()},
     "lessons": {"-o lessons": ()},
     "doctor": {"--help": ()},

@@ -1,12 +1,17 @@
 """Merging stores, asking them, exporting them."""
 
 import contextlib
+import sys
 
+import numpy as np
 import pytest
+from rocrate.rocrate import ROCrate
 
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.errors import StoreError
-from chaincor.workflows.store.export import export_store, to_pandas
+from chaincor.workflows.errors import MissingLibraryError, StoreError
+from chaincor.workflows.research_object import METADATA_FILE
+from chaincor.workflows.store.export import export_crate, export_store, to_pandas
 from chaincor.workflows.store.merge import merge_stores
 from chaincor.workflows.store.query import count_rows, query_rows
 from chaincor.workflows.store.results_store import Store
@@ -116,6 +121,40 @@ def test_exports_hold_every_row_exactly(store, tmp_path, make_attempt, make_fail
         to_pandas(tmp_path / "nowhere.sqlite")
     with pytest.raises(StoreError, match=r"\.csv or \.parquet"):
         export_store(store, tmp_path / "a.txt")
+
+
+def test_a_crate_says_what_it_holds_and_what_made_it(tmp_path, make_attempt):
+    with Store(tmp_path / "a.sqlite") as store:
+        store.record([make_attempt(SCENE)])
+        for _ in range(2):  # an earlier export is replaced
+            assert export_crate(store, tmp_path / "crate") == 1
+    crate = ROCrate(tmp_path / "crate")
+    (table,) = crate.data_entities
+    header, _row = (tmp_path / "crate" / table.id).read_text().splitlines()
+    columns = {e["name"]: e["description"] for e in crate.get_by_type("PropertyValue")}
+    assert list(columns) == header.split(",")
+    assert "final over initial kinetic energy" in columns["restitution"]
+    software = {e["name"]: e["softwareVersion"] for e in crate.get_by_type("SoftwareApplication")}
+    assert software["numpy"] == np.__version__
+    (computation,) = crate.get_by_type("CreateAction")
+    assert computation["result"] == table
+
+
+def test_the_crate_of_something_else_stays(tmp_path, make_attempt):
+    (tmp_path / METADATA_FILE).write_text("{}")
+    with Store(tmp_path / "a.sqlite") as store, pytest.raises(InputError, match="something else"):
+        export_crate(store, tmp_path)
+    assert (tmp_path / METADATA_FILE).read_text() == "{}"
+
+
+def test_a_crate_without_the_library_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
+    with (
+        Store(tmp_path / "a.sqlite") as store,
+        pytest.raises(MissingLibraryError, match=r"pip install chaincor\[crate\]"),
+    ):
+        export_crate(store, tmp_path / "crate")
+    assert not (tmp_path / "crate").exists()
 
 
 def test_many_rows_are_asked_in_a_moment(store, make_attempt):

@@ -1,0 +1,120 @@
+"""A folder of results as an RO-Crate: what each file and column is, and what computed them."""
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from chaincor.analysis.atomic_write import written_aside
+from chaincor.workflows.errors import MissingLibraryError
+
+# Where the specification of RO-Crates has this file.
+METADATA_FILE = "ro-crate-metadata.json"
+_KINDS = {
+    ".csv": "text/csv",
+    ".html": "text/html",
+    ".json": "application/json",
+    ".md": "text/markdown",
+    ".pdf": "application/pdf",
+    ".png": "image/png",
+    ".sqlite": "application/vnd.sqlite3",
+    ".svg": "image/svg+xml",
+}
+_UNLICENSED = "No licence was stated: whoever shares these results names one here."
+
+
+def require_rocrate() -> Any:
+    """Return the class of crates; MissingLibraryError, which says how to get it, without it."""
+    try:
+        from rocrate.rocrate import ROCrate
+    except ImportError:
+        raise MissingLibraryError(
+            "rocrate is not installed; --rocrate needs it: pip install chaincor[crate]"
+        ) from None
+    return ROCrate
+
+
+def describe_folder(
+    folder: Path,
+    title: str,
+    files: Mapping[str, str],
+    versions: Iterable[tuple[str, str]],
+    columns: Mapping[str, str] | None = None,
+) -> None:
+    """
+    Write ``ro-crate-metadata.json`` into a folder of results, as RO-Crate 1.1 has it.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Where the files are.
+    title : str
+        What was computed, in a sentence.
+    files : mapping of str to str
+        What each file is, by its path in the folder.
+    versions : iterable of (str, str)
+        Programs and libraries that computed them, and the version of each.
+    columns : mapping of str to str, optional
+        What each column of the tables is.
+
+    Raises
+    ------
+    MissingLibraryError
+        If the library rocrate is not installed.
+    """
+    crate = require_rocrate()(version="1.1")
+    crate.name, crate.description, crate.license = title, title, _UNLICENSED
+    results = [
+        crate.add_file(
+            folder / path,
+            path,
+            properties={
+                "name": path,
+                "description": description,
+                "encodingFormat": _KINDS[Path(path).suffix],
+                "contentSize": str((folder / path).stat().st_size),
+            },
+        )
+        for path, description in files.items()
+    ]
+    software = [
+        crate.add_jsonld(
+            {
+                "@id": f"#{name}-{version}",
+                "@type": "SoftwareApplication",
+                "name": name,
+                "softwareVersion": version,
+            }
+        )
+        for name, version in versions
+    ]
+    variables = [
+        crate.add_jsonld(
+            {
+                "@id": f"#column-{name}",
+                "@type": "PropertyValue",
+                "name": name,
+                "description": description,
+            }
+        )
+        for name, description in (columns or {}).items()
+    ]
+    computation = {
+        "@id": "#computation",
+        "@type": "CreateAction",
+        "name": title,
+        "instrument": _named(software),
+        "result": _named(results),
+    }
+    crate.root_dataset["mentions"] = _named([crate.add_jsonld(computation)])
+    if variables:
+        crate.root_dataset["variableMeasured"] = _named(variables)
+    with written_aside(folder / METADATA_FILE) as aside:
+        text = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
+        aside.write_text(text, encoding="utf-8")
+
+
+def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:
+    """Name entities as RO-Crate 1.1 has it: one by itself, several in a list."""
+    named = [{"@id": entity.id} for entity in entities]
+    return named[0] if len(named) == 1 else named
