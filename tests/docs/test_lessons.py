@@ -77,6 +77,33 @@ def test_there_are_ten_projects():
     assert len(re.findall(r"^\d+\. ★", (COURSE / "projects.md").read_text(), re.MULTILINE)) == 10
 
 
+def test_lesson_5_says_the_shares_that_its_figure_shows():
+    speeds, *etas = np.loadtxt(prepared("cor_curves.csv"), delimiter=",", unpack=True)
+    text = PAGES["5_nonlinear"].read_text()
+    slow = re.search(r"at ([\d.]+) v\* they keep (\d+) or (\d+) %", text)
+    assert float(slow[1]) == speeds[0]
+    assert {int(slow[2]), int(slow[3])} == {round(100.0 * eta[0]) for eta in etas}
+    least = re.search(r"they keep least, (\d+) to (\d+) %", text)
+    shares = sorted(round(100.0 * eta.min()) for eta in etas)
+    assert [int(least[1]), int(least[2])] == [shares[0], shares[-1]]
+    # Its picture begins there, and so does what is said for those who do not see it.
+    for page in (text, PAGES["class"].read_text()):
+        first = float(re.search(r"all fall from about (0\.\d\d)", page)[1])
+        assert min(eta[0] for eta in etas) - 0.005 < first < max(eta[0] for eta in etas) + 0.005
+
+
+def test_lesson_3_counts_contacts_of_a_hundred_particles_as_run_does():
+    text = PAGES["3_timestep_and_wall"].read_text()
+    assert "A chain of a hundred particles has more than eighty contacts" in text
+    contacts = [
+        collide(Scene(engine="reference", **bond), tolerance=1e-4).contacts
+        for bond in ({}, {"potential": "harmonic"})
+    ]
+    assert contacts == [84, 87]
+    # The first pages show the 84 of `chaincor run`.
+    assert "contacts               84, the last" in (ROOT / "README.md").read_text()
+
+
 @pytest.mark.slow
 def test_data_made_beforehand_are_what_a_computer_gives():
     speeds, lj, toda, log = np.loadtxt(prepared("cor_curves.csv"), delimiter=",", unpack=True)

@@ -23,7 +23,7 @@ Examples:
   chaincor run --wall reflect --timestep 0.01
   chaincor run --potential toda --particles 20 --sensitivity
   chaincor run --engine reference --particles 10 --temperature 1e-4 --samples 100
-What it prints is explained by: chaincor explain
+`chaincor explain` says what each printed word means.
 """
 
 
@@ -37,32 +37,33 @@ What it prints is explained by: chaincor explain
     "--most-hours",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="H",
-    help="refuse what is expected to take longer, and stop what does [default: 24]",
+    help="refuse a collision that is expected to take more than H hours, and stop one that does "
+    "[default: 24]",
 )
 @click.option(
     "--samples",
     type=click.IntRange(min=1),
     metavar="N",
-    help="of a warm scene: so many collisions, with its seed and those that follow, and what they "
-    "say together",
+    help="of a warm scene: run N collisions, with the seeds seed, seed + 1, ..., and print the mean "
+    "restitution and its standard error",
 )
 @click.option(
     "--precision",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="P",
-    help="with --samples: standard error wanted of the mean eta, to say how many more samples it "
-    "takes [default: 0.01]",
+    help="with --samples: the standard error that you want of the mean eta; says how many more "
+    "samples are needed [default: 0.01]",
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
     metavar="N",
-    help="with --samples: collisions at a time [default: one a core]",
+    help="with --samples: run N collisions at the same time [default: one for each core]",
 )
 @click.option(
     "--sensitivity",
     is_flag=True,
-    help="also print what eta changes by with speed, masses, bonds and contact",
+    help="also print the derivatives of eta by speed, masses, bonds and contact",
 )
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context

@@ -1,8 +1,9 @@
 """The words of a result, each explained in a sentence."""
 
 TERMS = {
-    "v*": "speed at which a bond no longer acts as a spring: the kinetic energy of one particle at "
-    "v* compresses one bond so far that it stores twice the energy of a spring as short",
+    "v*": "speed at which a bond no longer acts as a spring: one particle at v* has just the kinetic "
+    "energy that compresses one bond to where it stores twice the energy of a spring of the same "
+    "length",
     "restitution (energy)": "eta = K_r/K_i, final over initial kinetic energy of the centre of "
     "mass (with a free target: of the relative motion); after +- how far it may be from the exact "
     "number",
@@ -17,9 +18,9 @@ TERMS = {
     "target": "the same of the free target",
     "bond lengths": "shortest and longest bond from the first contact to the last, 1 at rest; "
     "after +- how much farther they may have gone between two steps",
-    "energy drift": "(E_end - E_start)/E_start; exact motion has none",
+    "energy drift": "(E_end - E_start)/E_start of the total energy E; 0 for exact motion",
     "momentum residual": "momentum at the end that the contacts do not explain, as a share of the "
-    "initial momentum, which is n v0 for unit masses; exact motion has none",
+    "initial momentum, which is n v0 for unit masses; 0 for exact motion",
     "fragments": "number of pieces of the chain; a bond is broken where the two sides move apart "
     "with more energy than the bond can hold",
     "crossed": "harmonic bonds let particles pass through each other, which atoms do not",
@@ -31,8 +32,8 @@ TERMS = {
 }
 
 OF_DUMPS = {
-    "frames": "states of all particles that the dump holds; what happens between two of them is "
-    "worked out from both",
+    "frames": "states of all particles that the dump holds; the motion between two frames is "
+    "computed from both",
     "format and reading": "error of eta that the dump's limited digits and frames cause; the error "
     "of the run itself (steps, table, wall) is not in it",
     "f/n": "contacts per particle of the chain; 1 for hard balls, about 0.87 for long chains of "
@@ -55,17 +56,18 @@ OF_DUMPS = {
 OF_STUDIES = {
     "setting": "engine, wall, scheme, table and step (dt of Verlet, H of composed schemes) "
     "together",
-    "kept": "an error of eta that a setting should not exceed here and in similar scenes: the "
+    "kept": "a limit that the error of eta should not exceed in this and in similar scenes: the "
     "largest error measured at this step and smaller ones, times a safety factor",
     "cause wall": "difference of eta between LAMMPS's own wall and contacts located within the "
     "step, at the same steps",
-    "cause integrator": "what finite steps leave with exact bonds, exact contacts and no rounding",
-    "cause table": "tabulated bonds less exact ones, at the same steps",
-    "cause rounding": "double precision less wider numbers, at the same steps",
+    "cause integrator": "error of eta that the time step alone causes, with exact bonds, exact contacts "
+    "and no rounding",
+    "cause table": "difference of eta between tabulated and exact bonds, at the same steps",
+    "cause rounding": "difference of eta between double precision and more digits, at the same steps",
     "cause output": "what eta loses where it is read from a default dump, which has six digits; "
     "it is not in the total",
-    "median, rms, worst": "of the error of eta at steps some hundredths apart, without its sign: "
-    "where these are far from each other the error is a matter of luck",
+    "median, rms, worst": "of the absolute error of eta, over steps that differ by some hundredths: "
+    "where the three are far apart, the error of a single run is a matter of luck",
 }
 
 OF_SCRIPTS = {
@@ -74,8 +76,8 @@ OF_SCRIPTS = {
     "regular": "the error is a smooth power of the step: the value can be extrapolated",
     "irregular": "the number jumps about between nearby steps; the jumps shrink with the step",
     "noise": "the number jumps about, and the step has no part in it: only more runs help",
-    "bounded": "it is not sure which of regular, irregular and noise it is: means over each rung "
-    "bound the error, and no order is given",
+    "bounded": "the runs do not decide between regular, irregular and noise: the means over each "
+    "rung bound the error, and no order is given",
     "cannot tell": "the number has the same digits in all runs",
     "order": "the power of the step with which the error, or its scatter, falls; after +- its "
     "uncertainty, at 95 % confidence",

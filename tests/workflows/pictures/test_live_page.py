@@ -5,9 +5,11 @@ import re
 from html.parser import HTMLParser
 
 import pytest
+from click.testing import CliRunner
 
 from chaincor.analysis.figures import style
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.pictures.live_page import live_page
 from tests.workflows.pictures.browser import Browser, find_chromium
@@ -219,7 +221,7 @@ def test_bonds_are_as_long_as_the_program_says(opened):
     browser = opened("#potential=lj&particles=20&speed=0.9")
     browser.wait(IDLE)
     words = text_of(browser, "facts")
-    found = re.search(r"up to the last contact, seen at steps: (0\.\d+) to (1\.\d+)", words)
+    found = re.search(r"up to the last contact: (0\.\d+) to (1\.\d+)", words)
     scene = Scene(particles=20, speed=0.9, engine="reference", scheme="order8", timestep=0.05)
     expected = collide(scene)
     # What the program's and the page's steps leave unseen, and half of the page's last digit. In
@@ -228,6 +230,42 @@ def test_bonds_are_as_long_as_the_program_says(opened):
     assert float(found[1]) == pytest.approx(expected.bond_min, abs=room)
     assert float(found[2]) == pytest.approx(expected.bond_max, abs=room)
     assert room < 0.01
+
+
+@needs_browser
+@pytest.mark.slow
+def test_the_saved_state_of_a_warm_chain_gives_the_program_the_same_collision(
+    opened, tmp_path, monkeypatch
+):
+    browser = opened("#potential=lj&particles=12&speed=0.4&masses=1,2&temperature=0.0003&seed=5")
+    browser.wait(IDLE)
+    assert text_of(browser, "command-label").startswith("The same collision")
+    command = text_of(browser, "command")
+    state = browser.evaluate("fetch(find('first-state').href).then((file) => file.text())")
+    (tmp_path / "state.csv").write_text(state)
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(main, [*command.split()[1:], "--tolerance", "1e-10", "--json"])
+    assert done.exit_code == 0, done.output
+    expected = json.loads(done.output)
+    found = browser.evaluate("[shown.run.restitution, shown.run.contacts.length]")
+    # The page promises 1e-9, and the program is asked for a tenth of that.
+    assert found[0] == pytest.approx(expected["restitution"], abs=1.1 * PROMISE)
+    assert found[1] == expected["contacts"]
+    # A file holds the state of one body: with a free target the page says that states differ.
+    browser.evaluate("find('target').value = 'free'; change()")
+    browser.wait("find('command-label').textContent.includes('another collision')")
+    assert "--temperature 0.0003 --seed 5" in text_of(browser, "command")
+    assert browser.evaluate("find('first-state').hidden")
+
+
+@needs_browser
+@pytest.mark.slow
+def test_a_number_without_a_proved_end_is_said_so_far(opened):
+    browser = opened("#potential=lj&particles=50&speed=1")
+    browser.wait(IDLE)
+    assert text_of(browser, "ending").startswith("Not proved that it was the last contact")
+    # Four digits, and none of the ten that the bar would leave.
+    assert re.fullmatch(r"0\.\d{4} so far", text_of(browser, "eta"))
 
 
 @needs_browser

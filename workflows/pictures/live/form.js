@@ -77,9 +77,24 @@ function addressOf(scene) {
   return "#" + pairs.map(([key, value]) => `${key}=${value}`).join("&");
 }
 
-/** The command that has the program itself carry a scene out. */
-function commandOf(scene) {
-  const options = Object.entries(scene).map(
+/** The drawn state of a warm chain before a wall, as a file for --initial; null for other scenes. */
+function firstStateOf(scene) {
+  if (!(scene.temperature > 0) || scene.target_particles > 0) return null;
+  try {
+    const { line, state } = prepare(scene);
+    const rows = Array.from(line.chain, (_, i) =>
+      `${state.strains[line.gap + i]},${state.velocities[line.first + i]}`);
+    return ["strain,velocity", ...rows, ""].join("\n");
+  } catch (problem) {
+    if (problem instanceof Refusal) return null; // the worker says why
+    throw problem;
+  }
+}
+
+/** The command that has the program itself carry a scene out, from its first state if it is drawn. */
+function commandOf(scene, drawn) {
+  const { speed, velocity, temperature, seed, ...rest } = scene;
+  const options = Object.entries(drawn ? { ...rest, initial: "state.csv" } : scene).map(
     ([key, value]) => `--${key.replaceAll("_", "-")} ${value}`
   );
   return ["chaincor run --engine reference", ...options].join(" ");

@@ -119,10 +119,16 @@ function change({ later = 0 } = {}) {
 
 /** Say how the program computes a scene; nothing where there is none. */
 function sayCommand(scene) {
-  find("command").textContent = scene ? commandOf(scene) : "";
-  find("command-label").textContent = !scene ? "" : scene.temperature
-    ? "By the program, with a state of its own at this temperature (the random numbers differ):"
-    : "The same by the program:";
+  const drawn = scene && firstStateOf(scene), link = find("first-state");
+  find("command").textContent = scene ? commandOf(scene, drawn) : "";
+  find("command-label").textContent = !scene ? "" : drawn
+    ? "The same collision by the program, once the first state is saved as state.csv:"
+    : scene.temperature
+      ? "The program draws another first state from this seed, and so computes another collision:"
+      : "The same collision by the program:";
+  URL.revokeObjectURL(link.href);
+  link.hidden = !drawn;
+  link.href = drawn ? URL.createObjectURL(new Blob([drawn], { type: "text/csv" })) : "";
 }
 
 // What is shown ---------------------------------------------------------------------------------
@@ -152,15 +158,14 @@ function show(run, done) {
   find("kinematic").textContent = unknown ? "" : `e = \u221a\u03b7 = ${Math.sqrt(run.restitution).toFixed(4)}`;
   find("progress").textContent = done
     ? `Time step ${run.step.toPrecision(3)}; a second run with ` +
-      `${(2 * run.step).toPrecision(3)} gives the error bar. ${run.seconds.toFixed(2)} s.`
+      `${(2 * run.step).toPrecision(3)} gives the error bar. Computed in ${run.seconds.toFixed(2)} s.`
     : "A second run, with half the time step, for the error bar \u2026";
   const unit = run.unit === null ? "" : `; v* = ${run.unit.toPrecision(9)}`;
   find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}.` +
-    (run.masses.length > 2 ? ` Bond lengths up to the last contact, seen at steps: ` +
+    (run.masses.length > 2 ? ` Bond lengths at the ends of time steps, up to the last contact: ` +
       `${(1 + run.shortest).toFixed(3)} to ${(1 + run.longest).toFixed(3)}.` : "") +
-    (scene.temperature ? ` Warm: T = ${scene.temperature}, seed ${scene.seed} of this page's own ` +
-      "random numbers (sfc32): the program draws another state from the same seed."
-      : "");
+    (scene.temperature ? ` T = ${scene.temperature}; this page's own random numbers (sfc32) drew the ` +
+      `first state from seed ${scene.seed}.` : "");
   find("break-key").hidden = !shown.run.broken.some((bonds) => bonds.some((b) => b));
   for (const part of document.querySelectorAll(".target-key"))
     part.hidden = !(scene.target_particles > 0);

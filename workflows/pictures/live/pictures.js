@@ -121,7 +121,7 @@ const chainPicture = new Picture("chain", {
       low = Math.min(low, run.rest[0] + m * run.film.displacements[at]);
     }
     axes.span(run.rigid ? 0 : low - 0.5, high + 0.5, -2.2, 2.2);
-    axes.axes(m > 1.2 ? `position (bond lengths; displacements \u00d7 ${m.toPrecision(2)})`
+    axes.axes(m > 1.2 ? `position (bond lengths; displacements drawn ${m.toPrecision(2)} times as large)`
       : "position (bond lengths)", "velocity / v\u2080");
     axes.line([[axes.x0, 0], [axes.x1, 0]], "ink", 1);
   },

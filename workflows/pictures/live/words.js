@@ -27,9 +27,9 @@ function curveText() {
   const open = shown.curve.filter((p) => p.ending === "open").length;
   return [
     shown.flat ? "Springs behave alike at every speed." : `${shown.curve.length} speeds.`,
-    open ? `Hollow: a later contact is not ruled out (${open}).` : "",
-    refused ? `Crosses: refused (${refused}).` : "",
-    shown.curve.some((p) => p.error > 0.002) ? "Bars: where the motion is chaotic." : "",
+    open ? `Hollow points: a later contact may still change the number (${open}).` : "",
+    refused ? `Crosses: speeds that the page refuses (${refused}).` : "",
+    shown.curve.some((p) => p.error > 0.002) ? "Bars: error bars of chaotic motions." : "",
   ].filter(Boolean).join(" ");
 }
 
