@@ -265,7 +265,7 @@ def _ending_caveats(ending: Ending) -> list[str]:
 
 def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> list[str]:
     if detection.method == "none":
-        return ["bodies that overlap have no contacts at a time of their own: these are not told"]
+        return ["soft bodies touch for a while, not at one moment: no contact times are given"]
     if detection.unresolved:
         advice = (
             "write frames closer together"

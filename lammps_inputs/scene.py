@@ -89,12 +89,13 @@ class Scene(BondKeys):
         description="particles of a free body at rest, with the same bonds, in place of the wall",
     )
     target_masses: Masses | None = Field(
-        default=None, description="masses of the target's particles, from the contact outward [default: 1]"
+        default=None,
+        description="masses of the target's particles, from the contact outward [default: 1]",
     )
     contact: Contact | None = Field(
         default=None,
-        description="hard bodies, or soft ones: where they overlap by d they repel with the force K d^q "
-        "[default: hard]",
+        description="hard bodies, or soft ones, which repel with the force K d^q where they "
+        "overlap by d [default: hard]",
     )
     contact_stiffness: PositiveNumber | None = Field(
         default=None, description="K of contact power [default: 1]"
@@ -140,9 +141,9 @@ class Scene(BondKeys):
     )
     timestep: PositiveNumber | None = Field(
         default=None,
-        description="time step H, of a composed step as a whole [default: chosen for the tolerance; "
-        "with numerics of your own 0.0125, 0.05, 0.1 or 0.2 for the four schemes, 0.005 with wall "
-        "reflect]",
+        description="time step H, that of a whole composed step [default: chosen for the "
+        "tolerance; with other numerics of your own 0.0125, 0.05, 0.1 or 0.2 for the four "
+        "schemes, 0.005 with wall reflect]",
     )
     table: TableStyle | None = Field(
         default=None,

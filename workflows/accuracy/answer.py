@@ -78,7 +78,7 @@ def reason_missed(found: Answer, tolerance: float) -> str | None:
             "more (--most-hours, or most_seconds in Python)"
         )
     if outcome.scheme == hard_sphere.SCHEME:
-        remedy = "so far hard spheres may be off; ask for less: to step would take too long"
+        remedy = "the chain may differ so much from hard spheres; ask for less: steps take too long"
     return (
         f"the error reached is {bar.total:.2g}, not {tolerance:g}; most of it, "
         f"{parts[largest]:.2g}, is {largest}: {remedy}"

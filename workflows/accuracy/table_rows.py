@@ -96,7 +96,7 @@ def rows_error(scene: Scene, outcome: Outcome, tolerance: float) -> float:
         except ChaincorError as error:
             raise TableError(
                 f"the bond table {bond.path!r} has {len(bond.rows.strains)} rows, too few or too "
-                f"noisy for this collision: with others that they may as well stand for, it cannot "
+                f"noisy for this collision: with other rows that fit the same digits it cannot "
                 f"be carried out ({error}); expected more rows, or more digits"
             ) from None
     changes = [change - changes[0] for change in changes[1:]]

@@ -36,7 +36,7 @@ def describe_ensemble(result: "Ensemble", scene: Scene, precision: float) -> str
     ]
     share = f"{above.value:.4g}, {above.low:.4g} to {above.high:.4g} with 95 % confidence"
     if above.doubtful:
-        share += f"; error bars leave {above.doubtful} open"
+        share += f"; for {above.doubtful} the error bar leaves e > 1 open"
     endings = [sample.ending for sample in result.samples]
     ends = ", ".join(
         f"{endings.count(kind)} {kind}" for kind in ("proved", "argued", "open") if kind in endings

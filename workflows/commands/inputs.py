@@ -19,14 +19,26 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 @click.option(
     "--submit",
     type=click.Choice(["slurm", "pbs", "bash"]),
-    help="of a sweep file: what runs the jobs [default: bash]",
+    help="for a sweep file: the scheduler that runs the jobs [default: bash]",
 )
-@click.option("--site", metavar="FILE", help="of a sweep file: lines for the head of that script")
+@click.option(
+    "--site",
+    metavar="FILE",
+    help="for a sweep file: lines to put at the head of the script that submits",
+)
 @click.option("--dry-run", is_flag=True, help="print the script and write nothing")
 @click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
 @click.option("--contacts", is_flag=True, help="also list the contacts, in contacts.txt")
-@click.option("--restartable", is_flag=True, help="go on by -var restart 20 and -var resume 1")
-@click.option("--guards", is_flag=True, help="refuse by name what the job is not made for")
+@click.option(
+    "--restartable",
+    is_flag=True,
+    help="-var restart 20 writes the state now and then, -var resume 1 goes on from it",
+)
+@click.option(
+    "--guards",
+    is_flag=True,
+    help="stop, with a reason, where the job is not made for what it is given",
+)
 @click.option(
     "--table-range",
     nargs=2,

@@ -37,28 +37,26 @@ Examples:
     "--most-hours",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="H",
-    help="refuse a collision that is expected to take more than H hours, and stop one that does "
-    "[default: 24]",
+    help="most hours that it may take [default: 24]",
 )
 @click.option(
     "--samples",
     type=click.IntRange(min=1),
     metavar="N",
-    help="of a warm scene: run N collisions, with the seeds seed, seed + 1, ..., and print the mean "
-    "restitution and its standard error",
+    help="of a warm scene: run N seeds, and print the mean eta and its standard error",
 )
 @click.option(
     "--precision",
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="P",
-    help="with --samples: the standard error that you want of the mean eta; says how many more "
-    "samples are needed [default: 0.01]",
+    help="with --samples: wanted standard error of the mean; says how many more samples "
+    "are needed [default: 0.01]",
 )
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
     metavar="N",
-    help="with --samples: run N collisions at the same time [default: one for each core]",
+    help="with --samples: run N at the same time [default: one for each core]",
 )
 @click.option(
     "--sensitivity",

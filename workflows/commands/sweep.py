@@ -52,7 +52,9 @@ def _shard(_ctx: click.Context, _parameter: click.Parameter, text: str | None) -
 @click.option("--shard", callback=_shard, metavar="I/K", help="only part I of K, for job arrays")
 @click.option("--arrays", is_flag=True, help="keep contacts, mode energies and final states")
 @click.option("--recompute", is_flag=True, help="compute also what is there")
-@click.option("--retry-failed", is_flag=True, help="try also what failed by itself before")
+@click.option(
+    "--retry-failed", is_flag=True, help="also try again collisions that failed in an earlier run"
+)
 @click.option(
     "--keep-jobs",
     type=click.Path(path_type=Path),

@@ -33,7 +33,7 @@ _LEAST_ROWS = 4
     "--tolerance",
     type=float,
     metavar="X",
-    help="error that a good table leaves open at most, a part of the largest force "
+    help="largest error that a good table may have, as a fraction of the largest force "
     "[default: 0.001]",
 )
 @click.option(

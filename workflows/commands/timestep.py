@@ -34,9 +34,17 @@ from chaincor.workflows.json_output import json_text
     metavar="NAME=VALUE,VALUE",
     help="repeat the ladder at each of these values of another variable",
 )
-@click.option("--seeds", type=int, metavar="N", help="so many runs a rung, with a seed each")
-@click.option("--phases", type=int, metavar="N", help="so many nearby values a rung [default: 4]")
-@click.option("--scale-periods", is_flag=True, help="hold in time what the script counts in steps")
+@click.option(
+    "--seeds", type=int, metavar="N", help="N runs at each value, each with a seed of its own"
+)
+@click.option(
+    "--phases", type=int, metavar="N", help="N runs at nearby values for each value [default: 4]"
+)
+@click.option(
+    "--scale-periods",
+    is_flag=True,
+    help="keep the time between outputs that the script counts in steps",
+)
 @click.option("--timeout", type=float, metavar="S", help="seconds one run may take [default: 600]")
 @click.option(
     "--lmp",

@@ -1,9 +1,8 @@
 """The words of a result, each explained in a sentence."""
 
 TERMS = {
-    "v*": "speed at which a bond no longer acts as a spring: one particle at v* has just the kinetic "
-    "energy that compresses one bond to where it stores twice the energy of a spring of the same "
-    "length",
+    "v*": "speed at which a bond no longer acts as a spring: one particle at v* has just the "
+    "kinetic energy that compresses a bond to where it stores twice the energy of a spring",
     "restitution (energy)": "eta = K_r/K_i, final over initial kinetic energy of the centre of "
     "mass (with a free target: of the relative motion); after +- how far it may be from the exact "
     "number",
@@ -60,14 +59,15 @@ OF_STUDIES = {
     "largest error measured at this step and smaller ones, times a safety factor",
     "cause wall": "difference of eta between LAMMPS's own wall and contacts located within the "
     "step, at the same steps",
-    "cause integrator": "error of eta that the time step alone causes, with exact bonds, exact contacts "
-    "and no rounding",
+    "cause integrator": "error of eta that the time step alone causes, with exact bonds, exact "
+    "contacts and no rounding",
     "cause table": "difference of eta between tabulated and exact bonds, at the same steps",
-    "cause rounding": "difference of eta between double precision and more digits, at the same steps",
+    "cause rounding": "difference of eta between double precision and more digits, at the same "
+    "steps",
     "cause output": "what eta loses where it is read from a default dump, which has six digits; "
     "it is not in the total",
-    "median, rms, worst": "of the absolute error of eta, over steps that differ by some hundredths: "
-    "where the three are far apart, the error of a single run is a matter of luck",
+    "median, rms, worst": "of the absolute error of eta, over steps that differ by some "
+    "hundredths: where the three are far apart, the error of a single run is a matter of luck",
 }
 
 OF_SCRIPTS = {

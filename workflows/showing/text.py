@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
-    "argued": "another contact is very unlikely, but not ruled out",
+    "argued": "the collision is very likely over, but this is not proved",
     "open": "a piece still approaches the {}; contacts to come are in the error bar",
 }
 

@@ -124,7 +124,7 @@ def test_help_of_run_has_groups_defaults_and_examples(capsys):
     assert out.count("--particles N") == 1
     plain = " ".join(out.split())
     assert "fix wall/reflect [default: event]" in plain
-    assert "[default: as the tolerance needs; with numerics of your own order6" in plain
+    assert "[default: chosen for the tolerance; order6 with other numerics of your own" in plain
     _, out, _ = chaincor(capsys, "run", "--help")
     assert "\n    chaincor run --potential harmonic --particles 20" in out
 

@@ -5,11 +5,9 @@ import re
 from html.parser import HTMLParser
 
 import pytest
-from click.testing import CliRunner
 
 from chaincor.analysis.figures import style
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.pictures.live_page import live_page
 from tests.workflows.pictures.browser import Browser, find_chromium
@@ -235,7 +233,7 @@ def test_bonds_are_as_long_as_the_program_says(opened):
 @needs_browser
 @pytest.mark.slow
 def test_the_saved_state_of_a_warm_chain_gives_the_program_the_same_collision(
-    opened, tmp_path, monkeypatch
+    opened, tmp_path, monkeypatch, chaincor
 ):
     browser = opened("#potential=lj&particles=12&speed=0.4&masses=1,2&temperature=0.0003&seed=5")
     browser.wait(IDLE)
@@ -244,9 +242,9 @@ def test_the_saved_state_of_a_warm_chain_gives_the_program_the_same_collision(
     state = browser.evaluate("fetch(find('first-state').href).then((file) => file.text())")
     (tmp_path / "state.csv").write_text(state)
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, [*command.split()[1:], "--tolerance", "1e-10", "--json"])
-    assert done.exit_code == 0, done.output
-    expected = json.loads(done.output)
+    status, out, err = chaincor(*command.split()[1:], "--tolerance", "1e-10", "--json")
+    assert status == 0, err
+    expected = json.loads(out)
     found = browser.evaluate("[shown.run.restitution, shown.run.contacts.length]")
     # The page promises 1e-9, and the program is asked for a tenth of that.
     assert found[0] == pytest.approx(expected["restitution"], abs=1.1 * PROMISE)

@@ -112,7 +112,7 @@ def longest_strain(moving: Motion) -> float:
 
 # A chain that broke is followed again and again, with so many times the step of the run; more often
 # where these motions come to different ends; a long one, which costs the square of its length,
-# once, and from its last contact on: nobody knows then what it hinges on, and two motions of one
+# once, and from its last contact on: it is not known then what it hinges on, and two motions of one
 # that forgets its roundings have not the same contacts before.
 _SAMPLES = (0.97, 0.91, 0.83, 0.77)
 _MORE_SAMPLES = (0.95, 0.88, 0.8, 0.74)

@@ -72,7 +72,9 @@ EXERCISES = {
                 lambda: 1.0 + _eta(),
                 "this adds an energy to a momentum: momentum goes with e, not with eta",
             ),
-            Mistake(_e, "this is what the chain flies off with; the wall also stopped it first"),
+            Mistake(
+                _e, "this is the momentum of the leaving chain; the wall also stopped it first"
+            ),
             Mistake(
                 lambda: 10.0 * (1.0 + _e()),
                 "this is in units of v0: divide it by the number of particles, too",
