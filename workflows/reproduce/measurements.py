@@ -55,12 +55,20 @@ class Study:
         Run by LAMMPS and in-house.
     in_house : tuple of Scene
         Run in-house only: too long for LAMMPS in this plan.
+    echoed : tuple of Scene
+        Harmonic chains of 20 particles or more, by the echo of their free end.
     """
 
     key: str
     title: str
     scenes: tuple[Scene, ...]
     in_house: tuple[Scene, ...] = ()
+    echoed: tuple[Scene, ...] = ()
+
+    @property
+    def all_scenes(self) -> tuple[Scene, ...]:
+        """All of them, however run."""
+        return (*self.scenes, *self.in_house, *self.echoed)
 
 
 def harmonic_scene(

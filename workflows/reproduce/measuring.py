@@ -1,8 +1,10 @@
 """From a plan to points: which scenes are run, by which engine, and by whom."""
 
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
 from chaincor.workflows.accuracy.step_guess import sharpness
@@ -59,12 +61,36 @@ def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements
     wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
     answers = dict(zip(wanted, run(wanted), strict=True))
 
+    echoed = by_echo([scene for study in planned for scene in study.echoed])
+
     def point(scene: Scene) -> Point:
+        if scene not in in_house:
+            return Point(scene, None, echoed[scene])
         by_lammps = answers[lammps[scene]] if scene in lammps else None
         return Point(scene, by_lammps, answers[in_house[scene]])
 
-    points = {
-        study.key: tuple(point(scene) for scene in (*study.scenes, *study.in_house))
-        for study in planned
-    }
+    points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}
     return Measurements(plan, planned, points)
+
+
+def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
+    """Collide long harmonic chains, which share the contacts before their first echo."""
+    by_length = {scene.particles: scene for scene in scenes}
+    started = time.process_time()
+    chains = collide_long_chains(by_length)
+    seconds = (time.process_time() - started) / max(len(chains), 1)
+    return {
+        by_length[chain.particles]: Answer(
+            {
+                "restitution": chain.restitution,
+                "restitution_error": chain.restitution_error,
+                "tolerance_met": True,
+                "contacts": chain.contacts,
+                "last_contact_time": chain.last_contact_time,
+                "scheme": "echo",
+                "seconds_total": seconds,
+                "versions": {},
+            }
+        )
+        for chain in chains
+    }

@@ -47,7 +47,8 @@ def studies(plan: Plan) -> tuple[Study, ...]:
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
         *(pair, order, slow_chains),
     )
-    return tuple(figure.study(plan) for figure in figures)
+    studies = (figure.study(plan) for figure in figures)
+    return (*studies, harmonic_lengths.study_of_longest(plan))
 
 
 def fits(measured: Measurements) -> list[dict[str, Any]]:

@@ -32,14 +32,14 @@ class Plan:
     curve_speeds : tuple of float
         Speeds for lj, toda and log chains.
     harmonic_sizes, harmonic_far_sizes : tuple of int
-        Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones in-house
-        only.
+        Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones by the echo
+        of their free end.
     harmonic_longest : tuple of int
         Around these lengths the limit of harmonic chains is found.
     harmonic_velocities : tuple of float
         Velocities at which the harmonic chain's eta must be the same.
     sizes : tuple of int
-        Lengths of lj chains at the paper's five speeds.
+        Lengths of lj chains at the paper's five speeds; the dearest are in-house only.
     far_sizes : mapping of float to tuple of int
         Longer ones, in-house only, by speed.
     increase_speeds : mapping of int to tuple of float

@@ -80,7 +80,7 @@ def gather(
         "work": [
             {
                 "study": study.title,
-                "points": len(study.scenes) + len(study.in_house),
+                "points": len(study.all_scenes),
                 **measured.seconds(study.key),
             }
             for study in measured.studies

@@ -40,8 +40,9 @@ def test_collisions_are_those_of_the_exact_modes():
     lengths = [20, 57, 300]
     for n, found in zip(lengths, harmonic.collide_long_chains(lengths), strict=True):
         exact = collide(Scene(potential="harmonic", particles=n, engine="reference"))
-        # 1e-12 of a momentum of some hundred v0, over n.
-        assert found.restitution == pytest.approx(exact.restitution, abs=1e-9)
+        bar = found.restitution_error + exact.restitution_error
+        assert found.restitution == pytest.approx(exact.restitution, rel=0.0, abs=bar)
+        assert found.restitution_error < 1e-8
         assert found.contacts == exact.contacts
         assert found.particles == n
 

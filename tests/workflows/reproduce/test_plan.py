@@ -1,5 +1,7 @@
 """Both plans hold what the paper's figures need."""
 
+from itertools import product
+
 import pytest
 
 from chaincor.workflows.reproduce.paper import studies
@@ -13,8 +15,13 @@ def test_plan_covers_the_figures(plan):
     assert max(plan.sizes) >= 1000
     assert max(max(sizes) for sizes in plan.far_sizes.values()) >= 10_000
     assert {2, 19, 20, 100, 500} <= set(plan.harmonic_sizes)
-    scenes = [s for study in studies(plan) for s in (*study.scenes, *study.in_house)]
-    assert {s.speed for s in scenes if s.label == "lj"} >= set(PAPER_SIZE_SPEEDS)
+    by_key = {study.key: study.all_scenes for study in studies(plan)}
+    lengths = {(s.speed, s.particles) for s in by_key["sizes"]}
+    assert lengths >= set(product(PAPER_SIZE_SPEEDS, plan.sizes))
+    harmonic = {s.particles for s in by_key["harmonic_sizes"]}
+    assert harmonic == {*plan.harmonic_sizes, *plan.harmonic_far_sizes}
+    for scenes in by_key.values():
+        assert len(set(scenes)) == len(scenes)
 
 
 def test_every_increase_can_be_told_from_its_error_bar():

@@ -160,9 +160,7 @@ def _draw(points: list[Point]) -> "Canvas":
     draw_points(ax, points, u, eta, color=BLUE, label=r"restitution $\eta$", line=True)
     share, none = [p.contacts_per_particle for p in points], [0.0] * len(points)
     label = r"contacts per particle $f(n)/n$"
-    draw_points(
-        ax, points, u, share, color=VERMILION, marker="s", label=label, errors=none, line=True
-    )
+    draw_points(ax, points, u, share, color=VERMILION, marker="s", label=label, errors=none)
     ax.axhline(1.0, color=BLACK, linewidth=0.6)
     ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"$\eta$ and $f(n)/n$")
     ax.legend(loc="lower left")

@@ -1,14 +1,12 @@
 """Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
 from chaincor.analysis.slow_chains.curve import FRONT_LEAD
-from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.analysis.theory import (
     HARMONIC_DISSIPATION_COEFFICIENT,
     harmonic_dissipation_law,
@@ -38,15 +36,31 @@ _RANGES = ((30, 300), (100, 1000), (200, 2000), (500, 20000), (1000, 20000))
 _PREFACTOR_RANGES = ((100, 1000), (1000.5, 3000), (3000.5, 20000))
 # So many lengths within 6 %: they scatter by the phase of the last contacts.
 _PHASES = 7
+_PARTS = np.linspace(0.94, 1.06, _PHASES)
 
 
 def study(plan: Plan) -> Study:
-    """Return harmonic chains of all lengths, those too long for LAMMPS in-house only."""
+    """Return harmonic chains of all lengths: by LAMMPS, and by the echo of their free end."""
     return Study(
         "harmonic_sizes",
         "harmonic chains of many lengths",
         tuple(harmonic_scene(n, plan.tolerance) for n in plan.harmonic_sizes),
-        tuple(harmonic_scene(n, plan.tolerance) for n in plan.harmonic_far_sizes),
+        echoed=tuple(
+            harmonic_scene(n, plan.tolerance)
+            for n in plan.harmonic_far_sizes
+            if n not in plan.harmonic_sizes
+        ),
+    )
+
+
+def study_of_longest(plan: Plan) -> Study:
+    """Return harmonic chains around the lengths that the limit is found from."""
+    lengths = [round(n * part) for n in plan.harmonic_longest for part in _PARTS]
+    return Study(
+        "harmonic_longest",
+        "harmonic chains, for the limit of long ones",
+        (),
+        echoed=tuple(harmonic_scene(n, plan.tolerance) for n in lengths),
     )
 
 
@@ -68,14 +82,11 @@ class Longest:
     limit_error: float
 
 
-@cache
-def longest_chains(sizes: tuple[int, ...]) -> Longest:
-    """Collide chains around each size exactly, and take them to n -> infinity."""
-    parts = np.linspace(0.94, 1.06, _PHASES)
-    lengths = [round(size * part) for size in sizes for part in parts]
-    chains = collide_long_chains(lengths)
-    n = np.array([chain.particles for chain in chains], dtype=float)
-    factors = n ** (2.0 / 3.0) * np.array([1.0 - chain.restitution for chain in chains])
+def longest_chains(measured: Measurements) -> Longest:
+    """Take the chains around each of the longest sizes to n -> infinity."""
+    sizes, points = measured.plan.harmonic_longest, measured.points["harmonic_longest"]
+    n = np.array([point.particles for point in points], dtype=float)
+    factors = np.array([_scaled(point) for point in points])
     grouped = factors.reshape(-1, _PHASES)
     errors = grouped.std(axis=1, ddof=1) / _PHASES**0.5
     weights = 1.0 / np.repeat(errors, _PHASES) / _PHASES**0.5
@@ -169,7 +180,7 @@ def _harmonic_exponent(measured: Measurements) -> Finding:
 )
 def _harmonic_prefactor(measured: Measurements) -> Finding:
     law = harmonic_law(measured)
-    longest = longest_chains(measured.plan.harmonic_longest)
+    longest = longest_chains(measured)
     by_range = ", ".join(
         f"{fit.prefactor:.3f} ± {fit.prefactor_error:.3f} (n = {fit.first:.0f} to {fit.last:.0f})"
         for fit in law.prefactors
@@ -215,21 +226,21 @@ def figure(measured: Measurements) -> Figure:
         key="harmonic_lengths",
         title="Dissipation of harmonic chains against their length",
         caption=(
-            "The paper's figure 3. Filled: LAMMPS; open: in-house engine, for more lengths; n = 2, "
-            f"which loses nothing, has no place. 1 − η ∝ n^p, n = {fit.first:.0f} to "
+            "The paper's figure 3. Filled: LAMMPS; open: more lengths, by the echo of their free "
+            f"end; n = 2, which loses nothing, has no place. 1 − η ∝ n^p, n = {fit.first:.0f} to "
             f"{fit.last:.0f}: p = {fit.exponent:.3f} ± {fit.exponent_error:.3f}; over other ranges "
             "see [the fits](#fits). Below, n^(2/3)(1 − η): its scatter is no noise (error bars are "
             "smaller than the dots), but comes from the last contacts, whose times change with n. "
             f"Its mean falls with the length, to {harmonic_dissipation_limit():.4f} (dotted), the "
             "limit of a front that disperses as Airy's function; black dots: means over "
-            f"{_PHASES} lengths of longer chains, by the echo of their free end; solid: 0.652, "
-            "the limit of the paper's approximate formula, which they fall through."
+            f"{_PHASES} lengths of longer chains; solid: 0.652, the limit of the paper's "
+            "approximate formula, which they fall through."
         ),
         records=[point_record(point) for point in points],
         draw=lambda: _draw(
             [p for p in points if p.particles >= 3],
             law.mean_prefactor,
-            longest_chains(measured.plan.harmonic_longest).groups,
+            longest_chains(measured).groups,
         ),
         alt=(
             "1 − η falls along a straight line of slope −2/3 from n = 30 on; below, multiplied by "

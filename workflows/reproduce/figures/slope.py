@@ -36,19 +36,22 @@ _PAPER_SLOPE = 2.61
 def study(plan: Plan) -> Study:
     """Return lj and harmonic chains of several lengths at low speed."""
 
+    def harmonic(lengths: tuple[int, ...]) -> tuple[Scene, ...]:
+        return tuple(harmonic_scene(n, plan.tolerance) for n in lengths)
+
     def chains(lengths: tuple[int, ...]) -> tuple[Scene, ...]:
-        tolerance = plan.tolerance
-        return (
-            *(harmonic_scene(n, tolerance) for n in lengths),
-            *(
-                Scene(potential="lj", particles=n, speed=u, tolerance=tolerance)
-                for n in lengths
-                for u in plan.slope_speeds
-            ),
+        return tuple(
+            Scene(potential="lj", particles=n, speed=u, tolerance=plan.tolerance)
+            for n in lengths
+            for u in plan.slope_speeds
         )
 
     return Study(
-        "slopes", "initial slope C, lj", chains(plan.slope_sizes), chains(plan.slope_far_sizes)
+        "slopes",
+        "initial slope C, lj",
+        (*harmonic(plan.slope_sizes), *chains(plan.slope_sizes)),
+        chains(plan.slope_far_sizes),
+        harmonic(plan.slope_far_sizes),
     )
 
 
