@@ -15,6 +15,8 @@ from chaincor.workflows.reproduce.measurements import Point
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
+else:  # Matplotlib is imported where something is drawn.
+    Axes = Canvas = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
 # Element ids of SVG files are made from this, so that equal data give equal files.
@@ -46,7 +48,7 @@ class Figure:
     title: str
     caption: str
     records: Sequence[Mapping[str, Any]]
-    draw: "Callable[[], Canvas]"
+    draw: Callable[[], Canvas]
     alt: str
 
     def to_csv(self) -> str:
@@ -99,7 +101,7 @@ def point_record(point: Point) -> dict[str, Any]:
 
 
 def draw_points(
-    ax: "Axes",
+    ax: Axes,
     points: Sequence[Point],
     x: ArrayLike,
     y: ArrayLike,

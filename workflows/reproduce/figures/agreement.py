@@ -1,15 +1,10 @@
 """LAMMPS against the in-house engine, point by point, beside the error bars."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
-from chaincor.workflows.reproduce.drawing import Figure, point_record
+from chaincor.workflows.reproduce.drawing import Canvas, Figure, point_record
 from chaincor.workflows.reproduce.measurements import Measurements
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 _FLOOR = 1e-14
 
@@ -45,7 +40,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(found: np.ndarray, allowed: np.ndarray, sharp: float) -> "Canvas":
+def _draw(found: np.ndarray, allowed: np.ndarray, sharp: float) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 4.0))
     for chosen, color, label in (
         (found <= allowed, BLUE, "agree"),

@@ -1,17 +1,12 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS, new_figure
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Canvas, Figure
 from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, FreeFlight
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 
 def figure(flights: tuple[FreeFlight, ...]) -> Figure:
@@ -113,7 +108,7 @@ def _when(moment: float) -> str:
     return f"after {moment:g} crossing{'s' if moment != 1.0 else ''}"
 
 
-def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
+def _draw(flights: tuple[FreeFlight, ...]) -> Canvas:
     canvas, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 8.4))
     if not flights:
         return canvas
@@ -135,7 +130,7 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     return canvas
 
 
-def _draw_times(canvas: "Canvas", ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
+def _draw_times(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     """Draw the larger count as a colour over speed and time, and dots where it is not sure."""
     from matplotlib.colors import BoundaryNorm
 

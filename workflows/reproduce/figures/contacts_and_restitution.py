@@ -1,12 +1,16 @@
 """Contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points, point_record
+from chaincor.workflows.reproduce.drawing import (
+    IMPACT_SPEED,
+    Canvas,
+    Figure,
+    draw_points,
+    point_record,
+)
 from chaincor.workflows.reproduce.figures.restitution_curves import (
     FALL,
     curves,
@@ -15,9 +19,6 @@ from chaincor.workflows.reproduce.figures.restitution_curves import (
 )
 from chaincor.workflows.reproduce.hard_spheres import HardSphereRun, run_hard_spheres
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
@@ -154,7 +155,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(points: list[Point]) -> "Canvas":
+def _draw(points: list[Point]) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 3.9))
     u, eta = [p.speed for p in points], [p.restitution for p in points]
     draw_points(ax, points, u, eta, color=BLUE, label=r"restitution $\eta$", line=True)

@@ -1,7 +1,7 @@
 """Dissipation of harmonic chains against their length (NH figure 3), and its law (NH eq. 12)."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_limit,
 )
 from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import Figure, draw_points, point_record
+from chaincor.workflows.reproduce.drawing import Canvas, Figure, draw_points, point_record
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law, fit_rows
 from chaincor.workflows.reproduce.measurements import (
     Measurements,
@@ -22,9 +22,6 @@ from chaincor.workflows.reproduce.measurements import (
     harmonic_scene,
 )
 from chaincor.workflows.reproduce.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 # The factor that the paper prints in eq. (12).
 _PAPER_FACTOR = 0.652
@@ -250,7 +247,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(points: list[Point], mean: PowerLaw, longest: tuple[Group, ...]) -> "Canvas":
+def _draw(points: list[Point], mean: PowerLaw, longest: tuple[Group, ...]) -> Canvas:
     canvas, (ax, below) = new_figure(
         2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(1.5, 1.0)
     )

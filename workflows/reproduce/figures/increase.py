@@ -1,14 +1,14 @@
 """The increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6, eq. 20)."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from chaincor.analysis.figures.style import CYCLE, MARKERS, new_figure
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Claim, Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
 from chaincor.workflows.reproduce.fits import fit_rows
 from chaincor.workflows.reproduce.low_speed import FIT_RANGE, Increase, increase_of
 from chaincor.workflows.reproduce.measurements import (
@@ -18,9 +18,6 @@ from chaincor.workflows.reproduce.measurements import (
     harmonic_scene,
 )
 from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 _KEY = "increase"
 # The slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
@@ -192,7 +189,7 @@ def increase_records(found: dict[int, Increase], name: str) -> list[dict[str, An
     ]
 
 
-def _draw(found: dict[int, Increase]) -> "Canvas":
+def _draw(found: dict[int, Increase]) -> Canvas:
     canvas, (ax, below) = new_figure(
         2, 1, figsize=(6.4, 6.0), sharex=True, height_ratios=(1.6, 1.0)
     )

@@ -1,6 +1,6 @@
 """Long lj chains (NH figure 5): does dissipation vanish as n grows, at a fixed v0/v*?"""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -9,13 +9,10 @@ from chaincor.analysis.theory import harmonic_dissipation_law
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_fitted, format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import Figure, draw_points, point_record
+from chaincor.workflows.reproduce.drawing import Canvas, Figure, draw_points, point_record
 from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law, fit_rows
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 _KEY = "lj_lengths"
 _SLOW = PAPER_SIZE_SPEEDS[-1]
@@ -244,7 +241,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(points: dict[float, list[Point]], harmonic: list[Point]) -> "Canvas":
+def _draw(points: dict[float, list[Point]], harmonic: list[Point]) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 4.4))
     x, y = [p.particles for p in harmonic], [p.dissipation for p in harmonic]
     ax.plot(x, y, ".", color=GREY, markersize=2.5, label="harmonic")

@@ -1,7 +1,5 @@
 """Beyond the paper: in which modes and in what form the lost energy is, across the speeds."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from chaincor.analysis.figures.style import (
@@ -13,12 +11,8 @@ from chaincor.analysis.figures.style import (
     VERMILION,
     new_figure,
 )
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Canvas, Figure
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 _DECADES = 6.0
 # Speeds of the panel of curves, of those that are there the nearest.
@@ -129,7 +123,7 @@ def _nearest(flights: tuple[FreeFlight, ...]) -> list[FreeFlight]:
     return list(chosen.values())
 
 
-def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
+def _draw(flights: tuple[FreeFlight, ...]) -> Canvas:
     canvas, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 10.2))
     if not flights:
         return canvas
@@ -140,7 +134,7 @@ def _draw(flights: tuple[FreeFlight, ...]) -> "Canvas":
     return canvas
 
 
-def _draw_map(canvas: "Canvas", ax: "Axes", flights: tuple[FreeFlight, ...]) -> float:
+def _draw_map(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     """Draw the shares of all modes at all speeds; returns the largest share."""
     from matplotlib.colors import LogNorm
 
@@ -164,7 +158,7 @@ def _draw_map(canvas: "Canvas", ax: "Axes", flights: tuple[FreeFlight, ...]) -> 
     return top
 
 
-def _draw_curves(ax: "Axes", flights: list[FreeFlight], top: float) -> None:
+def _draw_curves(ax: Axes, flights: list[FreeFlight], top: float) -> None:
     """Draw the shares of the modes at a few speeds."""
     for flight, color, marker in zip(flights, CYCLE, MARKERS, strict=False):
         kind = "" if flight.is_whole else " (breaks)"
@@ -183,7 +177,7 @@ def _draw_curves(ax: "Axes", flights: list[FreeFlight], top: float) -> None:
     ax.legend(loc="lower left", ncols=2, fontsize=8)
 
 
-def _draw_forms(ax: "Axes", flights: tuple[FreeFlight, ...]) -> None:
+def _draw_forms(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     speeds = [f.point.speed for f in flights]
     curves = (
         ([f.point.dissipation for f in flights], BLACK, r"lost, $1-\eta$"),

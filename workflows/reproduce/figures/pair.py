@@ -1,7 +1,5 @@
 """The chain of two: how the interval between its contacts shortens (NH eq. 15)."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, GREY, VERMILION, new_figure
@@ -10,12 +8,9 @@ from chaincor.analysis.theory import PAIR_INTERVAL
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Finding, claim, digits
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 # The interval of the chain of two is read off the contacts; eta there is nearly 1 whatever happens.
 _TOLERANCE = 1e-10
@@ -114,7 +109,7 @@ def _exact(velocity: float, speed: float) -> float:
     return (1.0 - pair_interval(LennardJones(), velocity) / PAIR_INTERVAL) / speed
 
 
-def _draw(points: list[Point], values: np.ndarray) -> "Canvas":
+def _draw(points: list[Point], values: np.ndarray) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 3.4))
     bond = LennardJones()
     assert bond.natural_speed is not None

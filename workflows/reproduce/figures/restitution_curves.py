@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,13 +9,16 @@ from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS, new_figure
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points, point_record
+from chaincor.workflows.reproduce.drawing import (
+    IMPACT_SPEED,
+    Canvas,
+    Figure,
+    draw_points,
+    point_record,
+)
 from chaincor.workflows.reproduce.fits import Minimum, find_minimum
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 # Of differences and limits: how much eta changes along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
@@ -293,7 +295,7 @@ def _apart(point: Point) -> str:
     )
 
 
-def _draw(every: dict[str, list[Point]], harmonic: list[Point]) -> "Canvas":
+def _draw(every: dict[str, list[Point]], harmonic: list[Point]) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 4.2))
     if harmonic:
         ax.axhline(

@@ -1,14 +1,9 @@
 """The schematic of a chain and a rigid wall (NH figure 1), with the directions made explicit."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from chaincor.analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, new_figure
-from chaincor.workflows.reproduce.drawing import Figure
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
+from chaincor.workflows.reproduce.drawing import Canvas, Figure
 
 _PARTICLES = 6
 
@@ -30,7 +25,7 @@ def figure() -> Figure:
     )
 
 
-def _draw() -> "Canvas":
+def _draw() -> Canvas:
     figure, ax = new_figure(figsize=(6.4, 1.9))
     from matplotlib.patches import Rectangle
 

@@ -1,7 +1,7 @@
 """The constant C of the low-speed law, 1 - eta = C v0/v* (NH eq. 18), against speed and length."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Figure, draw_points
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
 from chaincor.workflows.reproduce.figures.increase import increase_records
 from chaincor.workflows.reproduce.fits import fit_rows
 from chaincor.workflows.reproduce.low_speed import (
@@ -23,9 +23,6 @@ from chaincor.workflows.reproduce.low_speed import (
 )
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Study, harmonic_scene
 from chaincor.workflows.reproduce.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
 _KEY = "slope"
 # What the paper prints for the shortening of the interval of two lj particles, and for C.
@@ -230,7 +227,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(found: dict[int, Increase]) -> "Canvas":
+def _draw(found: dict[int, Increase]) -> Canvas:
     canvas, ax = new_figure(figsize=(6.4, 3.9))
     for (n, i), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
         u, y, bars = i.speeds, i.values / i.speeds, i.errors / i.speeds

@@ -1,7 +1,7 @@
 """Beyond the paper: what slow long chains lose, on one curve of kappa v0 n^(2/3)."""
 
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +18,9 @@ from chaincor.analysis.slow_chains.curve import (
 )
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.drawing import Figure
+from chaincor.workflows.reproduce.drawing import Axes, Canvas, Figure
 from chaincor.workflows.reproduce.measurements import Measurements, Point, Study
 from chaincor.workflows.reproduce.plan import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 _KEY = "slow_chains"
 _STIFFNESSES = (3.0, 10.0, 30.0)
@@ -174,7 +170,7 @@ def figure(measured: Measurements) -> Figure:
     )
 
 
-def _draw(groups: dict[str, list[Point]]) -> "Canvas":
+def _draw(groups: dict[str, list[Point]]) -> Canvas:
     canvas, (above, below) = new_figure(2, 1, figsize=(6.4, 7.4), height_ratios=(1.5, 1.0))
     y = np.geomspace(0.1, _LAST, 120)
     above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
@@ -192,7 +188,7 @@ def _draw(groups: dict[str, list[Point]]) -> "Canvas":
 
 
 def _draw_bond(
-    above: "Axes", below: "Axes", name: str, group: list[Point], color: str, marker: str
+    above: Axes, below: Axes, name: str, group: list[Point], color: str, marker: str
 ) -> None:
     looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
     n = np.array([p.particles for p in group], dtype=float)

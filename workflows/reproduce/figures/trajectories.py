@@ -1,7 +1,7 @@
 """Trajectories of the harmonic chain (NH figure 2): n = 19 of the text, n = 20 of the caption."""
 
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,12 +11,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import Figure
+from chaincor.workflows.reproduce.drawing import Axes, Canvas, Figure
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 # Fast enough that the compression is seen in the drawing; eta does not depend on it.
 VELOCITY = 0.4
@@ -98,7 +94,7 @@ def _records(runs: dict[int, Outcome]) -> list[dict[str, Any]]:
     return records
 
 
-def _draw(runs: dict[int, Outcome]) -> "Canvas":
+def _draw(runs: dict[int, Outcome]) -> Canvas:
     canvas, panels = new_figure(len(runs), 1, figsize=(6.4, 7.0), sharex=True)
     for ax, (n, outcome) in zip(panels, runs.items(), strict=True):
         _draw_one(ax, n, outcome)
@@ -106,7 +102,7 @@ def _draw(runs: dict[int, Outcome]) -> "Canvas":
     return canvas
 
 
-def _draw_one(ax: "Axes", n: int, outcome: Outcome) -> None:
+def _draw_one(ax: Axes, n: int, outcome: Outcome) -> None:
     frames = outcome.frames
     assert frames is not None
     crossing = n - 1.0
