@@ -12,6 +12,7 @@ from chaincor.analysis.theory import (
 from chaincor.workflows.reproduce.claims import Verdict
 from chaincor.workflows.reproduce.figures import harmonic_contacts, harmonic_lengths, order
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
+from chaincor.workflows.reproduce.measuring import by_echo
 from chaincor.workflows.reproduce.plan import QUICK
 
 
@@ -24,7 +25,16 @@ def found():
         )
         result = collide(scene)
         points.append(Point(scene, None, Answer(result.to_dict(), result.arrays())))
-    measured = Measurements(QUICK, (), {"harmonic_sizes": tuple(points), "harmonic_velocities": ()})
+    longest = by_echo(harmonic_lengths.study_of_longest(QUICK).echoed)
+    measured = Measurements(
+        QUICK,
+        (),
+        {
+            "harmonic_sizes": tuple(points),
+            "harmonic_longest": tuple(Point(s, None, answer) for s, answer in longest.items()),
+            "harmonic_velocities": (),
+        },
+    )
     claims = (
         *order.CLAIMS[-1:],
         *harmonic_contacts.CLAIMS,
