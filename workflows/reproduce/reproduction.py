@@ -18,7 +18,8 @@ _REPORT = {
     "report.html": "Verdicts on the paper's statements, and all figures.",
     "report.md": "The verdicts.",
     "report.json": "All numbers of the report, with the versions that gave them.",
-    STORE_FILE: "Every collision: its scene, its results and their error bars.",
+    STORE_FILE: "Every collision that was stepped or found by modes: its scene, its results "
+    "and their error bars.",
 }
 
 
