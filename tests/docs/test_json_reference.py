@@ -20,7 +20,7 @@ speed = [0.1, 0.2]
 """
 SMALL = ("--particles", "3", "--tolerance", "1e-4")
 WARM = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1", "--temperature", "1e-3")
-SCRIPT = ("--script", "in.x", "--observable", "x=(.*)", "--vary", "h=1:0.1:4", "--phases", "3")
+SCRIPT = ("in.x", "--observable", "x=(.*)", "--vary", "h=1:0.1:4", "--phases", "3")
 OWN = ("--against", "stepper:eta")
 # Section of the page, the command, and the path to the object that the section is of.
 OBJECTS = [
@@ -36,14 +36,14 @@ OBJECTS = [
     ("validations", ("validate", *SMALL), ("validations", 0)),
     ("comparisons", ("validate", *SMALL), ("validations", 0, "comparisons", 0)),
     ("validate --ladder", ("validate", *SMALL[:2], "--ladder", "--timestep", "0.1", *OWN), ()),
-    ("timestep", ("tradeoff", *SCRIPT), ()),
+    ("timestep", ("timestep", *SCRIPT), ()),
     ("timestep", ("timestep", "in.run", "--vary", "lastdigit"), ()),
-    ("observables", ("tradeoff", *SCRIPT), ("observables", 0)),
+    ("observables", ("timestep", *SCRIPT), ("observables", 0)),
     ("observables", ("timestep", "in.run", "--vary", "lastdigit"), ("observables", 0)),
     ("parting", ("timestep", "in.run", "--vary", "lastdigit"), ("parting", 0)),
-    ("ladders", ("tradeoff", *SCRIPT), ("ladders", 0)),
-    ("rungs", ("tradeoff", *SCRIPT), ("observables", 0, "rungs", 0)),
-    ("runs", ("tradeoff", *SCRIPT), ("ladders", 0, "runs", 0)),
+    ("ladders", ("timestep", *SCRIPT), ("ladders", 0)),
+    ("rungs", ("timestep", *SCRIPT), ("observables", 0, "rungs", 0)),
+    ("runs", ("timestep", *SCRIPT), ("ladders", 0, "runs", 0)),
     ("table", ("table", "good.table"), ()),
     ("sweep", ("sweep", "s.toml", "--store", "s.sqlite", "--workers", "1"), ()),
     ("sweep --dry-run", ("sweep", "s.toml", "--store", "s.sqlite", "--dry-run"), ()),

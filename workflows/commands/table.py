@@ -33,8 +33,8 @@ _LEAST_ROWS = 4
     "--tolerance",
     type=float,
     metavar="X",
-    help="largest error that a good table may have, as a fraction of the largest force "
-    "[default: 0.001]",
+    help="largest error to accept, as a fraction of the largest force "
+    "[default: it is told, not judged]",
 )
 @click.option(
     "--write",
@@ -63,7 +63,8 @@ def table(
     Check a table of a bond, an angle or a pair, as `bond_style table` and others read it.
 
     Forces against -dE/dr, rows against each other and the header, and the error of the force that
-    rows and digits leave. Exit status 1 where something is wrong.
+    rows and digits leave. Exit status 1 where something is wrong, or that error is beyond
+    --tolerance.
     """
     from chaincor.workflows.tables.check import check_table
 
@@ -95,6 +96,8 @@ def table_to_dict(report: "TableReport") -> dict[str, Any]:
 
 def describe_table(report: "TableReport") -> str:
     """Describe a table for people."""
+    from chaincor.workflows.tables.check import TOLERANCE
+
     name = f" {report.keyword}" if report.keyword else ""
     lines = [f"{report.path}{name}: {report.kind} table of {report.rows} rows"]
     if report.error is not None and report.noise is not None:
@@ -104,10 +107,13 @@ def describe_table(report: "TableReport") -> str:
             f"{'error':<8} {report.error:.2g} of the largest force, {report.largest_force:.6g}, by "
             f"style {report.style}",
             f"{'noise':<8} {report.noise:.2g}",
-            f"{'rows':<8} for {report.tolerance:.2g}: "
+            f"{'rows':<8} for {report.tolerance or TOLERANCE:.2g}: "
             + ", ".join(f"{count} {style}" for style, count in report.rows_wanted.items()),
         ]
     lines += [f"{'fault':<8} {each}" for each in report.faults]
     lines += [f"{'note':<8} {each}" for each in report.notes]
-    lines.append(f"{'verdict':<8} {'good' if report.is_good else 'faulty'}")
+    verdict = "faulty" if report.faults else "good"
+    if report.is_good and report.tolerance is None:
+        verdict = f"consistent, with an error of {report.error:.2g} of the largest force"
+    lines.append(f"{'verdict':<8} {verdict}")
     return "\n".join(lines)

@@ -90,7 +90,3 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
         click.echo(describe_script_study(study))
         if output is not None:
             click.echo(f"page: {output / PAGE}")
-    if click.get_current_context().info_name == "tradeoff":
-        click.echo(
-            "chaincor: note: tradeoff --script is `chaincor timestep`, by an old name", err=True
-        )

@@ -13,27 +13,7 @@ from chaincor.workflows.json_output import json_text
 _OWN = ("engine", "wall", "scheme", "timestep", "table", "table_points", "error")
 
 
-class _Tradeoff(SceneCommand):
-    """With ``--script FILE`` it is `chaincor timestep`, which studied scripts under this name."""
-
-    def make_context(
-        self,
-        info_name: str | None,
-        args: list[str],
-        parent: click.Context | None = None,
-        **extra: Any,
-    ) -> click.Context:
-        """Hand a script over to that command."""
-        if "--script" not in args:
-            return super().make_context(info_name, args, parent, **extra)
-        from chaincor.workflows.commands.timestep import timestep
-
-        k = args.index("--script")
-        args = [*args[:k], *args[k + 2 :], "--", *args[k + 1 : k + 2]]
-        return timestep.make_context(info_name, args, parent, **extra)
-
-
-@click.command(cls=_Tradeoff)
+@click.command(cls=SceneCommand)
 @scene_options(*_OWN, *FILE_KEYS)
 @click.option(
     "-o",
@@ -63,7 +43,7 @@ def tradeoff(
     Prints the cheapest setting for each decade of error, the error by cause, and one line of
     advice for the scene's tolerance (1e-6 by default).
 
-    With --script FILE it is `chaincor timestep FILE`, for a LAMMPS script of your own.
+    For a LAMMPS script of your own: `chaincor timestep FILE`.
     """
     if calibrate:
         given = [name for name, value in options.items() if value is not None]

@@ -2,35 +2,34 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.lammps_inputs.bonds.table_checks import (
-    Section,
-    check_energies,
-    check_slopes,
-    least_digits,
-    sections_of,
-)
+from chaincor.lammps_inputs.bonds.table_checks import Section, least_digits, sections_of
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows, spline_through
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
+from chaincor.workflows.tables.faults import (
+    WHOLE_ANGLE,
+    Kind,
+    count_inconsistent,
+    ends_by_zero,
+    faults_of_header,
+    faults_of_rows,
+)
 
 Array = NDArray[np.float64]
-Kind = Literal["bond", "angle", "pair"]
 Style = Literal["linear", "spline", "lookup"]
 
 KINDS: tuple[Kind, ...] = ("bond", "angle", "pair")
 STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
-# Of the largest force: what a good table leaves open at most, where nobody says.
+# Of the largest force: what energies and forces may disagree by, and what rows are counted for
+# where nobody says.
 TOLERANCE = 1e-3
-# LAMMPS works lengths out of R and RSQ again, and warns of a relative difference beyond this.
-_SAME_LENGTH = 1e-6
-_WHOLE_ANGLE = 180.0
 # Rows so many times further apart than those on either side have a gap between them, whose error
 # is seen within so many rows.
 _GAP, _AROUND = 1.9, 10
@@ -56,6 +55,12 @@ class TableReport:
         What it is a table of, and how LAMMPS shall interpolate in it.
     rows : int
         How many were read.
+    tolerance : float or None
+        What a good table leaves open at most, where that was asked.
+    faults : tuple of str
+        What is wrong, a sentence each; none of a good table.
+    notes : tuple of str
+        What LAMMPS will warn of, where an error comes from, and what else is worth knowing.
     low, high : float
         First and last length, or angle.
     zeros : tuple of float
@@ -70,14 +75,9 @@ class TableReport:
     style_error : float or None
         Largest error by interpolation in so many rows, of ``linear`` and ``lookup``; 0 of splines,
         whose error is that of the rows.
-    tolerance : float
-        What a good table leaves open at most.
     rows_wanted : dict of str to int
-        Rows that reach the tolerance, by style; without what no number of rows reaches.
-    faults : tuple of str
-        What is wrong, a sentence each; none of a good table.
-    notes : tuple of str
-        What LAMMPS will warn of, and what else is worth knowing.
+        Rows that reach the tolerance, or 0.001 of the force, by style; without what no number of
+        rows reaches.
     """
 
     path: str
@@ -85,17 +85,17 @@ class TableReport:
     kind: Kind
     style: Style
     rows: int
-    low: float
-    high: float
-    zeros: tuple[float, ...]
-    largest_force: float
-    error: float | None
-    noise: float | None
-    style_error: float | None
-    tolerance: float
-    rows_wanted: dict[str, int]
+    tolerance: float | None
     faults: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    low: float = math.nan
+    high: float = math.nan
+    zeros: tuple[float, ...] = ()
+    largest_force: float = math.nan
+    error: float | None = None
+    noise: float | None = None
+    style_error: float | None = None
+    rows_wanted: dict[str, int] = field(default_factory=dict)
 
     @property
     def is_good(self) -> bool:
@@ -109,7 +109,7 @@ def check_table(
     *,
     style: Style = "spline",
     kind: Kind | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
 ) -> TableReport:
     r"""
     Check a table that LAMMPS reads by ``bond_style``, ``angle_style`` or ``pair_style table``.
@@ -129,7 +129,8 @@ def check_table(
     kind : str, optional
         ``bond``, ``angle`` or ``pair``; by default what header and range say.
     tolerance : float, optional
-        Error of the force, as a part of the largest, that a good table leaves open at most.
+        Error of the force, as a part of the largest, beyond which a table is faulty. Without one
+        the error is told and not judged: what is enough depends on what the table is for.
 
     Returns
     -------
@@ -141,7 +142,7 @@ def check_table(
     InputError
         If the file cannot be read, has no such section, or an option makes no sense.
     """
-    if not 0.0 < tolerance < math.inf:
+    if tolerance is not None and not 0.0 < tolerance < math.inf:
         raise InputError(f"the tolerance is {tolerance}; expected a positive part of the force")
     if style not in STYLES or (kind is not None and kind not in KINDS):
         raise InputError(
@@ -163,7 +164,9 @@ def check_table(
         sections = sections_of(text, str(path), pair=True)
         section = _chosen(sections, keyword, path)
     except TableError as error:
-        return _unreadable(path, keyword, kind or "bond", style, tolerance, str(error))
+        return TableReport(
+            str(path), keyword or "", kind or "bond", style, 0, tolerance, (str(error),)
+        )
     report = _report(section, path, kind or _kind_of(section), style, tolerance)
     alike = sum(each.keyword == section.keyword for each in sections)
     if alike == 1:
@@ -199,12 +202,12 @@ def _kind_of(section: Section) -> Kind:
     if set(section.header) & {"R", "RSQ", "BITMAP", "FPRIME"}:
         return "pair"
     lengths = section.data[:, 0]
-    whole = len(lengths) > 0 and lengths[0] == 0.0 and abs(lengths[-1] - _WHOLE_ANGLE) < 1.0
+    whole = len(lengths) > 0 and lengths[0] == 0.0 and abs(lengths[-1] - WHOLE_ANGLE) < 1.0
     return "angle" if whole else "bond"
 
 
 def _report(
-    section: Section, path: Path, kind: Kind, style: Style, tolerance: float
+    section: Section, path: Path, kind: Kind, style: Style, tolerance: float | None
 ) -> TableReport:
     if "BITMAP" in section.header and len(section.data):
         # In the order of their bits, which begins somewhere inside.
@@ -215,7 +218,7 @@ def _report(
             digits=np.roll(section.digits, first, axis=0),
         )
     data = section.data
-    faults, notes = _of_header(section, kind), []
+    faults, notes = faults_of_header(section, kind), []
     wrong = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
     usable = len(data) >= LEAST_ROWS and not len(wrong)
     if len(wrong):
@@ -230,44 +233,61 @@ def _report(
             f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
         )
         usable = False
-    if not usable:
-        return _unreadable(path, section.keyword, kind, style, tolerance, *faults, section=section)
+    largest = float(np.max(np.abs(data[:, 2]))) if usable else 1.0
+    nothing = usable and largest == 0.0 == np.ptp(data[:, 1])
+    if largest == 0.0 and not nothing:
+        faults.append("all forces are 0; expected -dE/dr in the fourth column")
+    head = (str(path), section.keyword, kind, style, len(data), tolerance)
+    if nothing:
+        notes.append("all forces are 0, and all energies the same: no interaction")
+        return TableReport(
+            *head,
+            faults=tuple(faults),
+            notes=tuple(notes),
+            low=float(data[0, 0]),
+            high=float(data[-1, 0]),
+            largest_force=0.0,
+            error=0.0,
+            noise=0.0,
+            style_error=0.0,
+        )
+    if not usable or largest == 0.0:
+        return TableReport(*head, tuple(faults))
     digits = least_digits(data, section.digits)
     lengths, energies, forces = data.T
-    largest = float(np.max(np.abs(forces)))
-    if largest == 0.0:
-        faults.append("all forces are 0; expected -dE/dr in the fourth column")
-        return _unreadable(path, section.keyword, kind, style, tolerance, *faults, section=section)
     spline = spline_through(lengths, forces)
     slopes = np.abs(spline(lengths, 1))
     rows = Rows(lengths, forces, digits[:, 2] + slopes * digits[:, 0])
-    faults += _of_rows(section, digits, rows, str(path), kind, tolerance * largest)
-    warned = _inconsistent(lengths, energies, forces)
+    faults += faults_of_rows(section, digits, rows, str(path), kind, TOLERANCE * largest)
+    warned = count_inconsistent(lengths, energies, forces)
     if warned:
         notes.append(
             f"LAMMPS will warn: {warned} of {len(data)} force values in table {section.keyword} "
             "are inconsistent with -dE/dr"
         )
-    if kind == "pair" and _ends_by_zero(data):
+    if kind == "pair" and ends_by_zero(data):
         notes.append(f"its last row is 0: there the energy jumps by {-energies[-2]:.3g}")
     noise = float(np.max(rows.noise())) / largest
     left = rows.largest_error(float(lengths[0]), float(lengths[-1])) / largest
-    by_style, wanted = _of_style(lengths, spline, style, largest, tolerance)
+    limit = TOLERANCE if tolerance is None else tolerance
+    by_style, wanted = _of_style(lengths, spline, style, largest, limit)
     error = left + by_style
-    if error > tolerance:
-        faults.append(_too_large(rows, largest, left, by_style, style, tolerance, wanted))
+    if error > limit:
+        said = _too_large(rows, largest, left, by_style, style, limit, wanted)
+        if tolerance is None:
+            notes.append(said)
+        else:
+            faults.append(f"{said}; expected {tolerance:.2g} at most")
     zeros = spline.roots(extrapolate=False)
     zeros = zeros[np.isfinite(zeros)]
-    if left < tolerance:
+    if left < limit:
         wanted["spline"] = max(
-            LEAST_ROWS, math.ceil(len(data) * (left / tolerance) ** 0.25)
+            LEAST_ROWS, math.ceil(len(data) * (left / limit) ** 0.25)
         )  # what splines err by falls with the fourth power
     return TableReport(
-        path=str(path),
-        keyword=section.keyword,
-        kind=kind,
-        style=style,
-        rows=len(data),
+        *head,
+        faults=tuple(faults),
+        notes=tuple(notes),
         low=float(lengths[0]),
         high=float(lengths[-1]),
         zeros=tuple(float(zero) for zero in zeros[:10]),
@@ -275,126 +295,8 @@ def _report(
         error=error,
         noise=noise,
         style_error=by_style,
-        tolerance=tolerance,
         rows_wanted=wanted,
-        faults=tuple(faults),
-        notes=tuple(notes),
     )
-
-
-def _unreadable(
-    path: Path,
-    keyword: str | None,
-    kind: Kind,
-    style: Style,
-    tolerance: float,
-    *faults: str,
-    section: Section | None = None,
-) -> TableReport:
-    """Report a table that holds no force to be judged."""
-    return TableReport(
-        path=str(path),
-        keyword=keyword or "",
-        kind=kind,
-        style=style,
-        rows=0 if section is None else len(section.data),
-        low=math.nan,
-        high=math.nan,
-        zeros=(),
-        largest_force=math.nan,
-        error=None,
-        noise=None,
-        style_error=None,
-        tolerance=tolerance,
-        rows_wanted={},
-        faults=faults,
-        notes=(),
-    )
-
-
-def _of_header(section: Section, kind: Kind) -> list[str]:
-    """Compare the header with the rows."""
-    header, data = section.header, section.data
-    if "N" not in header:
-        return ["it has no line 'N rows' before its rows, without which LAMMPS does not read it"]
-    faults = []
-    if not section.keyword or section.keyword.isdigit():
-        faults.append("its section has no keyword; expected a name in the line before 'N rows'")
-    if header["N"][0] != len(data):
-        faults.append(
-            f"it says N {header['N'][0]:g} and has {len(data)} rows; expected as many as it says: "
-            "LAMMPS reads past the section, or stops before its end"
-        )
-    lengths = data[:, 0]
-    if len(lengths) < 2 or not np.all(np.isfinite(lengths)):
-        return faults
-    if kind == "angle" and (lengths[0] != 0.0 or abs(lengths[-1] - _WHOLE_ANGLE) > 1e-9):
-        faults.append(
-            f"its angles go from {lengths[0]:g} to {lengths[-1]:g}; LAMMPS expects an angle table "
-            "from 0 to 180 degrees"
-        )
-    if kind == "pair" and lengths[0] <= 0.0:
-        faults.append(f"its distances begin at {lengths[0]:g}; LAMMPS expects positive ones")
-    faults += _of_spacing(header, lengths, section.digits[:, 0])
-    if "EQ" in header and not lengths[0] <= header["EQ"][0] <= lengths[-1]:
-        faults.append(
-            f"it says EQ {header['EQ'][0]:g}, and its rows go from {lengths[0]:g} to "
-            f"{lengths[-1]:g}; expected the natural value inside"
-        )
-    return faults
-
-
-def _of_spacing(header: dict[str, list[float]], lengths: Array, digits: Array) -> list[str]:
-    """Compare distances with those that LAMMPS works out of R and RSQ, but for lost digits."""
-    for name, power in (("R", 1), ("RSQ", 2)):
-        if name in header:
-            low, high = header[name]
-            made = np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power)
-            off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made) + digits
-            if np.any(off):
-                row = int(np.flatnonzero(off)[0])
-                return [
-                    f"{np.count_nonzero(off)} of {len(lengths)} distance values differ from those "
-                    f"of its line '{name} {low:g} {high:g}', which LAMMPS takes instead: row "
-                    f"{row + 1} is at {lengths[row]:.9g}, not {made[row]:.9g}"
-                ]
-    return []
-
-
-def _of_rows(
-    section: Section, digits: Array, rows: Rows, path: str, kind: Kind, allowed: float
-) -> list[str]:
-    """Compare rows with each other, energies with forces, and slopes with both."""
-    slopes = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
-    whole = slice(-1 if kind == "pair" and _ends_by_zero(section.data) else None)
-    checks: list[Callable[[], None]] = [
-        lambda: rows.refuse_outlier(path),
-        lambda: check_energies(section.data[whole], digits[whole], path, allowed),
-    ]
-    if slopes != [0.0, 0.0]:
-        checks.append(lambda: check_slopes(slopes, section.data, digits, path))
-    faults = []
-    for check in checks:
-        try:
-            check()
-        except TableError as error:
-            faults.append(str(error))
-    if np.ptp(section.data[:, 1]) == 0.0:
-        faults.append("all its energies are the same; expected the energy in the third column")
-    return faults
-
-
-def _ends_by_zero(data: Array) -> bool:
-    """Return whether a last row of zeros stands for the cutoff, as LAMMPS's pair_write has it."""
-    return bool(np.all(data[-1, 1:] == 0.0) and data[-2, 1] != 0.0)
-
-
-def _inconsistent(lengths: Array, energies: Array, forces: Array) -> int:
-    """Count forces outside the slopes of the energy to both neighbours, as LAMMPS does."""
-    slopes = -np.diff(energies) / np.diff(lengths)
-    low, high = np.minimum(slopes[:-1], slopes[1:]), np.maximum(slopes[:-1], slopes[1:])
-    inside = forces[1:-1]
-    return int(np.count_nonzero((inside < low) | (inside > high)))
 
 
 def _of_style(
@@ -427,15 +329,15 @@ def _too_large(
     tolerance: float,
     wanted: dict[str, int],
 ) -> str:
-    """Say why a table leaves too much open."""
+    """Say where an error beyond the tolerance comes from."""
     noises = rows.noise()
     # At a kink alone it is none.
     noise = 3.0 * float(min(np.max(noises), _EVEN * np.median(noises))) / largest
     digits = float(np.max(rows.digits)) / largest
-    asked = f"of the largest force; expected {tolerance:.2g} at most"
+    unit = "of the largest force"
     if by_style > tolerance >= left:
         return (
-            f"{style} interpolation in {len(rows.strains)} rows errs by {by_style:.2g} {asked}: "
+            f"{style} interpolation in {len(rows.strains)} rows errs by {by_style:.2g} {unit}: "
             f"take style spline, or {wanted[style]} rows"
         )
     steps = np.diff(rows.strains)
@@ -445,15 +347,15 @@ def _too_large(
         return (
             f"between rows {gap + 1} and {gap + 2}, at {rows.strains[gap]:.9g} and "
             f"{rows.strains[gap + 1]:.9g}, rows are missing, which leaves an error of {left:.2g} "
-            f"{asked}: give rows there"
+            f"{unit}: give rows there"
         )
     if max(noise, digits) > 0.5 * left:
         cause = "its forces are noisy" if noise > digits else "its numbers have few digits"
         return (
-            f"{cause}, which leaves an error of {left:.2g} near {rows.strains[worst]:.9g}, "
-            f"{asked}: write all digits, or smooth"
+            f"{cause}, which leaves an error of {left:.2g} {unit} near "
+            f"{rows.strains[worst]:.9g}: write all digits, or smooth"
         )
     return (
-        f"its {len(rows.strains)} rows leave an error of {left:.2g} {asked}: give more rows near "
+        f"its {len(rows.strains)} rows leave an error of {left:.2g} {unit}: give more rows near "
         f"{rows.strains[worst]:.9g}, or a force without kinks"
     )

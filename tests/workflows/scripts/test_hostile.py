@@ -62,13 +62,14 @@ def test_hostile_options_on_the_command_line(tmp_path, monkeypatch, capsys):
     for k, text in enumerate(hostile(120)):
         if text in HARMLESS:
             continue
-        name = ("--vary", "--fix", "--observable", "--lmp", "--script", "--seeds")[k % 6]
-        options = {**good, "--script": "in.x", "--phases": "3", name: text}
+        name = ("--vary", "--fix", "--observable", "--lmp", "script", "--seeds")[k % 6]
+        options = {**good, "script": "in.x", "--phases": "3", name: text}
         # A pattern or a path may well be harmless: then the run itself must fail or be refused.
         if name == "--observable":
             options["--vary"] = "seed=1:1:1"
+        path = options.pop("script")
         arguments = [word for pair in options.items() for word in pair]
-        status = cli._run(["tradeoff", *arguments])
+        status = cli._run(["timestep", *arguments, "--", path])
         out, err = capsys.readouterr()
         assert status in (1, 2), (name, text)
         assert len(err.strip().splitlines()) == 1, (name, text, err)

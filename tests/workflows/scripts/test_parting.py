@@ -47,8 +47,9 @@ def frames_of(path, tmp_path, shaken):
     found = []
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
+    files = list(path.parent.glob("*.*"))
     done = run_script(
-        path, [path], Asked(None, ()), Change(shaken=shaken, frames=True), name=f"{shaken}",
+        path, files, Asked(None, ()), Change(shaken=shaken, frames=True), name=f"{shaken}",
         lmp=find_lmp_command(), scratch=scratch, timeout=600.0,
         read=lambda folder: found.append(read_frames(folder / FRAME_FILE)),
     )  # fmt: skip
@@ -56,10 +57,26 @@ def frames_of(path, tmp_path, shaken):
     return found[0]
 
 
+def with_data(path):
+    """Let a script read its crystal: create_atoms numbers atoms as processes divide them."""
+    cell = (4.0 / float(path.read_text().split("fcc ")[1].split()[0])) ** (1.0 / 3.0)
+    corners = np.array(list(np.ndindex(3, 3, 3)))
+    places = np.concatenate([corners + shift for shift in FCC]) * cell
+    edge = f"0 {3.0 * cell:.17g}"
+    lines = ["crystal", "", f"{len(places)} atoms", "1 atom types", ""]
+    lines += [f"{edge} {axis}lo {axis}hi" for axis in "xyz"] + ["", "Atoms", ""]
+    lines += [f"{k} 1 {x:.17g} {y:.17g} {z:.17g}" for k, (x, y, z) in enumerate(places, 1)]
+    (path.parent / "crystal.data").write_text("\n".join([*lines, ""]))
+    head, tail = path.read_text().split("lattice", 1)
+    path.write_text(f"{head}read_data crystal.data\nmass{tail.split('mass', 1)[1]}")
+    return path
+
+
 @pytest.mark.slow
-def test_a_melt_parts_when_lyapunov_says(tmp_path):
-    path = script(tmp_path, 0.8442, 3.0)
-    study = timestep_study(path, ["temp"], vary="lastdigit")
+@pytest.mark.parametrize("vary", ["lastdigit", "ranks=1,2"])
+def test_a_melt_parts_when_lyapunov_says(tmp_path, vary):
+    path = with_data(script(tmp_path, 0.8442, 3.0))
+    study = timestep_study(path, ["temp"], vary=vary)
     (found,) = study.comparisons
     assert found.kind == "chaos"
     # Lyapunov's exponent by a displacement a million times larger, from where its direction has
@@ -70,36 +87,23 @@ def test_a_melt_parts_when_lyapunov_says(tmp_path):
     growth = np.polyfit(first[0][inside], np.log(apart[inside]), 1)[0]
     expected = math.log(PARTED / found.distances[found.distances > 0.0][0]) / growth
     assert 0.5 < found.parted / expected < 2.0
+    assert 0.5 < found.growth / growth < 2.0
     assert "chaos" in describe_script_study(study)
+    print(f"{vary}: parted at {found.parted:.3g}, by Lyapunov {expected:.3g}; "
+          f"growth {found.growth:.3g}, by Lyapunov {growth:.3g}")  # fmt: skip
 
 
 @pytest.mark.slow
-def test_a_crystal_does_not_part(tmp_path):
-    (found,) = timestep_study(script(tmp_path, 1.0, 0.1), ["temp"], vary="lastdigit").comparisons
-    assert found.kind == "together"
+@pytest.mark.parametrize("vary", ["lastdigit", "ranks=1,2"])
+def test_a_crystal_does_not_part(tmp_path, vary):
+    path = with_data(script(tmp_path, 1.0, 0.1))
+    (found,) = timestep_study(path, ["temp"], vary=vary).comparisons
+    assert found.kind in ("same", "together")
     assert found.parted is None
     # Roundings of 2500 steps, in units of a neighbour's distance.
     assert np.max(found.distances) < 1e-10
     assert found.agrees("temp:mean")
-
-
-@pytest.mark.slow
-def test_numbers_of_processes_change_roundings_alone(tmp_path):
-    # From a file: create_atoms numbers atoms as processes divide them, and then they are others.
-    cell = 4.0 ** (1.0 / 3.0)
-    corners = np.array(list(np.ndindex(3, 3, 3)))
-    places = np.concatenate([corners + shift for shift in FCC]) * cell
-    edge = f"0 {3.0 * cell:.17g}"
-    lines = ["crystal", "", f"{len(places)} atoms", "1 atom types", ""]
-    lines += [f"{edge} {axis}lo {axis}hi" for axis in "xyz"] + ["", "Atoms", ""]
-    lines += [f"{k} 1 {x:.17g} {y:.17g} {z:.17g}" for k, (x, y, z) in enumerate(places, 1)]
-    (tmp_path / "crystal.data").write_text("\n".join([*lines, ""]))
-    path = script(tmp_path, 1.0, 0.1)
-    head, tail = path.read_text().split("lattice", 1)
-    path.write_text(f"{head}read_data crystal.data\nmass{tail.split('mass', 1)[1]}")
-    (found,) = timestep_study(path, ["temp"], vary="ranks=1,2").comparisons
-    assert found.kind in ("same", "together")
-    assert found.parted is None
+    print(f"{vary}: {found.kind}, at most {np.max(found.distances):.2g} apart")
 
 
 def test_verdicts_on_distances():

@@ -87,14 +87,13 @@ def test_fixed_values_make_a_ladder_each(law):
 
 @pytest.mark.slow
 def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
-    words = ["--script", str(law), "--observable", OBSERVABLE, "--phases", "3"]
+    words = [str(law), "--observable", OBSERVABLE, "--phases", "3"]
     out = tmp_path / "out"
     status = cli._run(
-        ["tradeoff", *words, "--vary", "timestep=0.1:0.02:4", "--tolerance", "1e-3", "-o", str(out)]
+        ["timestep", *words, "--vary", "timestep=0.1:0.02:4", "--tolerance", "1e-3", "-o", str(out)]
     )
-    text, note = capsys.readouterr()
+    text = capsys.readouterr().out
     assert status == 0
-    assert "tradeoff --script is `chaincor timestep`, by an old name" in note
     assert "verdict      regular" in text
     assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
     names = {path.name for path in out.iterdir()}
@@ -114,18 +113,14 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--vary", "timestep=0.1:0.01:4"], "No such option: '--vary'"),
-        (["--script"], "Missing argument 'SCRIPT'"),
-        (
-            ["--script", "in.law", "--observable", "x", "--particles", "3"],
-            "No such option: '--particles'",
-        ),
-        (["--script", "no.in", "--observable", "x = (.*)", "--vary", "a=1:9:4"], "expected a file"),
+        (["--vary", "timestep=0.1:0.01:4"], "Missing argument 'SCRIPT'"),
+        (["in.law", "--observable", "x", "--particles", "3"], "No such option: '--particles'"),
+        (["no.in", "--observable", "x = (.*)", "--vary", "a=1:9:4"], "expected a file"),
     ],
 )
 def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, capsys, arguments, said):
     monkeypatch.chdir(tmp_path)
-    assert cli._run(["tradeoff", *arguments]) == 2
+    assert cli._run(["timestep", *arguments]) == 2
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert said in line
 
@@ -217,7 +212,7 @@ def test_ctrl_c_stops_at_once_and_leaves_no_lammps(law, tmp_path):
         f"print '${{timestep}}'\nprint 'begun' file {tmp_path.name}.txt\nshell sleep 3600\n"
     )
     program = "from chaincor.workflows.cli import main; main()"
-    words = ["tradeoff", "--script", law.name, "--observable", OBSERVABLE]
+    words = ["timestep", law.name, "--observable", OBSERVABLE]
     process = subprocess.Popen(
         [sys.executable, "-c", program, *words, "--vary", "timestep=0.1:0.01:4"],
         cwd=tmp_path,

@@ -90,6 +90,30 @@ def test_every_kind_of_run_keeps_its_time(spring, tmp_path, finer):
     assert abs(run.numbers["v_x:last"].value - 0.1 * np.cos(TIME)) < 0.1 * TIME * steps**2 / 12
 
 
+# Steps of 0.03, and lengths that scripts work out of them.
+ROUNDED = {
+    "run $(ceil(1.0/dt))": 34,
+    "run $(floor(1.0/dt))": 33,
+    "run $(round(1.0/dt))": 33,
+    "run $(ceil(1.0/v_h))": 34,
+    "variable n equal floor(1.0/dt)\nrun ${n}": 33,
+    "variable n equal ceil(0.5/dt)\nrun ${n}\nrun ${n}": 34,
+    "variable n equal round(1.0/dt)\nrun $n upto": 33,
+    "run $(ceil(1.0/dt)) every 7 'print again'": 34,
+    "run 7\nrun $(round(1.0/dt)) upto": 33,
+    "variable k loop 3\nlabel a\nrun $(round(0.34/dt))\nnext k\njump SELF a": 33,
+}
+
+
+@pytest.mark.parametrize("lines", ROUNDED)
+@pytest.mark.parametrize("finer", [0.37, 3.3])
+def test_lengths_that_a_script_rounds_are_the_same_time_at_every_step(tmp_path, lines, finer):
+    path = tmp_path / "in.x"
+    path.write_text(f"{SPRING}variable h index 0.03\ntimestep $h\n{lines}\n")
+    run, _ = one_run(path, tmp_path, finer=finer)
+    assert run.samples.end == pytest.approx(0.03 * ROUNDED[lines], abs=1e-12)
+
+
 def test_line_ends_of_windows_change_nothing(spring, tmp_path):
     run, _ = one_run(spring, tmp_path, finer=2.0)
     for path in (spring, spring.parent / "more.in"):

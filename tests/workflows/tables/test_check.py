@@ -64,6 +64,8 @@ GOOD = [
     {"head": {"FP": [0, 0]}},
     {"head": {"EQ": [1.0]}},
     {"spoil": lambda d, h: d + np.array([0.0, 7.5, 0.0])},
+    # No interaction, as placeholders are.
+    {"spoil": lambda d, h: d * [1, 0, 0], "head": {"FP": [0, 0]}},
 ]
 
 
@@ -155,9 +157,15 @@ FAULTY = {
 @pytest.mark.parametrize("name", FAULTY)
 def test_faulty_tables_are_told(tmp_path, name):
     made, said = FAULTY[name]
-    report = check_table(write(tmp_path / "t.table", **made), kind=made.get("kind", "bond"))
+    path = write(tmp_path / "t.table", **made)
+    kind = made.get("kind", "bond")
+    report = check_table(path, kind=kind, tolerance=1e-3)
     assert not report.is_good
     assert said in " ".join(report.faults)
+    # What is beyond a tolerance is told without one, too, and judged by the user.
+    told = check_table(path, kind=kind)
+    assert told.is_good == (name in ("12 rows", "noise", "one decimal", "a gap"))
+    assert said in " ".join(told.faults + told.notes)
 
 
 def test_a_file_without_a_header_or_rows(tmp_path):
@@ -210,7 +218,8 @@ def test_sections_are_chosen_by_keyword(tmp_path):
     both = tmp_path / "both.table"
     both.write_text(one.read_text() + two.read_text())
     assert check_table(both, "ONE").is_good
-    assert not check_table(both, "TWO").is_good
+    assert check_table(both, "TWO").is_good
+    assert not check_table(both, "TWO", tolerance=1e-3).is_good
     for keyword in (None, "THREE"):
         with pytest.raises(InputError, match="sections ONE, TWO"):
             check_table(both, keyword)
@@ -276,8 +285,10 @@ def test_the_command_says_good_and_faulty(tmp_path, capsys):
     assert (plain["rows"], plain["faults"]) == (400, [])
     assert 0.0 < plain["error"] < 1e-3
     assert set(TableReport.__dataclass_fields__) <= set(plain)
-    assert cli._run(["table", str(faulty)]) == 1
+    assert cli._run(["table", str(faulty), "--tolerance", "1e-3"]) == 1
     assert "12 rows leave an error" in capsys.readouterr().out
+    assert cli._run(["table", str(faulty)]) == 0
+    assert "verdict  consistent, with an error of" in capsys.readouterr().out
     assert cli._run(["table", str(tmp_path / "none.table")]) == 2
     assert cli._run(["table", str(good), "--rows", "9"]) == 2
     capsys.readouterr()

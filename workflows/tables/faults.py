@@ -1,0 +1,103 @@
+"""What in a table contradicts another part of it, or what LAMMPS refuses or warns of."""
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.bonds.table_checks import Section, check_energies, check_slopes
+from chaincor.lammps_inputs.bonds.table_rows import Rows
+from chaincor.lammps_inputs.errors import TableError
+
+Array = NDArray[np.float64]
+Kind = Literal["bond", "angle", "pair"]
+
+# LAMMPS works lengths out of R and RSQ again, and warns of a relative difference beyond this.
+_SAME_LENGTH = 1e-6
+WHOLE_ANGLE = 180.0
+
+
+def faults_of_header(section: Section, kind: Kind) -> list[str]:
+    """Compare the header with the rows."""
+    header, data = section.header, section.data
+    if "N" not in header:
+        return ["it has no line 'N rows' before its rows, without which LAMMPS does not read it"]
+    faults = []
+    if not section.keyword or section.keyword.isdigit():
+        faults.append("its section has no keyword; expected a name in the line before 'N rows'")
+    if header["N"][0] != len(data):
+        faults.append(
+            f"it says N {header['N'][0]:g} and has {len(data)} rows; expected as many as it says: "
+            "LAMMPS reads past the section, or stops before its end"
+        )
+    lengths = data[:, 0]
+    if len(lengths) < 2 or not np.all(np.isfinite(lengths)):
+        return faults
+    if kind == "angle" and (lengths[0] != 0.0 or abs(lengths[-1] - WHOLE_ANGLE) > 1e-9):
+        faults.append(
+            f"its angles go from {lengths[0]:g} to {lengths[-1]:g}; LAMMPS expects an angle table "
+            "from 0 to 180 degrees"
+        )
+    if kind == "pair" and lengths[0] <= 0.0:
+        faults.append(f"its distances begin at {lengths[0]:g}; LAMMPS expects positive ones")
+    faults += _of_spacing(header, lengths, section.digits[:, 0])
+    if "EQ" in header and not lengths[0] <= header["EQ"][0] <= lengths[-1]:
+        faults.append(
+            f"it says EQ {header['EQ'][0]:g}, and its rows go from {lengths[0]:g} to "
+            f"{lengths[-1]:g}; expected the natural value inside"
+        )
+    return faults
+
+
+def _of_spacing(header: dict[str, list[float]], lengths: Array, digits: Array) -> list[str]:
+    """Compare distances with those that LAMMPS works out of R and RSQ, but for lost digits."""
+    for name, power in (("R", 1), ("RSQ", 2)):
+        if name in header:
+            low, high = header[name]
+            made = np.linspace(low**power, high**power, len(lengths)) ** (1.0 / power)
+            off = np.abs(lengths - made) > _SAME_LENGTH * np.abs(made) + digits
+            if np.any(off):
+                row = int(np.flatnonzero(off)[0])
+                return [
+                    f"{np.count_nonzero(off)} of {len(lengths)} distance values differ from those "
+                    f"of its line '{name} {low:g} {high:g}', which LAMMPS takes instead: row "
+                    f"{row + 1} is at {lengths[row]:.9g}, not {made[row]:.9g}"
+                ]
+    return []
+
+
+def faults_of_rows(
+    section: Section, digits: Array, rows: Rows, path: str, kind: Kind, allowed: float
+) -> list[str]:
+    """Compare rows with each other, energies with forces, and slopes with both."""
+    slopes = section.header.get("FP", section.header.get("FPRIME", [0.0, 0.0]))
+    whole = slice(-1 if kind == "pair" and ends_by_zero(section.data) else None)
+    checks: list[Callable[[], None]] = [
+        lambda: rows.refuse_outlier(path),
+        lambda: check_energies(section.data[whole], digits[whole], path, allowed),
+    ]
+    if slopes != [0.0, 0.0]:
+        checks.append(lambda: check_slopes(slopes, section.data, digits, path))
+    faults = []
+    for check in checks:
+        try:
+            check()
+        except TableError as error:
+            faults.append(str(error))
+    if np.ptp(section.data[:, 1]) == 0.0:
+        faults.append("all its energies are the same; expected the energy in the third column")
+    return faults
+
+
+def ends_by_zero(data: Array) -> bool:
+    """Return whether a last row of zeros stands for the cutoff, as LAMMPS's pair_write has it."""
+    return bool(np.all(data[-1, 1:] == 0.0) and data[-2, 1] != 0.0)
+
+
+def count_inconsistent(lengths: Array, energies: Array, forces: Array) -> int:
+    """Count forces outside the slopes of the energy to both neighbours, as LAMMPS does."""
+    slopes = -np.diff(energies) / np.diff(lengths)
+    low, high = np.minimum(slopes[:-1], slopes[1:]), np.maximum(slopes[:-1], slopes[1:])
+    inside = forces[1:-1]
+    return int(np.count_nonzero((inside < low) | (inside > high)))
