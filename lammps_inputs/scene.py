@@ -62,6 +62,14 @@ class Scene(BondKeys):
     ------
     SceneError
         A line for each mistake, naming the field, what was given and what is expected.
+
+    Examples
+    --------
+    >>> from chaincor import Scene
+    >>> print(Scene(potential="toda", particles=50).replace(speed=0.8).to_toml().strip())
+    potential = "toda"
+    particles = 50
+    speed = 0.8
     """
 
     model_config = ConfigDict(

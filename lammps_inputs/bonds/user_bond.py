@@ -37,6 +37,13 @@ class UserBond(Potential):
     PotentialError
         If the force does not vanish at natural length, jumps or is not that of the energy, the
         bond is not stable, or the functions do not return numbers.
+
+    Examples
+    --------
+    >>> from chaincor import UserBond
+    >>> quartic = UserBond(lambda s: s**2 / 2 + s**4, lambda s: -s - 4 * s**3, name="quartic")
+    >>> quartic.kinks
+    ()
     """
 
     anharmonic_order: int | None = None
