@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.atomic_write import folder_aside, write_arrays
 from chaincor.analysis.modes import mode_energies
-from chaincor.analysis.results import CollisionAnalysis, TargetAnalysis
+from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.analysis.theory import measured_contacts_energies
 
 if TYPE_CHECKING:
@@ -24,66 +24,60 @@ _COLUMNS = {
 }
 
 
+# What is told as it is, before and after what follows from the bond.
+_TOLD_FIRST = (
+    *("restitution", "restitution_error", "data_error", "kinematic_restitution", "contacts"),
+    *("particles", "masses", "velocity", "bond_min", "bond_max", "energy_drift"),
+)
+_TOLD = (
+    *("anharmonic_remainder", "momentum_residual", "velocity_after", "ending", "finished"),
+    *("frames", "time_start", "time_end", "contact_times", "contact_speeds"),
+    *("mode_energies", "mode_energies_start", "contradictions", "caveats"),
+)
+
+
 def to_json_object(analysis: CollisionAnalysis) -> dict[str, Any]:
     """Return the results as plain numbers and lists; numbers that are not known are None."""
-    start, end = _energy_of_all(analysis, "energy_start"), _energy_of_all(analysis, "energy_end")
     bond, target = analysis.bond, analysis.target
-    of_bodies: dict[str, Any] = {}
-    if target is not None or analysis.soft:
-        of_bodies = {
-            "target_particles": 0 if target is None else target.masses.size,
-            "target_masses": [] if target is None else target.masses.tolist(),
-            "target_velocity_after": None if target is None else target.velocity_after,
-            "target_mode_energies": [] if target is None else target.mode_energies.tolist(),
-            "target_mode_energies_start": []
-            if target is None
-            else target.mode_energies_start.tolist(),
-        }
-        ends = {"": analysis.energy_end, "target_": None if target is None else target.energy_end}
-        for name, energy in ends.items():
-            parts = (None, None) if energy is None else (energy.translation, energy.vibration)
-            for part, value in zip(("translational", "vibrational"), parts, strict=True):
-                of_bodies[f"{name}{part}_energy"] = None if value is None else float(value)
     v_star = None if bond is None else bond.natural_speed
-    return {
-        "restitution": analysis.restitution,
-        "restitution_error": analysis.restitution_error,
-        "data_error": analysis.data_error,
-        "kinematic_restitution": analysis.kinematic_restitution,
-        "contacts": analysis.contacts,
+    end = analysis.energy_end
+    told = {name: _plain(getattr(analysis, name)) for name in _TOLD_FIRST}
+    told |= {
         "last_contact_time": analysis.contact_statistics.last_time,
         "contact_statistics": analysis.contact_statistics.to_dict(),
         "contact_detection": analysis.detection.method,
-        "particles": analysis.particles,
-        "masses": analysis.masses.tolist(),
         "potential": None if bond is None else bond.name,
-        "velocity": analysis.velocity,
         "v_star": v_star,
         "speed": None if v_star is None else analysis.velocity / v_star,
-        "bond_min": _finite(analysis.bond_min),
-        "bond_max": _finite(analysis.bond_max),
-        "energy_start": start,
-        "energy_end": end,
-        "energy_drift": analysis.energy_drift,
+        "energy_start": _energy_of_all(analysis, "energy_start"),
+        "energy_end": _energy_of_all(analysis, "energy_end"),
         "translation_end": float(analysis.mode_energies[0]),
-        "vibration_end": None
-        if analysis.energy_end is None
-        else float(analysis.energy_end.vibration),
-        "anharmonic_remainder": analysis.anharmonic_remainder,
-        "momentum_residual": analysis.momentum_residual,
-        "velocity_after": analysis.velocity_after,
-        "ending": analysis.ending,
-        "finished": analysis.finished,
-        "frames": analysis.frames,
-        "time_start": analysis.time_start,
-        "time_end": analysis.time_end,
-        "contact_times": analysis.contact_times.tolist(),
-        "contact_speeds": analysis.contact_speeds.tolist(),
-        "mode_energies": analysis.mode_energies.tolist(),
-        "mode_energies_start": analysis.mode_energies_start.tolist(),
-        "contradictions": list(analysis.contradictions),
-        "caveats": list(analysis.caveats),
-    } | of_bodies
+        "vibration_end": None if end is None else float(end.vibration),
+    }
+    told |= {name: _plain(getattr(analysis, name)) for name in _TOLD}
+    if target is None and not analysis.soft:
+        return told
+    told |= {
+        "target_particles": 0 if target is None else target.masses.size,
+        "target_velocity_after": None if target is None else target.velocity_after,
+    }
+    for name in ("masses", "mode_energies", "mode_energies_start"):
+        told[f"target_{name}"] = [] if target is None else _plain(getattr(target, name))
+    for owner, body in (("", analysis), ("target_", target)):
+        energy = None if body is None else body.energy_end
+        for part in ("translation", "vibration"):
+            value = None if energy is None else float(getattr(energy, part))
+            told[f"{owner}{part}al_energy"] = value
+    return told
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON knows it."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return list(value) if isinstance(value, tuple) else value
 
 
 def _energy_of_all(analysis: CollisionAnalysis, name: str) -> float | None:
@@ -123,26 +117,13 @@ def write_report(
         (aside / "analysis.json").write_text(text + "\n", encoding="utf-8")
         history = analysis.history
         arrays = {
-            "masses": analysis.masses,
             "contact_times": analysis.contact_times,
             "contact_speeds": analysis.contact_speeds,
-            "mode_frequencies": analysis.mode_frequencies,
-            "mode_energies": analysis.mode_energies,
-            "mode_energies_start": analysis.mode_energies_start,
             "times": history.times,
-            "displacements": history.displacements,
-            "velocities": history.velocities,
+            **_arrays_of(analysis, ""),
         }
         if analysis.target is not None:
-            target = analysis.target
-            arrays |= {
-                "target_masses": target.masses,
-                "target_mode_frequencies": target.mode_frequencies,
-                "target_mode_energies": target.mode_energies,
-                "target_mode_energies_start": target.mode_energies_start,
-                "target_displacements": -target.history.displacements,
-                "target_velocities": -target.history.velocities,
-            }
+            arrays |= _arrays_of(analysis.target, "target_", along=-1.0)
         write_arrays(aside / "arrays.npz", arrays)
         _write_table(aside / "contacts.csv", _contact_rows(analysis))
         _write_table(aside / "modes.csv", _mode_rows(analysis))
@@ -153,6 +134,14 @@ def write_report(
         if finish is not None:
             finish(aside)
     return folder
+
+
+def _arrays_of(body: BodyAnalysis, owner: str, along: float = 1.0) -> dict[str, Any]:
+    """Return the arrays of a body by name; `along` is -1 for a target, which is mirrored."""
+    names = ("masses", "mode_frequencies", "mode_energies", "mode_energies_start")
+    motion = {name: along * getattr(body.history, name) for name in ("displacements", "velocities")}
+    found = {name: getattr(body, name) for name in names} | motion
+    return {f"{owner}{name}": array for name, array in found.items()}
 
 
 def energy_series(analysis: CollisionAnalysis) -> tuple[NDArray[np.float64], ...]:
@@ -249,7 +238,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
         plot_bond_lengths(history.series_times, shortest, longest, ax=ax)
         _save(figure, folder / "bonds.png", analysis)
 
-    bodies: dict[str, CollisionAnalysis | TargetAnalysis] = {"": analysis}
+    bodies: dict[str, BodyAnalysis] = {"": analysis}
     if analysis.target is not None:
         bodies["target_"] = analysis.target
     for name, body in bodies.items():
@@ -331,7 +320,3 @@ def _write_table(path: Path, rows: Iterable) -> None:
         writer = csv.writer(file)
         writer.writerow(_COLUMNS[path.name])
         writer.writerows(rows)
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

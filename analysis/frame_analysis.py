@@ -28,7 +28,7 @@ from chaincor.analysis.restitution import (
     energy_split,
     momentum_residual,
 )
-from chaincor.analysis.results import CollisionAnalysis, TargetAnalysis
+from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.analysis.start import Start
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -201,7 +201,7 @@ def analyze_frames(
         caveats=(*contradictions, *notes, *caveats),
         velocity_after=means[0],
         soft=bodies.soft,
-        target=TargetAnalysis(**others[0], velocity_after=-means[1]) if others else None,
+        target=BodyAnalysis(**others[0], velocity_after=-means[1]) if others else None,
     )
 
 

@@ -46,23 +46,25 @@ class History:
     bond_max: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class TargetAnalysis:
+@dataclass(frozen=True, repr=False, kw_only=True)
+class BodyAnalysis:
     """
-    The free target of a collision, as :class:`CollisionAnalysis` has it of the chain.
-
-    Its displacements and velocities count away from the contact, as if it were a chain in a mirror.
+    One body of a collision: the chain or, seen in a mirror in which it is a chain, a free target.
 
     Attributes
     ----------
-    masses, mode_frequencies, mode_energies, mode_energies_start : ndarray of shape (M,)
-        From the contact outward; energies in the last frame and the first.
+    masses : ndarray of shape (n,)
+        Particle masses, from the contact outward.
     velocity_after : float
-        Of its centre of mass along x, in the last frame.
+        Of its centre of mass in the last frame, along x.
+    mode_frequencies, mode_energies : ndarray of shape (n,)
+        omega_j, and E_j in the last frame.
+    mode_energies_start : ndarray of shape (n,)
+        E_j in the first frame.
     energy_start, energy_end : EnergySplit or None
         First and last frame; None where the bond is not known.
     history : History
-        Its motion.
+        Its motion in time; that of a target counts away from the contact.
     """
 
     masses: NDArray[np.float64]
@@ -75,17 +77,17 @@ class TargetAnalysis:
     history: History
 
 
-@dataclass(frozen=True, repr=False)
-class CollisionAnalysis:
+@dataclass(frozen=True, repr=False, kw_only=True)
+class CollisionAnalysis(BodyAnalysis):
     """
-    What the frames of a collision say. Units: bond length and stiffness 1, masses as given.
+    What the frames of a collision say: of the chain as a body, and of what it met.
+
+    Units: bond length and stiffness 1, masses as given.
 
     Attributes
     ----------
     particles : int
         Number of particles n.
-    masses : ndarray of shape (n,)
-        Particle masses, particle 1 first.
     bond : Potential or None
         The bonds' potential, if known.
     velocity : float
@@ -111,14 +113,8 @@ class CollisionAnalysis:
         f; None where the frames are too far apart to count.
     detection : DetectedContacts
         How the contacts were found.
-    mode_frequencies, mode_energies : ndarray of shape (n,)
-        omega_j, and E_j in the last frame.
-    mode_energies_start : ndarray of shape (n,)
-        E_j in the first frame.
     anharmonic_remainder : float or None
         Bond energy in the last frame that the modes leave out.
-    energy_start, energy_end : EnergySplit or None
-        First and last frame; None where the bond is not known.
     energy_drift : float or None
         (E_end - E_start)/E_start.
     momentum_residual : float
@@ -136,25 +132,20 @@ class CollisionAnalysis:
         where one is unlikely; None where neither can be said.
     finished : bool
         Whether, as far as can be told, no contact follows the last frame.
-    history : History
-        The collision in time.
     contradictions : tuple of str
         What no chain and no wall can have done, such as eta above 1: no number is to be trusted
         while there is one. They are among the caveats, too.
     caveats : tuple of str
         What limits the numbers above, one sentence each.
-    velocity_after : float
-        Of the chain's centre of mass in the last frame.
     soft : bool
         Whether the bodies overlap when they meet: contacts are not told then.
-    target : TargetAnalysis or None
+    target : BodyAnalysis or None
         The free target, if it is not a wall that the chain hits. `velocity`, `restitution` and
         contacts are then those of the relative motion, `energy_drift` that of both bodies, and
         `momentum_residual` the change of their momentum.
     """
 
     particles: int
-    masses: NDArray[np.float64]
     bond: Potential | None
     velocity: float
     restitution: float
@@ -167,12 +158,7 @@ class CollisionAnalysis:
     contact_statistics: ContactStatistics
     contacts: int | None
     detection: DetectedContacts
-    mode_frequencies: NDArray[np.float64]
-    mode_energies: NDArray[np.float64]
-    mode_energies_start: NDArray[np.float64]
     anharmonic_remainder: float | None
-    energy_start: EnergySplit | None
-    energy_end: EnergySplit | None
     energy_drift: float | None
     momentum_residual: float
     bond_min: float
@@ -183,12 +169,10 @@ class CollisionAnalysis:
     time_end: float
     ending: str | None
     finished: bool
-    history: History
     contradictions: tuple[str, ...]
     caveats: tuple[str, ...]
-    velocity_after: float
     soft: bool = False
-    target: TargetAnalysis | None = None
+    target: BodyAnalysis | None = None
 
     @property
     def against(self) -> str:

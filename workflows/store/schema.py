@@ -1,5 +1,8 @@
 """The tables of a results store, their version, and how an older store becomes a newer one."""
 
+import re
+
+from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS
 from chaincor.lammps_inputs.scene_parts.rules import OWNERS
 
 # "CCOR": tells a results store from any other SQLite file.
@@ -81,54 +84,30 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
 
 SCHEMA_VERSION = len(MIGRATIONS)
 
-SCENE_COLUMNS = ("potential", "toda_b", "power_order", "power_c", "particles", "engine")
+_COLUMNS = tuple(re.findall(r'^ +"?(\w+)"? (?:TEXT|INTEGER|REAL)', MIGRATIONS[0][1], re.MULTILINE))
+
+
+def _columns(first: str, last: str) -> tuple[str, ...]:
+    """Return the names of the table's columns from one to another."""
+    return _COLUMNS[_COLUMNS.index(first) : _COLUMNS.index(last) + 1]
+
+
+SCENE_COLUMNS = (*_columns("potential", "particles"), "engine")
 # Of bonds that few scenes have: taken out of the scene's JSON.
 SCENE_KEYS = tuple(key for key in OWNERS if key not in (*SCENE_COLUMNS, "bond_file"))
 # What scenes say in words or lists, where there is no column whose type tells.
 WORDS_OF_SCENES = ("energy", "parameters", "masses", "target_masses", "initial")
 # Fields of a result that have a column of their own; the others go to `details`.
-RESULT_COLUMNS = (
-    "velocity",
-    "speed",
-    "tolerance",
-    "restitution",
-    "restitution_error",
-    "tolerance_met",
-    "kinematic_restitution",
-    "contacts",
-    "last_contact_time",
-    "bond_min",
-    "bond_max",
-    "fragments",
-    "crossed",
-    "energy_drift",
-    "momentum_residual",
-    "duration",
-    "ending",
-    "v_star",
-    "reason",
-    "wall",
-    "scheme",
-    "timestep",
-    "table",
-    "table_points",
-    "seconds",
-    "seconds_total",
-)
-FAILURE_COLUMNS = ("failure", "failure_message", "failure_tolerance", "failure_stands")
+RESULT_COLUMNS = ("velocity", "speed", "tolerance", *_columns("restitution", "seconds_total"))
+FAILURE_COLUMNS = _columns("failure", "failure_stands")
 RECORD_COLUMNS = ("collision_sha256", "scene_sha256", "tries", "host", "finished")
 # What only scenes of more than a cold chain and a wall have, as expressions over the JSON of a row:
 # such keys need no columns that all other rows leave empty, and no new schema.
+_CONTACT = {"contact_stiffness": "contact[0]", "contact_exponent": "contact[1]"}
 BODY_COLUMNS = {
-    "masses": "json_extract(scene, '$.masses')",
-    "target_particles": "json_extract(scene, '$.target_particles')",
-    "target_masses": "json_extract(scene, '$.target_masses')",
-    "contact_stiffness": "json_extract(scene, '$.contact[0]')",
-    "contact_exponent": "json_extract(scene, '$.contact[1]')",
-    "initial": "json_extract(scene, '$.initial')",
-    "compression": "json_extract(scene, '$.compression')",
-    "temperature": "json_extract(scene, '$.temperature')",
-    "seed": "json_extract(scene, '$.seed')",
+    name: f"json_extract(scene, '$.{_CONTACT.get(name, name)}')"
+    for name in BODY_KEYS
+    if name != "contact"
 } | {
     name: f"json_extract(details, '$.{name}')"
     for name in (

@@ -3,13 +3,14 @@
 import csv
 import json
 import platform
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import folder_aside
 from chaincor.workflows.json_output import stamped
 from chaincor.workflows.result import finite
-from chaincor.workflows.tradeoff.budget import ErrorBudget
+from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
     find_series,
@@ -23,6 +24,13 @@ from chaincor.workflows.tradeoff.study import Tradeoff
 from chaincor.workflows.versions import versions
 
 _STOCK_REFLECTING = "stock wall"
+_ERRORS = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
+# Of the truth and of budgets, in this order, beside their other numbers.
+_TRUTH = (
+    *("restitution", "restitution_error", "last_contact_time", "last_contact_time_error"),
+    *("mode_energies_error", "contacts", "source"),
+)
+_BUDGET = ("name", "scheme", "timestep", "total", "output_exact", *CAUSES)
 
 
 def measurement_row(
@@ -30,46 +38,27 @@ def measurement_row(
 ) -> dict[str, Any]:
     """Return one setting's results, flat; `promised` is the error it can be trusted to keep."""
     setting, done = measurement.setting, bool(measurement.seconds) and not measurement.failure
-    series = setting.series
-    row: dict[str, Any] = {
-        "engine": series.engine,
-        "wall": series.wall,
-        "scheme": series.scheme,
-        "table": series.table,
+    setups = sorted(measurement.setup_seconds)
+    return {
+        **asdict(setting.series),
         "table_points": measurement.table_points,
         "timestep": setting.timestep,
-        "scaled_timestep": setting.timestep / time_unit(study.scene, series.wall),
+        "scaled_timestep": setting.timestep / time_unit(study.scene, setting.series.wall),
         "phases": len(measurement.seconds),
         "failure": measurement.failure,
         "on_front": on_front,
+        **{name: finite(getattr(measurement, name)) if done else None for name in _ERRORS},
+        "promised_error": promised,
+        "seconds": measurement.time if done else None,
+        "setup_seconds": setups[len(setups) // 2] if done else None,
+        "force_evaluations": measurement.force_evaluations,
     }
-    names = ("median_error", "rms_error", "worst_error", "contact_time_error", "mode_energy_error")
-    for name in names:
-        row[name] = finite(getattr(measurement, name)) if done else None
-    row["promised_error"] = promised
-    row["seconds"] = measurement.time if done else None
-    row["setup_seconds"] = (
-        sorted(measurement.setup_seconds)[len(measurement.setup_seconds) // 2] if done else None
-    )
-    row["force_evaluations"] = measurement.force_evaluations
-    return row
 
 
 def _cheapest_row(row: CheapestRow) -> dict[str, Any]:
-    series = row.setting.series
-    return {
-        "error": row.error,
-        "engine": series.engine,
-        "wall": series.wall,
-        "scheme": series.scheme,
-        "table": series.table,
-        "timestep": row.setting.timestep,
-        "scaled_timestep": row.scaled_timestep,
-        "measured_error": row.measured_error,
-        "contact_time_error": finite(row.contact_time_error),
-        "mode_energy_error": row.mode_energy_error,
-        "seconds": row.seconds,
-    }
+    setting = row.setting
+    head = {"error": row.error, **asdict(setting.series), "timestep": setting.timestep}
+    return head | {f.name: finite(getattr(row, f.name)) for f in fields(row)[2:]}
 
 
 def to_dict(study: Tradeoff) -> dict[str, Any]:
@@ -81,15 +70,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
         "potential": scene.label,
         "particles": scene.particles,
         "velocity": scene.impact_velocity,
-        "truth": {
-            "restitution": truth.restitution,
-            "restitution_error": truth.restitution_error,
-            "last_contact_time": truth.last_contact_time,
-            "last_contact_time_error": finite(truth.last_contact_time_error),
-            "mode_energies_error": truth.mode_energies_error,
-            "contacts": truth.contacts,
-            "source": truth.source,
-        },
+        "truth": {name: finite(getattr(truth, name)) for name in _TRUTH},
         "settings": [
             measurement_row(study, m, id(m) in front, promises.get(m.setting))
             for m in study.measurements
@@ -97,17 +78,7 @@ def to_dict(study: Tradeoff) -> dict[str, Any]:
         "cheapest": {
             engine: [_cheapest_row(row) for row in rows] for engine, rows in study.cheapest.items()
         },
-        "budgets": [
-            {
-                "name": b.name,
-                "scheme": b.scheme,
-                "timestep": b.timestep,
-                "total": b.total,
-                "output_exact": b.output_exact,
-                **b.parts(),
-            }
-            for b in study.budgets
-        ],
+        "budgets": [{name: getattr(b, name) for name in _BUDGET} for b in study.budgets],
         "tables": [vars(point) for point in study.tables],
         "tolerance": study.tolerance,
         "advice": study.advice,
