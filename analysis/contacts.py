@@ -3,24 +3,7 @@
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-
-def contact_intervals(contact_times: ArrayLike) -> NDArray[np.float64]:
-    """
-    Return the times between successive contacts.
-
-    Parameters
-    ----------
-    contact_times : array_like of shape (f,)
-        Times of the contacts, the first included.
-
-    Returns
-    -------
-    numpy.ndarray of shape (f - 1,)
-        Intervals t_(q+1) - t_q.
-    """
-    return np.diff(np.asarray(contact_times, dtype=float))
+from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
@@ -79,7 +62,7 @@ def contact_statistics(
     """
     times = np.asarray(contact_times, dtype=float)
     speeds = np.asarray(contact_speeds, dtype=float)
-    intervals = contact_intervals(times)
+    intervals = np.diff(times)
     some = intervals.size > 0
     return ContactStatistics(
         count=int(times.size),

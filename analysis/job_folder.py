@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
-from chaincor.analysis.dumps.declared_setup import DeclaredSetup, declared_setup
-from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.declared_setup import DeclaredSetup, declared_setup, has_stock_wall
+from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
-from chaincor.analysis.dumps.view import DumpView, Frames, ViewedDump
+from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.analysis.frame_analysis import CHAIN_AND_WALL, Bodies, EndArgument, analyze_frames
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
@@ -31,7 +31,6 @@ _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
 _BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
-_REFLECT = re.compile(r"^\s*fix\s.*\swall/reflect\s", re.MULTILINE)
 _UNITS = re.compile(r"^\s*units\s+(\S+)", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
 
@@ -333,7 +332,7 @@ def bodies_of(job: Job, first: DumpFrame, given: int | None = None) -> Bodies:
 
 def uses_reflecting_wall(job: Job) -> bool:
     """Tell by its scripts and logs whether a run had the stock wall, ``fix wall/reflect``."""
-    return any(_REFLECT.search(_text(path)) for path in (*job.scripts, *job.logs))
+    return any(map(has_stock_wall, (*job.scripts, *job.logs)))
 
 
 def view_of(job: Job) -> DumpView:

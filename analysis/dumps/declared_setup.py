@@ -55,6 +55,15 @@ def declared_setup(logs: Iterable[Path], scripts: Iterable[Path]) -> DeclaredSet
     return setups[0] if setups and all(each == setups[0] for each in setups) else DeclaredSetup()
 
 
+def has_stock_wall(path: Path) -> bool:
+    """Tell by a script or a log whether its run had the stock wall, ``fix wall/reflect``."""
+    return any(
+        words[0] == "fix" and "wall/reflect" in words
+        for line in path.read_text(errors="replace").splitlines()
+        if (words := line.split("#")[0].split())
+    )
+
+
 def _commands(path: Path) -> list[list[str]]:
     lines = (line.split("#")[0].split() for line in path.read_text(errors="replace").splitlines())
     return [

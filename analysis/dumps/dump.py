@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import IO, cast
 
 from chaincor.analysis.dumps.binary import BinaryFrames
-from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
+from chaincor.analysis.dumps.frame import DumpFrame, Frames, TruncatedFrameError
 from chaincor.analysis.dumps.text import TextFrames
 from chaincor.lammps_inputs.errors import InputError
 
@@ -16,7 +16,7 @@ _GZIP_MAGIC = b"\x1f\x8b"
 _TEXT_START = b"ITEM:"
 
 
-class Dump:
+class Dump(Frames):
     """
     A LAMMPS dump of style custom, read in constant memory.
 
@@ -33,8 +33,6 @@ class Dump:
     ----------
     path : pathlib.Path
         The file.
-    truncated : bool
-        Whether the last complete iteration met a frame cut short.
 
     Raises
     ------
@@ -44,7 +42,6 @@ class Dump:
 
     def __init__(self, path: Path | str):
         self.path = Path(path)
-        self.truncated = False
         try:
             with self._open() as (_, stream):
                 start = stream.read(18)
@@ -59,9 +56,6 @@ class Dump:
             raise InputError(
                 f"{self.path} is not a LAMMPS dump of style custom: it starts with {start[:18]!r}"
             )
-
-    def __iter__(self) -> Iterator[DumpFrame]:
-        return self.frames()
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
@@ -86,10 +80,6 @@ class Dump:
                 raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
         if count == 0:
             raise InputError(f"{self.path} is cut short before the end of its first frame")
-
-    def first(self) -> DumpFrame:
-        """Return the first frame."""
-        return next(self.frames())
 
     def _reader(self) -> TextFrames | BinaryFrames:
         return TextFrames(str(self.path)) if self.is_text else BinaryFrames(str(self.path))

@@ -1,6 +1,7 @@
 """One frame of a LAMMPS dump, whatever file it came from."""
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -93,6 +94,30 @@ class DumpFrame:
         safe = np.where(values > 0.0, values, 1.0)
         half_unit = 0.5 * 10.0 ** (np.floor(np.log10(safe)) - digits + 1)
         return np.maximum(np.where(values > 0.0, half_unit, 0.0), self.absolute_resolution)
+
+
+class Frames(ABC):
+    """
+    What is read: a dump, or a trajectory of another format; it can be gone through again.
+
+    Attributes
+    ----------
+    truncated : bool
+        Whether the last complete iteration met a frame cut short, as a crash leaves it.
+    """
+
+    truncated = False
+
+    @abstractmethod
+    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
+        """Yield the frames in the order of the file, of which `progress` is told the bytes read."""
+
+    def __iter__(self) -> Iterator[DumpFrame]:
+        return self.frames()
+
+    def first(self) -> DumpFrame:
+        """Return the first frame."""
+        return next(self.frames())
 
 
 def _count_digits(word: bytes) -> int:

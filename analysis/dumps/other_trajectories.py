@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
 from chaincor.lammps_inputs.errors import InputError
 
@@ -67,7 +67,7 @@ def is_other_trajectory(path: Path) -> bool:
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
-def open_trajectory(path: Path | str) -> "Dump | OtherTrajectory":
+def open_trajectory(path: Path | str) -> Frames:
     """
     Open a dump of LAMMPS, or a trajectory of another format.
 
@@ -78,8 +78,8 @@ def open_trajectory(path: Path | str) -> "Dump | OtherTrajectory":
 
     Returns
     -------
-    Dump or OtherTrajectory
-        Both yield frames.
+    Frames
+        A Dump, or an OtherTrajectory.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def open_trajectory(path: Path | str) -> "Dump | OtherTrajectory":
     return OtherTrajectory(path) if is_other_trajectory(path) else Dump(path)
 
 
-class OtherTrajectory:
+class OtherTrajectory(Frames):
     """
     A trajectory read by ASE or MDAnalysis, frame by frame, with the numbers that these show.
 
@@ -109,12 +109,8 @@ class OtherTrajectory:
 
     def __init__(self, path: Path):
         self.path = path
-        self.truncated = False
         if not path.is_file():
             raise InputError(f"cannot read the trajectory {path}: no such file")
-
-    def __iter__(self) -> Iterator[DumpFrame]:
-        return self.frames()
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
@@ -150,10 +146,6 @@ class OtherTrajectory:
             raise InputError(f"{self.path} holds no frames")
         if progress is not None:
             progress(self.path.stat().st_size)
-
-    def first(self) -> DumpFrame:
-        """Return the first frame."""
-        return next(self.frames())
 
     @contextmanager
     def _named_errors(self) -> Iterator[None]:

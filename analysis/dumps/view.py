@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -15,23 +14,6 @@ _PLACES, _SCALED, _SPEEDS = ("x", "xu"), ("xs", "xsu"), ("vx", "vy", "vz")
 _DISPLACEMENT, _TIME, _MASS, _IMAGE = "v_displacement", "v_time", "mass", "ix"
 # Digits from which on a format keeps numbers exactly.
 _EXACT_DIGITS = 16
-
-
-class Frames(Protocol):
-    """What is read: a dump, or a trajectory of another format."""
-
-    @property
-    def truncated(self) -> bool:
-        """Whether the last complete iteration met a frame cut short."""
-
-    def __iter__(self) -> Iterator[DumpFrame]:
-        """Yield the frames."""
-
-    def first(self) -> DumpFrame:
-        """Return the first frame."""
-
-    def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
-        """Yield the frames."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +100,13 @@ class DumpView:
         return max(own, float(np.max(frame.resolution(name, digits))) / self.units.length)
 
 
-class ViewedDump:
+class ViewedDump(Frames):
     """
     A dump in the chain's units.
 
     Parameters
     ----------
-    source : Dump or OtherTrajectory
+    source : Frames
         What is read.
     view : DumpView
         How.
@@ -133,19 +115,8 @@ class ViewedDump:
     def __init__(self, source: Frames, view: DumpView) -> None:
         self._source, self._view = source, view
 
-    @property
-    def truncated(self) -> bool:
-        """Whether the last complete iteration met a frame cut short."""
-        return self._source.truncated
-
-    def first(self) -> DumpFrame:
-        """Return the first frame."""
-        return self._view.of(self._source.first())
-
-    def __iter__(self) -> Iterator[DumpFrame]:
-        return self.frames()
-
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """Yield the frames in the order of the file."""
         for frame in self._source.frames(progress):
             yield self._view.of(frame)
+        self.truncated = self._source.truncated

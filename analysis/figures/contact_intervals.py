@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.contacts import contact_intervals
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, choose_axes, legend_above
 from chaincor.analysis.theory import PAIR_INTERVAL, PAIR_SPEED
 
@@ -22,7 +21,7 @@ def plot_contact_intervals(
     `stiffness` is U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
     """
     ax = choose_axes(ax)
-    intervals = contact_intervals(contact_times)
+    intervals = np.diff(np.asarray(contact_times, dtype=float))
     number = np.arange(1, intervals.size + 1)
     ax.plot(number, intervals, color=BLUE, marker="o", markersize=2.8, linestyle="none")
     if stiffness is not None:

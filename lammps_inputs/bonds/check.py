@@ -2,12 +2,15 @@
 
 import sys
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import PotentialError
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Strains looked at reach from nearly no length to a thousand lengths, closely enough about rest
 # for chains as slow as 1e-4.
@@ -29,28 +32,13 @@ _WORK = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-class Bond(Protocol):
-    """What is looked at: energy and force within a range of strains, as `Potential` has them."""
-
-    name: str
-    strain_min: float
-    strain_max: float
-    energy_offset: float
-
-    def energy(self, strain: NDArray[np.float64]) -> Any:
-        """Return U."""
-
-    def force(self, strain: NDArray[np.float64]) -> Any:
-        """Return -dU/dr."""
-
-
-def scan_strains(bond: Bond) -> NDArray[np.float64]:
+def scan_strains(bond: "Potential") -> NDArray[np.float64]:
     """
     Return the strains between which a bond is looked at.
 
     Parameters
     ----------
-    bond : Bond
+    bond : Potential
         The bond.
 
     Returns
@@ -65,7 +53,7 @@ def scan_strains(bond: Bond) -> NDArray[np.float64]:
     )
 
 
-def find_kinks(bond: Bond) -> tuple[float, ...]:
+def find_kinks(bond: "Potential") -> tuple[float, ...]:
     """
     Find the strains at which the stiffness of a bond jumps.
 
@@ -74,7 +62,7 @@ def find_kinks(bond: Bond) -> tuple[float, ...]:
 
     Parameters
     ----------
-    bond : Bond
+    bond : Potential
         A bond of finite stiffness.
 
     Returns
@@ -129,18 +117,18 @@ def find_kinks(bond: Bond) -> tuple[float, ...]:
     return tuple(places)
 
 
-def _slope_at_rest(bond: Bond, edges: NDArray[np.float64]) -> float:
+def _slope_at_rest(bond: "Potential", edges: NDArray[np.float64]) -> float:
     """Return the larger slope of the force on the two sides of rest."""
     near = edges[[_COMPRESSED - 1, _COMPRESSED]]
     return float(np.max(np.abs(bond.force(near) / near)))
 
 
-def _forces(bond: Bond, strains: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forces(bond: "Potential", strains: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(bond.force(strains.ravel()), dtype=float).reshape(strains.shape)
 
 
 def _change_of_slope(
-    bond: Bond, middles: NDArray[np.float64], near: NDArray[np.float64]
+    bond: "Potential", middles: NDArray[np.float64], near: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], ...]:
     """Return how the slope of the force changes, the larger slope, and both, left and right."""
     places = middles[:, None] + near[:, None] * np.array([-3.0, -1.0, 1.0, 3.0])
@@ -151,7 +139,7 @@ def _change_of_slope(
 
 
 def _refuse_jumps(
-    bond: Bond,
+    bond: "Potential",
     middles: NDArray[np.float64],
     near: NDArray[np.float64],
     slope: NDArray[np.float64],
@@ -170,7 +158,7 @@ def _refuse_jumps(
         )
 
 
-def refuse_mismatch(bond: Bond, kinks: Sequence[float]) -> None:
+def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
     """
     Refuse a bond whose force is not the derivative of its energy.
 
@@ -180,7 +168,7 @@ def refuse_mismatch(bond: Bond, kinks: Sequence[float]) -> None:
 
     Parameters
     ----------
-    bond : Bond
+    bond : Potential
         The bond.
     kinks : sequence of float
         Strains at which its stiffness jumps.
@@ -225,7 +213,7 @@ def refuse_mismatch(bond: Bond, kinks: Sequence[float]) -> None:
 
 
 def _work(
-    bond: Bond, low: NDArray[np.float64], high: NDArray[np.float64]
+    bond: "Potential", low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the integral of the force over each interval, and of its size."""
     half = 0.5 * (high - low)

@@ -2,27 +2,15 @@
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.bonds.potential import Potential
+
 Array = NDArray[np.float64]
-
-
-class Bond(Protocol):
-    """What is asked of a bond, as `Potential` has it."""
-
-    strain_min: float
-    strain_max: float
-    dissociation: float
-
-    @property
-    def stiffness(self) -> float:
-        """U'' at rest."""
-
-    def energy(self, strain: Array) -> Any:
-        """Return U."""
 
 
 # Strains of one scan, of which two narrow a range down to less than a thousandth.
@@ -37,7 +25,9 @@ def halved(holds: Callable[[float], bool], inside: float, outside: float) -> tup
     return inside, outside
 
 
-def holds_at_most(bond: Bond, energy: float, side: float) -> Callable[[Array], NDArray[np.bool_]]:
+def holds_at_most(
+    bond: "Potential", energy: float, side: float
+) -> Callable[[Array], NDArray[np.bool_]]:
     """Return whether a bond holds no more than an energy, of distances from rest to one side."""
 
     def holds(distances: Array) -> NDArray[np.bool_]:
@@ -47,7 +37,7 @@ def holds_at_most(bond: Bond, energy: float, side: float) -> Callable[[Array], N
     return holds
 
 
-def distance_at(bond: Bond, energy: float, side: float, end: float = math.inf) -> float:
+def distance_at(bond: "Potential", energy: float, side: float, end: float = math.inf) -> float:
     """
     Return how far from rest a bond first holds an energy.
 
@@ -78,7 +68,7 @@ def distance_at(bond: Bond, energy: float, side: float, end: float = math.inf) -
     return halved(lambda distance: bool(holds(np.array(distance))), inner, float(far[first]))[0]
 
 
-def compressed_strain(bond: Bond, energy: float) -> float:
+def compressed_strain(bond: "Potential", energy: float) -> float:
     """
     Return the compressed strain at which a bond holds an energy.
 
@@ -97,7 +87,7 @@ def compressed_strain(bond: Bond, energy: float) -> float:
     return float(compressed_strains(bond, np.array([energy]))[0])
 
 
-def compressed_strains(bond: Bond, energies: Array) -> Array:
+def compressed_strains(bond: "Potential", energies: Array) -> Array:
     """Return the same for many energies, of the shape (energies,); each as by itself."""
     floor = max(bond.strain_min, -1.0)
     # Distance to the floor, found by its logarithm: log bonds get as short as exp(-energy).
@@ -117,7 +107,7 @@ def _expm1(exponents: Array) -> Array:
     return np.array([math.expm1(exponent) for exponent in exponents.tolist()])
 
 
-def strain_range(bond: Bond, energy: float) -> tuple[float, float]:
+def strain_range(bond: "Potential", energy: float) -> tuple[float, float]:
     """
     Return the strains between which a bond must be if it holds no more than an energy.
 
@@ -140,7 +130,7 @@ def strain_range(bond: Bond, energy: float) -> tuple[float, float]:
     return shortest, min(_outermost(bond, energy, 1.0, bond.strain_max), bond.strain_max)
 
 
-def _outermost(bond: Bond, energy: float, side: float, end: float) -> float:
+def _outermost(bond: "Potential", energy: float, side: float, end: float) -> float:
     """Return roughly, by a few calls, where U first exceeds an energy."""
     holds = holds_at_most(bond, energy, side)
     inner, outer = 0.0, 1e-3 * math.sqrt(2.0 * energy / bond.stiffness)

@@ -1,7 +1,6 @@
-import numpy as np
 import pytest
 
-from chaincor.analysis.contacts import contact_intervals, contact_statistics
+from chaincor.analysis.contacts import contact_statistics
 
 
 def test_statistics_of_a_short_list():
@@ -12,7 +11,6 @@ def test_statistics_of_a_short_list():
     assert statistics.mean_interval == pytest.approx(2.0)
     assert statistics.median_interval == pytest.approx(2.0)
     assert statistics.mean_speed == pytest.approx(1.0)
-    np.testing.assert_array_equal(contact_intervals([1.0, 3.0, 6.0]), [2.0, 3.0])
 
 
 @pytest.mark.parametrize("times", [[], [0.0]])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from chaincor.analysis.dumps.declared_setup import has_stock_wall
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
 from chaincor.analysis.dumps.timestep import read_first_timestep
 from chaincor.analysis.job_folder import find_job, uses_reflecting_wall, view_of
@@ -27,7 +28,6 @@ _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
 # With what a log ends.
 _ENDED = re.compile(r"^(Total wall time: .*|quit|log\s.*)$", re.MULTILINE)
 _ATOMS = re.compile(r"^\s*(?:Created )?(\d+) atoms$", re.MULTILINE)
-_REFLECT = re.compile(r"^fix\s+\S+\s+\S+\s+wall/reflect\s", re.MULTILINE)
 # A job of chaincor's says its error last.
 _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
@@ -218,7 +218,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         found.get("restitution_error"),
         None if contacts is None else round(contacts),
         particles=int(atoms[-1]) if (atoms := _ATOMS.findall(text)) else None,
-        stock_wall=_REFLECT.search(text) is not None,
+        stock_wall=has_stock_wall(path),
         timestep=read_first_timestep((path,), ()),
     )
 

@@ -1,6 +1,7 @@
 """A user's own integrator against the in-house one: who agrees, within what."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
@@ -52,37 +53,30 @@ def validate_user(
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
     """Compare what the user gives; only the number of contacts has an error bar: none."""
-    comparisons = []
-    if user.contact_times is not None:
-        comparisons += [
-            Comparison(
-                "contacts", abs(len(user.contact_times) - judge.contacts), allowed_contacts(judge)
-            ),
-            Comparison(
-                "contact_times", largest_difference(user.contact_times, judge.contact_times), None
-            ),
-        ]
-    if user.contact_speeds is not None:
-        distance = largest_difference(user.contact_speeds, judge.contact_speeds)
-        comparisons.append(Comparison("contact_speeds", distance, None))
+    k, line = scene.bond.stiffness, scene.line
+    given: dict[str, NDArray[np.float64] | None] = {
+        "contact_times": user.contact_times,
+        "contact_speeds": user.contact_speeds,
+        "mode_energies": None,
+        "target_velocities": user.target_velocities,
+        "target_mode_energies": None,
+    }
     if user.displacements is not None:
-        masses = None if scene.line.plain else scene.line.chain_masses
-        state = user.displacements, user.velocities
-        energies = mode_energies(*state, scene.bond.stiffness, masses)
-        distance = largest_difference(energies, judge.mode_energies)
-        comparisons.append(Comparison("mode_energies", distance, None))
-    if user.target_velocities is not None:
-        assert judge.target_velocities is not None
-        distance = largest_difference(user.target_velocities, judge.target_velocities)
-        comparisons.append(Comparison("target_velocities", distance, None))
+        masses = None if line.plain else line.chain_masses
+        given["mode_energies"] = mode_energies(user.displacements, user.velocities, k, masses)
     if user.target_displacements is not None:
         assert user.target_velocities is not None
-        assert judge.target_mode_energies is not None
         state = user.target_displacements, user.target_velocities
-        energies = mode_energies(*state, scene.bond.stiffness, scene.line.target_masses)
-        distance = largest_difference(energies, judge.target_mode_energies)
-        comparisons.append(Comparison("target_mode_energies", distance, None))
-    return comparisons
+        given["target_mode_energies"] = mode_energies(*state, k, line.target_masses)
+    comparisons = [
+        Comparison(name, largest_difference(values, getattr(judge, name)), None)
+        for name, values in given.items()
+        if values is not None
+    ]
+    if user.contact_times is None:
+        return comparisons
+    count = abs(len(user.contact_times) - judge.contacts)
+    return [Comparison("contacts", count, allowed_contacts(judge)), *comparisons]
 
 
 def restitution_of_user(user: UserOutcome, scene: Scene) -> float:
