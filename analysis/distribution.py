@@ -132,7 +132,7 @@ class Distribution:
         return max(1, math.ceil((self.deviation / precision) ** 2 * (1.0 - 1e-12)))
 
 
-def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDENCE) -> Quantile:
+def quantile(values: ArrayLike, probability: float) -> Quantile:
     """
     Return a quantile with an interval that rests on no form of the distribution.
 
@@ -145,8 +145,6 @@ def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDEN
         Samples.
     probability : float
         Of a sample to lie below.
-    confidence : float
-        Of the interval, at least.
 
     Returns
     -------
@@ -156,7 +154,7 @@ def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDEN
     from scipy.stats import binom
 
     ordered = np.sort(np.asarray(values, dtype=float))
-    count, tail = len(ordered), 0.5 * (1.0 - confidence)
+    count, tail = len(ordered), 0.5 * (1.0 - CONFIDENCE)
     padded = np.concatenate(([-math.inf], ordered, [math.inf]))
     # The quantile is not below sample k (from 1) unless k or more samples are.
     below = int(binom.ppf(tail, count, probability))
@@ -169,34 +167,12 @@ def quantile(values: ArrayLike, probability: float, confidence: float = CONFIDEN
     )
 
 
-def wilson_interval(hits: int, count: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    r"""
-    Return Wilson's interval for a probability.
+def wilson_interval(hits: int, count: int) -> tuple[float, float]:
+    """Return Wilson's interval for the probability of what happened `hits` times of `count`."""
+    from scipy.stats import binomtest
 
-    .. math:: \frac{p + z^2/2N \pm z \sqrt{p(1 - p)/N + z^2/4N^2}}{1 + z^2/N}, \qquad p = k/N.
-
-    Parameters
-    ----------
-    hits, count : int
-        k of N.
-    confidence : float
-        Of the interval; z is the normal quantile that belongs to it.
-
-    Returns
-    -------
-    tuple of float
-        Lower and upper end, within 0 and 1.
-    """
-    from scipy.special import ndtri
-
-    z = float(ndtri(0.5 + 0.5 * confidence))
-    p, wide = hits / count, z * z / count
-    centre = (p + 0.5 * wide) / (1.0 + wide)
-    half = z * math.sqrt(p * (1.0 - p) / count + 0.25 * wide / count) / (1.0 + wide)
-    # None of them, or all, is exactly the end of the interval.
-    low = 0.0 if hits == 0 else max(0.0, centre - half)
-    high = 1.0 if hits == count else min(1.0, centre + half)
-    return low, high
+    found = binomtest(hits, count).proportion_ci(CONFIDENCE, method="wilson")
+    return float(found.low), float(found.high)
 
 
 def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share:

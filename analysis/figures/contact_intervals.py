@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, choose_axes, legend_above
 from chaincor.analysis.theory import PAIR_INTERVAL, PAIR_SPEED
@@ -20,24 +20,10 @@ def plot_contact_intervals(
 
     `stiffness` is U''(1)/m, for the line of the n = 2 chain at low speed; None for no line.
     """
-    ax = choose_axes(ax)
     intervals = np.diff(np.asarray(contact_times, dtype=float))
-    number = np.arange(1, intervals.size + 1)
-    ax.plot(number, intervals, color=BLUE, marker="o", markersize=2.8, linestyle="none")
-    if stiffness is not None:
-        ax.axhline(
-            PAIR_INTERVAL / stiffness**0.5,
-            color=BLACK,
-            linewidth=1.0,
-            linestyle="--",
-            label=r"$n = 2$, low speed: $\pi/\sqrt{2}$",
-        )
-    ax.margins(y=0.1)
-    ax.set_ylim(bottom=0.0)
-    ax.set_xlabel(r"contact $q$")
+    line = None if stiffness is None else PAIR_INTERVAL / stiffness**0.5
+    ax = _plot_by_contact(intervals, (BLUE, "o"), line, r"$n = 2$, low speed: $\pi/\sqrt{2}$", ax)
     ax.set_ylabel(r"interval $t_{q+1} - t_q$ ($\sqrt{m/k}$)")
-    if stiffness is not None:
-        legend_above(ax)
     return ax
 
 
@@ -53,22 +39,30 @@ def plot_contact_speeds(
 
     `pair_line` is the estimate from the n = 2 chain, which is for equal masses.
     """
-    ax = choose_axes(ax)
     speeds = np.asarray(contact_speeds, dtype=float) / impact_velocity
-    number = np.arange(1, speeds.size + 1)
-    ax.plot(number, speeds, color=VERMILION, marker="s", markersize=2.8, linestyle="none")
-    if pair_line:
-        ax.axhline(
-            PAIR_SPEED,
-            color=BLACK,
-            linewidth=1.0,
-            linestyle="--",
-            label=r"$n = 2$ estimate: $\pi/2\sqrt{2}$",
-        )
+    line = PAIR_SPEED if pair_line else None
+    label = r"$n = 2$ estimate: $\pi/2\sqrt{2}$"
+    ax = _plot_by_contact(speeds, (VERMILION, "s"), line, label, ax)
+    ax.set_ylabel(r"incoming speed $v_q/v_0$")
+    return ax
+
+
+def _plot_by_contact(
+    values: NDArray[np.float64],
+    look: tuple[str, str],
+    line: float | None,
+    label: str,
+    ax: "Axes | None",
+) -> "Axes":
+    """Draw values against the number of the contact, and what two particles do, in dashes."""
+    ax = choose_axes(ax)
+    number = np.arange(1, values.size + 1)
+    ax.plot(number, values, color=look[0], marker=look[1], markersize=2.8, linestyle="none")
+    if line is not None:
+        ax.axhline(line, color=BLACK, linewidth=1.0, linestyle="--", label=label)
     ax.margins(y=0.1)
     ax.set_ylim(bottom=0.0)
     ax.set_xlabel(r"contact $q$")
-    ax.set_ylabel(r"incoming speed $v_q/v_0$")
-    if pair_line:
+    if line is not None:
         legend_above(ax)
     return ax

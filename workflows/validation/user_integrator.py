@@ -2,7 +2,7 @@
 
 import csv
 import importlib
-import multiprocessing
+import pickle
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.campaign.pool import sent
-from chaincor.workflows.errors import RunError
+from chaincor.workflows.campaign.pool import ProcessPool, sent
+from chaincor.workflows.errors import RunError, WorkerDiedError
 
 # Seconds that a user's function may take where nothing else is said.
 USER_TIMEOUT = 600.0
@@ -96,69 +96,50 @@ def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutco
 
 
 def _call(module: str, function: str, scene: Scene, timeout: float) -> Any:
-    context = multiprocessing.get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(
-        target=_work, args=(sender, module, function, scene, str(Path.cwd())), daemon=True
-    )
+    name = f"{module}:{function}"
+    with sent("the scene", name, UserIntegratorError):
+        pickle.dumps(scene)
+    pool = ProcessPool(1)
     try:
-        with sent("the scene", f"{module}:{function}", UserIntegratorError):
-            process.start()
-    except UserIntegratorError:
-        receiver.close()
-        raise
-    finally:
-        sender.close()
-    try:
-        if not receiver.poll(timeout):
-            raise UserIntegratorError(
-                f"{module}:{function} has not returned after {timeout:g} s; expected final "
-                "velocities: give it a smaller scene, or more time with --timeout"
-            )
-        kind, value = receiver.recv()
-    except EOFError:
+        working = pool.submit(_work, module, function, scene, str(Path.cwd()))
+        kind, value = working.result(timeout)
+    except TimeoutError:
         raise UserIntegratorError(
-            f"{module}:{function} ended its process without returning; expected final velocities"
+            f"{name} has not returned after {timeout:g} s; expected final velocities: give it a "
+            "smaller scene, or more time with --timeout"
+        ) from None
+    except WorkerDiedError:
+        raise UserIntegratorError(
+            f"{name} ended its process without returning; expected final velocities"
         ) from None
     finally:
-        if process.is_alive():
-            process.kill()
-        process.join()
-        receiver.close()
+        pool.shutdown(wait=False)
     if kind == "missing":
         raise InputError(value)
     if kind == "failed":
-        raise UserIntegratorError(f"{module}:{function} raised {value}")
+        raise UserIntegratorError(f"{name} raised {value}")
     return value
 
 
-def _work(sender: Any, module: str, function: str, scene: Scene, folder: str) -> None:
+def _work(module: str, function: str, scene: Scene, folder: str) -> tuple[str, Any]:
     """Run in the child: the user's module is looked for in the current folder first."""
     sys.path.insert(0, folder)
     try:
         integrate = getattr(importlib.import_module(module), function)
     except (ImportError, AttributeError) as error:
-        sender.send(
-            (
-                "missing",
-                f"cannot find {module}:{function}: {_one_line(error)}; expected a function "
-                "in a module on the Python path or in this folder",
-            )
+        return "missing", (
+            f"cannot find {module}:{function}: {_one_line(error)}; expected a function in a module "
+            "on the Python path or in this folder"
         )
-        return
     except (Exception, SystemExit) as error:  # a module may not compile, or do anything
-        sender.send(
-            (
-                "missing",
-                f"cannot import {module}: {_with_line(error, module)}; expected a "
-                f"module that Python imports and that has a function {function}: correct it",
-            )
+        return "missing", (
+            f"cannot import {module}: {_with_line(error, module)}; expected a module that Python "
+            f"imports and that has a function {function}: correct it"
         )
-        return
     try:
-        sender.send(("done", _plain(integrate(with_velocity(scene)))))
+        return "done", _plain(integrate(with_velocity(scene)))
     except Exception as error:  # whatever a user's code raises
-        sender.send(("failed", _with_line(error, module)))
+        return "failed", _with_line(error, module)
 
 
 def _with_line(error: BaseException, module: str) -> str:
