@@ -84,7 +84,7 @@ def analyze_frames(
     Parameters
     ----------
     frames : iterable of DumpFrame
-        A :class:`~chaincor.analysis.dumps.dump.Dump`, or the frames of an MDAnalysis Universe.
+        Such as a :class:`~chaincor.analysis.dumps.dump.Dump`.
     bond : Potential, optional
         The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
     impact_velocity : float, optional

@@ -5,7 +5,6 @@ import pytest
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.dumps.universe import to_mdanalysis, universe_frames
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_folder import analyze_job, find_job
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
@@ -149,17 +148,3 @@ def test_momentum_that_rises_far_from_the_wall_is_a_contradiction(harmonic20, du
     analysis = analyze_frames(Dump(path))
     assert any("out of reach" in text for text in analysis.contradictions)
     assert analysis.contacts is None
-
-
-def test_a_universe_keeps_time_digits_and_scaled_positions(harmonic20, dump_writer):
-    pytest.importorskip("MDAnalysis")
-    path = dump_writer.write(harmonic20, TIMES, "d", "id xs vx", "%g", time_item=True)
-    direct = analyze_frames(Dump(path), bond=Harmonic())
-    universe = to_mdanalysis(path)
-    through = analyze_frames(universe_frames(universe), bond=Harmonic())
-    assert through.restitution == direct.restitution
-    assert through.data_error == direct.data_error  # six digits, not those of float64
-    np.testing.assert_array_equal(through.contact_times, direct.contact_times)
-    x = states(path)[40].displacements + np.arange(20)
-    # float32, as MDAnalysis has it.
-    np.testing.assert_allclose(universe.trajectory[40].positions[:, 0], x, rtol=1e-6)

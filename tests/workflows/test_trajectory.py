@@ -7,8 +7,6 @@ import re
 import numpy as np
 import pytest
 
-from chaincor.analysis.dumps.universe import universe_frames
-from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
@@ -96,13 +94,6 @@ def test_mdanalysis(result):
             assert np.array_equal(ts.data["v_displacement"], state.displacements)
             # float32
             np.testing.assert_allclose(ts.velocities[:, 0], state.velocities, rtol=6e-8)
-
-
-def test_analysis_of_the_universe_gives_the_result():
-    result = collide(SCENES["fixed steps in-house"])
-    analysis = analyze_frames(universe_frames(result.to_universe(400)), bond=Scene().bond)
-    assert analysis.restitution == pytest.approx(result.restitution, abs=1e-12)
-    assert analysis.contacts == result.contacts
 
 
 def test_outputs_are_not_written_again(tmp_path):

