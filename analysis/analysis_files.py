@@ -270,17 +270,13 @@ def _save(figure: "Figure", path: Path, analysis: CollisionAnalysis) -> None:
 
 def _theory(analysis: CollisionAnalysis) -> NDArray[np.float64] | None:
     """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
-    statistics = analysis.contact_statistics
-    if statistics.mean_interval is None or statistics.mean_speed is None:
-        return None
     # The formula has the modes of equal masses, and a wall.
     if not _has_equal_masses(analysis) or analysis.target is not None:
         return None
     return measured_contacts_energies(
         analysis.particles,
-        statistics.count,
-        statistics.mean_interval,
-        statistics.mean_speed * analysis.velocity,
+        analysis.contact_statistics,
+        analysis.velocity,
         stiffness=1.0 if analysis.bond is None else analysis.bond.stiffness,
         mass=float(analysis.masses[0]),
     )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.modes import mode_frequencies
 
 # NH eqs. (8)-(10): interval, contacts per particle and incoming speed of the n = 2 chain,
@@ -119,13 +120,12 @@ def basile_dumont_energies(
 
 def measured_contacts_energies(
     particles: int,
-    contacts: int,
-    interval: float,
-    contact_speed: float,
+    statistics: ContactStatistics,
+    impact_velocity: float,
     *,
     stiffness: float = 1.0,
     mass: float = 1.0,
-) -> NDArray[np.float64]:
+) -> NDArray[np.float64] | None:
     """
     Return the mode energies of Basile and Dumont with the contacts that a collision had.
 
@@ -133,24 +133,26 @@ def measured_contacts_energies(
     ----------
     particles : int
         Number of particles n, of equal masses.
-    contacts : int
-        How many.
-    interval, contact_speed : float
-        Their mean interval and incoming speed.
+    statistics : ContactStatistics
+        How many contacts there were, their mean interval and incoming speed.
+    impact_velocity : float
+        Impact speed v0.
     stiffness, mass : float
         U'' of the bond at rest, and the mass of a particle.
 
     Returns
     -------
-    numpy.ndarray of shape (n - 1,)
-        E_j for j = 1..n-1.
+    numpy.ndarray of shape (n - 1,) or None
+        E_j for j = 1..n-1; None where a single contact has no interval.
     """
+    if statistics.mean_interval is None or statistics.mean_speed is None:
+        return None
     # The formula is for mass and stiffness 1; times scale with the square root of their ratio.
     return mass * basile_dumont_energies(
         particles,
-        interval=interval * (stiffness / mass) ** 0.5,
-        contacts=contacts,
-        contact_speed=contact_speed,
+        interval=statistics.mean_interval * (stiffness / mass) ** 0.5,
+        contacts=statistics.count,
+        contact_speed=statistics.mean_speed * impact_velocity,
     )
 
 

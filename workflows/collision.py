@@ -160,34 +160,29 @@ def collide(
             scenes, store, workers=workers or None, arrays=arrays, progress=progress
         )
     tasks = tasks_of(scenes, TASKS_PER_WORKER * workers)
-    found = _InOrder(scenes)
+    found: list[Collision | None] = [None] * len(scenes)
+    failed: list[Done] = []
+
+    def take(done: Sequence[Done]) -> None:
+        """Put results in the order of their scenes; raise the first failure, once."""
+        for each in done:
+            if not isinstance(each.found, Exception):
+                found[each.place] = each.found
+            elif not failed:
+                failed.append(each)
+                raise _named(each, len(scenes))
+
     seconds = sum(sum(task.costs) for task in tasks)
     with (
         progress_bar(progress, len(scenes), seconds) as advance,
         workers_for(tasks, workers) as (executor, in_flight),
     ):
-        carry_out(tasks, collide_scenes, executor, found.take, in_flight=in_flight, advance=advance)
-    return ResultTable(result for result in found.results if result is not None)
+        carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
+    return ResultTable(result for result in found if result is not None)
 
 
-class _InOrder:
-    """Puts results in the order of their scenes; the first failure is raised."""
-
-    def __init__(self, scenes: list[Scene]) -> None:
-        self._scenes, self._failed = scenes, False
-        self.results: list[Collision | None] = [None] * len(scenes)
-
-    def take(self, done: Sequence[Done]) -> None:
-        for each in done:
-            if not isinstance(each.found, Exception):
-                self.results[each.place] = each.found
-            elif not self._failed:
-                self._failed = True
-                raise self._named(each)
-
-    def _named(self, failed: Done) -> Exception:
-        """Say of which scene an error is, and of a named one nothing else."""
-        error: Exception = failed.found
-        number = failed.place + 1
-        error.__notes__ = [f"scene {number} of {len(self._scenes)}: {failed.scene!r}"]
-        return error.with_traceback(None) if isinstance(error, ChaincorError) else error
+def _named(failed: Done, count: int) -> Exception:
+    """Say of which of some scenes an error is, and of a named one nothing else."""
+    error: Exception = failed.found
+    error.__notes__ = [f"scene {failed.place + 1} of {count}: {failed.scene!r}"]
+    return error.with_traceback(None) if isinstance(error, ChaincorError) else error

@@ -175,19 +175,20 @@ class ChainLayout:
 
     def displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
         """Return u_i = x_i - (i - 1), particle 1 first: exact where dumped, else from positions."""
-        if self.displacement_column == DISPLACEMENT_COLUMN:
-            return self.from_the_wall(frame.column(DISPLACEMENT_COLUMN))
-        x = self.from_the_wall(_positions(frame, self.displacement_column))
-        _refuse_wrapped(frame, self.displacement_column, x)
-        return x - np.arange(self.particles)
+        return self._displacements(frame, self.particle_order, 1.0)
 
-    def _target_displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
+    def _displacements(
+        self, frame: DumpFrame, rows: NDArray[np.int64] | None, along: float
+    ) -> NDArray[np.float64]:
+        """Return those of some rows, in whose order places at rest go along x, or against it."""
         name = self.displacement_column
-        if name == DISPLACEMENT_COLUMN:
-            return frame.column(name)[self.target_rows]
-        x = _positions(frame, name)[self.target_rows]
-        _refuse_wrapped(frame, name, x)
-        return x + np.arange(x.size)
+        dumped = name == DISPLACEMENT_COLUMN
+        values = frame.column(name) if dumped else _positions(frame, name)
+        values = values if rows is None else values[rows]
+        if dumped:
+            return values
+        _refuse_wrapped(frame, name, values)
+        return values - along * np.arange(values.size)
 
     @property
     def targets(self) -> int:
@@ -232,7 +233,8 @@ class ChainLayout:
         velocities, displacements = self.velocities(frame), self.displacements(frame)
         target: tuple[NDArray[np.float64], ...] = ()
         if self.target_rows is not None:
-            target = self._target_displacements(frame), frame.column("vx")[self.target_rows]
+            u = self._displacements(frame, self.target_rows, -1.0)
+            target = u, frame.column("vx")[self.target_rows]
         # All at once: Python's max passes over a nan that does not come first.
         largest = np.max(np.abs(np.concatenate((velocities, displacements, *target, [time]))))
         if not largest < _LARGEST:

@@ -96,7 +96,7 @@ class _Commands:
     def _add_mass(self, words: list[str], line: str, path: Path) -> None:
         try:
             self.masses.append((words[1], float(words[2])))
-            _TypeRange.parse(words[1])
+            _type_range(words[1])
         except (ValueError, IndexError):
             self.unclear = f"'{line.strip()}' in {path.name} cannot be read"
 
@@ -107,22 +107,19 @@ class _Commands:
             if command is None:
                 masses.update(in_data)
                 continue
-            low, high = _TypeRange.parse(command[0])
+            low, high = _type_range(command[0])
             known = {*in_data, *masses}
             last = max(known, default=low) if high is None else high
             masses.update(dict.fromkeys(range(low, max(last, low) + 1), command[1]))
         return masses
 
 
-class _TypeRange:
-    """The first argument of ``mass``: ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
-
-    @staticmethod
-    def parse(word: str) -> tuple[int, int | None]:
-        if "*" not in word:
-            return int(word), int(word)
-        low, high = word.split("*")
-        return int(low or 1), int(high) if high else None
+def _type_range(word: str) -> tuple[int, int | None]:
+    """Read the first argument of ``mass``: ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
+    if "*" not in word:
+        return int(word), int(word)
+    low, high = word.split("*")
+    return int(low or 1), int(high) if high else None
 
 
 def _sets_masses(words: list[str]) -> bool:

@@ -1,5 +1,7 @@
 """Doctor's findings: yes on this machine, and a remedy where something is missing."""
 
+from dataclasses import asdict
+
 import pytest
 
 from chaincor.workflows import machine
@@ -31,7 +33,7 @@ def test_a_failed_check_is_a_finding(error, monkeypatch):
     assert bad.subject == "LAMMPS library"
     assert untried.subject == "collision by LAMMPS"
     assert "\n" not in bad.text
-    assert bad.to_dict() == {"subject": bad.subject, "good": False, "text": bad.text}
+    assert asdict(bad) == {"subject": bad.subject, "good": False, "text": bad.text}
 
 
 def test_missing_libraries_are_named(monkeypatch):

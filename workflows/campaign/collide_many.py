@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
@@ -88,23 +88,28 @@ def collide_many(
             f"{workers} workers; expected at most {format_duration(most_seconds)}: take fewer "
             "samples or particles, or allow more (--most-hours, or most_seconds in Python)"
         )
-    found = _Samples(count)
+    found: list[Sample | None] = [None] * count
+
+    def take(done: Sequence[Done]) -> None:
+        """Put samples in the order of the scenes; a failure is a sample that says why."""
+        for each in done:
+            known = isinstance(each.found, Sample)
+            found[each.place] = each.found if known else Sample.of(each.scene, each.found)
+
     with progress_bar(progress, count, seconds) as advance:
         left: list[Task] = []
         for group in groups:
             if group.together:
-                left += _meet_together(group, found, workers, advance)
+                left += _meet_together(group, take, workers, advance)
             else:
                 left += [group.task(k, k + 1) for k in range(len(group))]
         places = [task.places[0] for task in left]
         alone = [scene for task in left for scene in task.scenes]
         tasks = tasks_of(alone, TASKS_PER_WORKER * workers, places=places)
         with workers_for(tasks, min(workers, len(tasks))) as (executor, in_flight):
-            carry_out(
-                tasks, collide_scenes, executor, found.take, in_flight=in_flight, advance=advance
-            )
+            carry_out(tasks, collide_scenes, executor, take, in_flight=in_flight, advance=advance)
     return Ensemble(
-        samples=tuple(sample for sample in found.samples if sample is not None),
+        samples=tuple(sample for sample in found if sample is not None),
         scene=shared,
         tolerance=groups[0].scene.asked_tolerance,
         workers=workers,
@@ -113,7 +118,9 @@ def collide_many(
     )
 
 
-def _meet_together(group: Group, found: "_Samples", workers: int, advance: Advance) -> list[Task]:
+def _meet_together(
+    group: Group, take: Callable[[Sequence[Done]], None], workers: int, advance: Advance
+) -> list[Task]:
     """Carry out a group in compiled loops; return what must be collided by itself."""
     meetings = ManyMeetings(group.scene)
     # Compiling, and what is worked out once, is not for threads at once.
@@ -125,9 +132,7 @@ def _meet_together(group: Group, found: "_Samples", workers: int, advance: Advan
     with ThreadPoolExecutor(workers) as threads:
         try:
             in_flight = TASKS_PER_WORKER * workers
-            carry_out(
-                tasks, work, threads, found.take, in_flight=in_flight, advance=advance, left=left
-            )
+            carry_out(tasks, work, threads, take, in_flight=in_flight, advance=advance, left=left)
         except BaseException:
             meetings.stop()
             raise
@@ -154,18 +159,3 @@ def _samples(meetings: ManyMeetings, group: Group) -> list[Sample | None]:
             tolerance_met=True,
         )
     return samples
-
-
-class _Samples:
-    """Puts samples in the order of the scenes; a failure is a sample that says why."""
-
-    def __init__(self, count: int) -> None:
-        self.samples: list[Sample | None] = [None] * count
-
-    def take(self, done: Sequence[Done]) -> None:
-        """Take what has come."""
-        for each in done:
-            found = each.found
-            if not isinstance(found, Sample):
-                found = Sample.of(each.scene, found)
-            self.samples[each.place] = found

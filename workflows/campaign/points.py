@@ -151,6 +151,13 @@ def refuse_shared_fields(axes: Mapping[str, Axis], together: Sequence[Sequence[s
             )
 
 
+def value_of(scene: Scene, axis: str) -> Any:
+    """Return the value that a scene has on an axis; None where it has none."""
+    if axis.startswith(PARAMETER_AXIS):
+        return (scene.parameters or {}).get(axis.removeprefix(PARAMETER_AXIS))
+    return getattr(scene, axis, None)
+
+
 def fields_set(axes: Mapping[str, Axis]) -> list[str]:
     """Return every key that a value of an axis sets, each once, in their order."""
     return list(dict.fromkeys(key for axis in axes.values() for entry in axis for key in entry))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.campaign.points import (
-    PARAMETER_AXIS,
     SweepPoints,
     fields_set,
     refuse_shared_fields,
+    value_of,
 )
 from chaincor.workflows.campaign.sweep_file import axis_values, refuse_outputs
 from chaincor.workflows.errors import SweepError
@@ -81,17 +81,11 @@ def sweep(
         rows = to_pandas(kept).set_index("collision_sha256", drop=False)
     frame = rows.loc[[point.collision_sha256 for point in points]].reset_index(drop=True)
     for place, name in enumerate(fields):
-        column = [_value(point, name) for point in points]
+        column = [value_of(point, name) for point in points]
         if name in frame.columns:
             frame = frame.drop(columns=name)
         frame.insert(place, name, column)
     return frame
-
-
-def _value(scene: Scene, name: str) -> Any:
-    if name.startswith(PARAMETER_AXIS):
-        return (scene.parameters or {}).get(name.removeprefix(PARAMETER_AXIS))
-    return getattr(scene, name)
 
 
 def _listed(name: str, axis: Any) -> list[Any]:

@@ -39,7 +39,7 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
             "python": platform.python_version(),
             "prefix": sys.prefix,
             "temporary_folder": tempfile.gettempdir(),
-            "findings": [finding.to_dict() for finding in findings],
+            "findings": [asdict(finding) for finding in findings],
             "commands": [asdict(needs) | {"works": needs.works} for needs in commands],
         }
         click.echo(json_text(report))

@@ -9,6 +9,7 @@ from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.grids.submit import Scheduler, submit_script
 from chaincor.workflows.job import job_files
 
@@ -71,7 +72,7 @@ def write_grid(
         for number, scene in enumerate(scenes, 1):
             point = _write_point(scene, axes, number, folder, wishes)
             points.append(point)
-            rows.append([number, point.folder, *(_value(scene, axis) for axis in axes)])
+            rows.append([number, point.folder, *(value_of(scene, axis) for axis in axes)])
             rows[-1].append(point.refusal)
             progress(number)
         names = [point.folder for point in points if not point.refusal]
@@ -112,14 +113,8 @@ def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:
     """Return a name that tells the point: its number and the values of its axes."""
     parts = [f"{number:04d}"]
     for axis in axes:
-        value = _value(scene, axis)
+        value = value_of(scene, axis)
         text = f"{value:.6g}" if isinstance(value, float) else str(value)
         parts.append(f"{axis}={text}" if axis != "potential" else text)
     safe = ["".join(c if c in _SAFE or c in "=_" else "-" for c in part) for part in parts]
     return "_".join(safe)[:_LONGEST_NAME]
-
-
-def _value(scene: Scene, axis: str) -> Any:
-    if axis.startswith("parameters."):
-        return (scene.parameters or {}).get(axis.removeprefix("parameters."))
-    return getattr(scene, axis, None)

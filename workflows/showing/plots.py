@@ -317,15 +317,8 @@ class Plots:
 
         r = self._result
         found = contact_statistics(r.contact_times, r.contact_speeds, r.particles, r.velocity)
-        if found.mean_interval is None or found.mean_speed is None:
-            return None
-        return measured_contacts_energies(
-            r.particles,
-            found.count,
-            found.mean_interval,
-            found.mean_speed * r.velocity,
-            stiffness=r.stiffness or 1.0,
-        )
+        stiffness = r.stiffness or 1.0
+        return measured_contacts_energies(r.particles, found, r.velocity, stiffness=stiffness)
 
     def _axes(self, ax: "Axes | None") -> "Axes":
         if ax is not None:

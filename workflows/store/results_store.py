@@ -90,12 +90,9 @@ class Store:
 
         That is where it is not there, not exact enough, or lacks the arrays that are wanted.
         """
-        return self.find(scene, arrays=arrays) if self.has(scene, arrays=arrays) else None
-
-    def has(self, scene: Scene, *, arrays: bool = False) -> bool:
-        """Say whether :meth:`get` would return a result."""
         standing = self.standing(scene)
-        return standing is not None and standing.answers(scene, arrays=arrays)
+        enough = standing is not None and standing.answers(scene, arrays=arrays)
+        return self.find(scene, arrays=arrays) if enough else None
 
     def find(self, scene: Scene, *, arrays: bool = False) -> Row | None:
         """Return the row of a scene, however exact, even if it failed; None where there is none."""
