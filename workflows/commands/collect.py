@@ -1,5 +1,6 @@
 """``chaincor collect``: the logs of a grid of jobs into a store."""
 
+from collections import Counter
 from pathlib import Path
 
 import click
@@ -18,13 +19,13 @@ def collect(folder: str, output: str, as_json: bool) -> None:
     Names the jobs that are missing, unfinished or failed, the last with LAMMPS's words; the exit
     status is 1 while there are any. `chaincor show` and `chaincor plot` read the store.
     """
-    from chaincor.workflows.grids.collect import collect_grid, count_states
+    from chaincor.workflows.grids.collect import collect_grid
     from chaincor.workflows.store.results_store import Store
 
     jobs = collect_grid(Path(folder))
     with Store(output) as store:
         store.record([(job.scene, job.row) for job in jobs if job.scene and job.row])
-    counts = count_states(jobs)
+    counts = dict(Counter(job.state for job in jobs))
     left = [job for job in jobs if job.state != "done"]
     if as_json:
         lines = [{"folder": j.folder, "state": j.state, "words": j.words} for j in left]

@@ -3,7 +3,6 @@
 import csv
 import math
 import re
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -74,11 +73,6 @@ def collect_grid(folder: Path) -> list[CollectedJob]:
         )
     known = {"lammps": "unknown", "chaincor": versions()["chaincor"]}
     return [_collect(folder, row["folder"], row["refusal"], known) for row in rows]
-
-
-def count_states(jobs: list[CollectedJob]) -> dict[str, int]:
-    """Return how many jobs are in each state."""
-    return dict(Counter(job.state for job in jobs))
 
 
 def _collect(grid: Path, name: str, refusal: str, known: dict[str, str]) -> CollectedJob:
