@@ -33,6 +33,7 @@ def test_the_reader_of_mdanalysis_keeps_all_digits_of_columns(harmonic20, dump_w
         format="LAMMPSDUMP",
         additional_columns=["vx", "v_displacement", "v_time"],
         to_guess=(),
+        dt=0.005,
     )
     for ts, time in zip(universe.trajectory, TIMES, strict=True):
         u, v = harmonic20.state(time)
