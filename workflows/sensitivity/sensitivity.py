@@ -32,6 +32,9 @@ _WANTED, _MOST_HALVINGS = 1e-8, 6
 _RESERVE = 10.0
 # A derivative that is off by more than this part of itself tells nothing.
 _WORST = 0.1
+# Variance of rounding to nearest, over the square of the number: a twelfth of that of the last
+# place, which is on average 0.54 of (machine epsilon times the number)^2.
+_ROUNDED = 0.54 / 12.0 * np.finfo(float).eps ** 2
 # Parameters of bonds are varied by this part of themselves: differences are good to its square.
 _VARIED = 1e-5
 
@@ -66,6 +69,9 @@ class Sensitivity:
         Length of the derivatives by gap, strains and velocities, times v0, over eta: if each of
         these is off by a random part of v0, eta is off by so many times that part of itself. A
         collision loses so many digits as this number has.
+    rounding : float
+        Standard deviation of eta by all roundings of strains and velocities on the way, in double
+        precision, in a run of order 8 with steps of these derivatives.
     error : float
         Of the derivatives, relative to the largest.
     """
@@ -79,6 +85,7 @@ class Sensitivity:
     strains: Array
     velocities: Array
     amplification: float
+    rounding: float
     error: float
     step: float = field(repr=False, default=0.0)
 
@@ -103,6 +110,8 @@ class Gradient:
         By what was varied.
     stiffness : float
         By that of a soft contact.
+    rounding : float
+        Standard deviation of eta by roundings on the way.
     residual : float
         By which part of their terms the identities fail.
     """
@@ -113,6 +122,7 @@ class Gradient:
     masses: Array
     parameters: Array
     stiffness: float
+    rounding: float
     residual: float
 
 
@@ -199,6 +209,7 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
         strains=found.strains[first:],
         velocities=found.velocities[first:],
         amplification=scene.impact_velocity * size / found.restitution,
+        rounding=found.rounding,
         error=max(_RESERVE * found.residual, np.finfo(float).eps),
         step=step,
     )
@@ -259,7 +270,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     """
     line, loops, parameters = traced.line, traced.loops, traced.parameters
     weights, before = _separation_by_velocity(line), line.separation(line.velocities)
-    impulses, stiffness = np.zeros(len(variants)), 0.0
+    impulses, stiffness, rounding = np.zeros(len(variants)), 0.0, 0.0
     strains, light = np.zeros(len(line.strains)), np.zeros(len(weights))
     velocities = end = np.empty(0)
     for stretch, tape, _, last_velocity in traced.backward():
@@ -273,6 +284,10 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
                 for bond in (variant.more, variant.less)
             )
             impulses[k] += (more - less) / variant.width
+        # Each strain and velocity is rounded at each stage.
+        rounded = np.append(strains * stretch.strain, velocities * stretch.velocity)
+        stages = stretch.leaps.times.size * stretch.leaps.drifts.size
+        rounding += stages * _ROUNDED * float(rounded @ rounded)
         if line.soft:
             at, given = tape.strains[..., line.gap], tape.weights[..., line.gap]
             stiffness += float(np.sum(given * np.maximum(-at, 0.0) ** line.contact_exponent))
@@ -294,7 +309,9 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
     # Where nothing changes eta, as with two equal masses, both are 0.
     parts = ((np.sum(along), size), (np.sum(scaled), scale))
     residual = max(abs(failed) / of if of > 0.0 else 0.0 for failed, of in parts)
-    return Gradient(eta, strains, velocities, masses, impulses, stiffness, float(residual))
+    return Gradient(
+        eta, strains, velocities, masses, impulses, stiffness, math.sqrt(rounding), float(residual)
+    )
 
 
 def _separation_by_velocity(line: Line) -> Array:

@@ -32,6 +32,7 @@ def describe_sensitivity(found: Sensitivity, scene: Scene) -> str:
     lost = max(0.0, math.log10(grown)) if grown > 0.0 else 0.0
     what_is_lost = f"times what the state is off by, eta is off: {lost:.1f} digits lost"
     rows.append((f"amplification {grown:.3g}", what_is_lost))
+    rows.append(("rounding", f"scatters eta by {found.rounding:.0e}, a standard deviation"))
     rows.append(("error", f"{found.error:.0e} of the largest derivative, or less"))
     return "\n".join(["what eta depends on", *(f"{name:22} {text}" for name, text in rows)])
 

@@ -180,6 +180,15 @@ def test_a_small_change_of_the_state_grows_as_it_is_pushed_forward(tmp_path):
     assert central(after, 1e-5) == pytest.approx(grown, abs=1e-6 * np.linalg.norm(grown))
 
 
+def test_rounding_is_what_runs_that_differ_in_the_last_digit_scatter_by():
+    scene, collision = traced("cold")
+    speeds = scene.impact_velocity * (1.0 + np.finfo(float).eps * np.arange(-12, 13))
+    scenes = [scene.without("speed").replace(velocity=float(v)) for v in speeds]
+    scatter = np.std([eta_of(each, run(each)) for each in scenes])
+    # A deviation of 25 draws is known to a seventh; numbers are taken to be rounded at random.
+    assert scatter / 3.0 < gradient(collision, []).rounding < 3.0 * scatter
+
+
 def test_refusals_have_names(monkeypatch):
     scene = Scene(engine="reference", **SCENES["cold"])
     result = collide(scene)
@@ -219,5 +228,7 @@ def test_the_command_prints_it(capsys):
             assert len(found["target_masses"]) == 2
             assert set(found["parameters"]) == {"toda_b"}
             assert found["amplification"] > 0.1
+            assert 0.0 < found["rounding"] < 1e-13
     assert f"d eta/d v0 = {found['velocity']:+.6g}" in out
     assert "digits lost" in out
+    assert f"scatters eta by {found['rounding']:.0e}" in out
