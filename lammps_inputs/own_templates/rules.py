@@ -69,9 +69,9 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
     whether the template says that its commands exert some. Raises SceneError, with the command and
     the reason.
     """
-    ours = Counter(_commands(plain))
+    ours = Counter(commands_of(plain))
     theirs = []
-    for command in _commands(text):
+    for command in commands_of(text):
         if ours[command]:
             ours[command] -= 1
         else:
@@ -84,7 +84,7 @@ def check_commands(text: str, plain: str, *, composed: bool, other_forces: bool)
 
 def check_whole(text: str) -> None:
     """Refuse commands of a script by which it would do more than run LAMMPS; raises SceneError."""
-    commands = _commands(text)
+    commands = commands_of(text)
     if not any(command.split()[0] == "run" for command in commands):
         raise SceneError(
             "the template extends nothing and has no command run; expected "
@@ -143,7 +143,7 @@ def _refuse(command: str, reason: str) -> None:
     )
 
 
-def _commands(text: str) -> list[str]:
+def commands_of(text: str) -> list[str]:
     """Return the commands of a script as LAMMPS reads them: lines joined, without comments."""
     joined = re.sub(r"&[ \t\r]*\n", "", text)  # LAMMPS puts no space there
     found = [" ".join(_without_comment(line).split()) for line in joined.splitlines()]
@@ -174,5 +174,5 @@ def _quoted(command: str) -> list[str]:
 
 
 def _names(kind: str, text: str) -> set[str]:
-    found = [command.split() for command in _commands(text)]
+    found = [command.split() for command in commands_of(text)]
     return {words[1] for words in found if words[0] == kind and len(words) > 1}

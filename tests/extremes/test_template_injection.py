@@ -7,7 +7,7 @@ import pytest
 
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
-from chaincor.lammps_inputs.own_templates.rules import _commands
+from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import job_files
@@ -79,7 +79,7 @@ DRESSES = [
 
 @pytest.fixture(scope="module")
 def plain():
-    return _commands(job_files(SCENE)["in.chain"])
+    return commands_of(job_files(SCENE)["in.chain"])
 
 
 @pytest.fixture(autouse=True)
@@ -116,7 +116,7 @@ def test_a_setting_never_becomes_a_command(plain):
             continue
         accepted += 1
         files = job_files(SCENE, template=OwnTemplate(text, settings))
-        added = list(_commands(files["in.chain"]))
+        added = list(commands_of(files["in.chain"]))
         for command in plain:
             added.remove(command)
         assert added == [f"variable mine equal {value}"]
@@ -151,7 +151,7 @@ def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
             continue
         # What is rendered at all is a comment: no object that jinja2 guards shows in it.
         script = files["in.chain"]
-        assert _commands(script) == plain
+        assert commands_of(script) == plain
         assert "__" not in script.replace("TemplateReference", "")
         assert "<class" not in script
-    assert _commands(job_files(SCENE)["in.chain"]) == plain
+    assert commands_of(job_files(SCENE)["in.chain"]) == plain
