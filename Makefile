@@ -5,7 +5,7 @@ BIN := .venv/bin
 # Tests start Python some hundred times: what one process compiles the next should only load.
 reproduce test test-all: export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: reproduce test test-all test-elsewhere check bench docs notebooks install-check clean
+.PHONY: reproduce test test-all test-elsewhere coverage check bench docs notebooks install-check clean
 
 reproduce: .venv/ready  ## recompute the paper
 	$(BIN)/chaincor reproduce -o reproduction
@@ -20,6 +20,9 @@ test-all: .venv/ready-test  ## the whole test suite, which CI runs
 
 test-elsewhere: .venv/ready-test  ## the whole suite as on other machines; takes long
 	$(BIN)/python -m tests.elsewhere
+
+coverage: .venv/ready-coverage  ## which lines no test runs; loops that Numba compiles count as not run
+	$(BIN)/python -m pytest -n auto --dist worksteal --cov=chaincor --cov=analysis --cov=lammps_inputs --cov=workflows --cov-report=term-missing:skip-covered
 
 check: .venv/ready-check  ## formatting, lint, types, order of imports
 	$(BIN)/ruff format --check .

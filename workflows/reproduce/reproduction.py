@@ -74,15 +74,16 @@ def reproduce(
     runner = run_into_store(folder / STORE_FILE, workers, progress=progress)
     contents = reproduce_paper(QUICK if quick else FULL, folder, runner)
     if as_crate:
-        describe_folder(folder, _TITLE, _files(folder, contents), contents["versions"].items())
+        describe_reproduction(folder, contents)
     return contents
 
 
-def _files(folder: Path, contents: dict[str, Any]) -> dict[str, str]:
-    """Say what each file of a reproduction is."""
-    captions = {figure["key"]: figure["title"] for figure in contents["figures"]}
-    drawings = sorted(path for key in captions for path in (folder / DRAWINGS).glob(f"{key}.*"))
-    return _REPORT | {path.relative_to(folder).as_posix(): captions[path.stem] for path in drawings}
+def describe_reproduction(folder: Path, contents: dict[str, Any]) -> None:
+    """Say in ``ro-crate-metadata.json`` what each file is; `contents` are those of the report."""
+    titles = {figure["key"]: figure["title"] for figure in contents["figures"]}
+    drawings = sorted(path for key in titles for path in (folder / DRAWINGS).glob(f"{key}.*"))
+    files = {path.relative_to(folder).as_posix(): titles[path.stem] for path in drawings}
+    describe_folder(folder, _TITLE, _REPORT | files, contents["versions"].items())
 
 
 def reproduce_paper(plan: Plan, folder: Path, run: Runner) -> dict[str, Any]:

@@ -7,12 +7,13 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from rocrate.rocrate import ROCrate
 
 from chaincor.workflows.pages.typesetting import mark_up
 from chaincor.workflows.reproduce.measuring import run_into_store
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
-from chaincor.workflows.reproduce.reproduction import reproduce_paper
+from chaincor.workflows.reproduce.reproduction import describe_reproduction, reproduce_paper
 from chaincor.workflows.store.results_store import Store
 from tests.page_checks import read_page
 
@@ -69,6 +70,16 @@ def test_every_figure_and_verdict_is_there(folder):
     for reading in contents["readings"]:
         assert mark_up(reading["question"]) in page
     assert contents["slip_count"] in page
+
+
+@pytest.mark.slow
+def test_a_crate_describes_every_file(folder, tmp_path):
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    there = {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()}
+    describe_reproduction(tmp_path, json.loads((folder / "report.json").read_text("utf-8")))
+    described = {entity.id: entity for entity in ROCrate(tmp_path).data_entities}
+    assert set(described) == there
+    assert all(entity["description"] for entity in described.values())
 
 
 @pytest.mark.slow
