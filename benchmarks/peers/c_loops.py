@@ -11,6 +11,7 @@ from benchmarks.peers.integrators import timed
 from chaincor.lammps_inputs.bonds.potential import NoParameters
 from chaincor.lammps_inputs.bonds.potentials import lj_force
 from chaincor.workflows.engines.in_house.compile import LoopCompiler, ScalarForce
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import looped_stages
 
 C_LOOPS = r"""
@@ -49,7 +50,7 @@ def compile_ours() -> tuple[Callable, Callable]:
     """Return our loops, repeated inside compiled code so that calls cost nothing."""
     compiler = LoopCompiler.for_force(ScalarForce(lj_force, NoParameters(), keep=False))
     kernel, parameters = compiler.register(lj_force), NoParameters()
-    stage = looped_stages(kernel, compiler.register).stage
+    stage = looped_stages(Source(kernel, compiler.register)).stage
 
     def forces(repeats, strain, force):
         for _ in range(repeats):

@@ -18,7 +18,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,60 +50,6 @@ class Rule(NamedTuple):
     parameters: Any
 
 
-class StepScheme(Protocol):
-    """How a step is made of drifts and kicks."""
-
-    @property
-    def name(self) -> str:
-        """As in `Numerics`."""
-
-    @property
-    def order(self) -> int:
-        """Order of the error of a run against H."""
-
-    @property
-    def fractions(self) -> Any:
-        """Numbers that the step needs, a NamedTuple of arrays."""
-
-    @property
-    def evaluations(self) -> int:
-        """Force evaluations of one step."""
-
-    @property
-    def runs(self) -> int:
-        """Runs of LAMMPS that one step is made of."""
-
-    @property
-    def reach(self) -> int:
-        """How many bonds away from particle 1 can act on it within one step."""
-
-    @property
-    def amplification(self) -> float:
-        """By how much a step amplifies the rounding of its parts."""
-
-    def shortest_stage(self, step: float) -> float:
-        """Return the shortest Verlet step in a step H."""
-
-    @staticmethod
-    def build_leap(stages: Any) -> Callable:
-        """
-        Return the map over one step.
-
-        Parameters
-        ----------
-        stages : Stages
-            Of a potential, see ``in_house.stages``.
-
-        Returns
-        -------
-        callable
-            ``leap(position, old, new, trial, bonds, wanted, step, rule)``: writes the `State`
-            after a step from `old` into `new` and returns the new distance of particle 1 from the
-            wall; `trial` is scratch. Of the `bonds` in motion the first `wanted` are needed: each
-            stage before the last moves one more.
-        """
-
-
 class Splitting(NamedTuple):
     """
     Fractions of a split step.
@@ -118,89 +64,6 @@ class Splitting(NamedTuple):
 
     drifts: Array
     kicks: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Split:
-    """Drifts and kicks in turns."""
-
-    name: str
-    order: int
-    fractions: Splitting
-
-    amplification = 1.0
-
-    @classmethod
-    def composed(cls, name: str) -> "Split":
-        """
-        Return a scheme of ``compositions``: Verlet steps one after the other.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-
-        Returns
-        -------
-        Split
-            With its drifts merged.
-        """
-        kicks = np.array(COMPOSITIONS[name].weights)
-        padded = np.concatenate(([0.0], kicks, [0.0]))
-        return cls(
-            name, COMPOSITIONS[name].order, Splitting(0.5 * (padded[:-1] + padded[1:]), kicks)
-        )
-
-    @cached_property
-    def evaluations(self) -> int:
-        """One a stage."""
-        return len(self.fractions.kicks)
-
-    @property
-    def runs(self) -> int:
-        """One a stage: each has a length of its own."""
-        return self.evaluations
-
-    @property
-    def reach(self) -> int:
-        """One bond a stage, and one."""
-        return self.evaluations + 1
-
-    def shortest_stage(self, step: float) -> float:
-        """Return the shortest Verlet step in a step H."""
-        return step * float(np.min(np.abs(self.fractions.kicks)))
-
-    @staticmethod
-    def build_leap(stages: Any) -> Callable:
-        """Return the map of drifts and kicks, see `StepScheme`."""
-        first, further, drift = stages.start, stages.stage, stages.drift
-
-        def leap(
-            position: float,
-            old: Any,
-            new: Any,
-            trial: Any,
-            bonds: int,
-            wanted: int,
-            step: float,
-            rule: Rule,
-        ) -> float:
-            drifts, kicks = rule.fractions
-            parameters = rule.parameters
-            strain, velocity = new
-            count = kicks.shape[0]
-            position += drifts[0] * step * old.velocity[0]
-            reach = min(bonds, wanted + count)
-            first(old, strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters)
-            for k in range(1, count):
-                position += drifts[k] * step * velocity[0]
-                reach = min(bonds, wanted + count - k)
-                further(strain, velocity, reach, drifts[k] * step, kicks[k] * step, parameters)
-            position += drifts[-1] * step * velocity[0]
-            drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
-            return position
-
-        return leap
 
 
 class Mixture(NamedTuple):
@@ -220,100 +83,158 @@ class Mixture(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Extrapolated:
-    """The step taken as 1, 2, ... Verlet steps, and what comes of it mixed."""
+class StepScheme:
+    """
+    How a step H is made of drifts and kicks.
+
+    Attributes
+    ----------
+    name : str
+        As in `Numerics`.
+    order : int
+        Order of the error of a run against H.
+    fractions : Splitting or Mixture
+        Numbers that the step needs.
+    build_leap : callable
+        ``build_leap(stages)`` returns the map over one step of a potential's `Stages` (see
+        ``in_house.stages``), ``leap(position, old, new, trial, bonds, wanted, step, rule)``: it
+        writes the `State` after a step from `old` into `new` and returns the new distance of
+        particle 1 from the wall; `trial` is scratch. Of the `bonds` in motion the first `wanted`
+        are needed: each stage before the last moves one more.
+    """
 
     name: str
     order: int
-    fractions: Mixture
+    fractions: Any
+    build_leap: Callable
 
-    @classmethod
-    def of(cls, counts: tuple[int, ...]) -> "Extrapolated":
-        """
-        Return the scheme of an order.
-
-        Parameters
-        ----------
-        counts : tuple of int
-            In how many Verlet steps the step is taken, k numbers.
-
-        Returns
-        -------
-        Extrapolated
-            Of order 2k, with its weights.
-        """
-        order = 2 * len(counts)
-        weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
-        mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
-        return cls(f"extrapolated{order}", order, mixture)
+    @property
+    def extrapolated(self) -> bool:
+        """Whether steps are extrapolated; else they are split."""
+        return isinstance(self.fractions, Mixture)
 
     @cached_property
     def evaluations(self) -> int:
-        """The sum of m."""
-        return int(np.sum(self.fractions.counts))
+        """Force evaluations of one step: one a stage, or the sum of m."""
+        fractions = self.fractions
+        return int(np.sum(fractions.counts)) if self.extrapolated else len(fractions.kicks)
 
     @property
     def runs(self) -> int:
-        """One for each number of Verlet steps."""
-        return len(self.fractions.counts)
+        """Runs of LAMMPS: one for each number of Verlet steps, or stage with its own length."""
+        return len(self.fractions.counts) if self.extrapolated else self.evaluations
 
     @property
     def reach(self) -> int:
-        """One bond a Verlet step of the longest row, and one."""
-        return int(self.fractions.counts[-1]) + 1
+        """Bonds from particle 1 that act on it in a step: one each of the longest row, and one."""
+        stages = self.fractions.counts[-1] if self.extrapolated else self.evaluations
+        return int(stages) + 1
 
     @property
     def amplification(self) -> float:
-        """The mixture of runs with weights c_m adds their roundings up."""
-        return float(np.sum(np.abs(self.fractions.weights)))
+        """By how much a step amplifies the rounding of its parts: a mixture adds them up."""
+        return float(np.sum(np.abs(self.fractions.weights))) if self.extrapolated else 1.0
 
     def shortest_stage(self, step: float) -> float:
         """Return the shortest Verlet step in a step H."""
-        return step / float(np.max(self.fractions.counts))
-
-    @staticmethod
-    def build_leap(stages: Any) -> Callable:
-        """Return the extrapolated map, see `StepScheme`."""
-        first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
-
-        def leap(
-            position: float,
-            old: Any,
-            new: Any,
-            trial: Any,
-            bonds: int,
-            wanted: int,
-            step: float,
-            rule: Rule,
-        ) -> float:
-            weights, counts = rule.fractions
-            parameters = rule.parameters
-            wanted = min(bonds, wanted)
-            strain, velocity = trial
-            copy(old.strain, old.velocity, new, wanted)
-            moved = 0.0
-            for row in range(weights.shape[0]):
-                weight = weights[row]
-                count = int(counts[row])
-                short = step / count
-                half = 0.5 * short
-                distance = half * old.velocity[0]
-                first(old, strain, velocity, min(bonds, wanted + count), half, short, parameters)
-                for left in range(count - 1, 0, -1):
-                    distance += short * velocity[0]
-                    further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
-                distance += half * velocity[0]
-                # Weights sum to 1: mixing differences keeps the rounding of what does not change
-                # out.
-                mix(trial, old, new, wanted, half, weight)
-                moved += weight * distance
-            return position + moved
-
-        return leap
+        if self.extrapolated:
+            return step / float(np.max(self.fractions.counts))
+        return step * float(np.min(np.abs(self.fractions.kicks)))
 
 
-_SCHEMES: list[StepScheme] = [Split.composed(name) for name in COMPOSITIONS]
+def build_split_leap(stages: Any) -> Callable:
+    """Return the map of drifts and kicks, see `StepScheme`."""
+    first, further, drift = stages.start, stages.stage, stages.drift
+
+    def leap(
+        position: float,
+        old: Any,
+        new: Any,
+        trial: Any,
+        bonds: int,
+        wanted: int,
+        step: float,
+        rule: Rule,
+    ) -> float:
+        drifts, kicks = rule.fractions
+        parameters = rule.parameters
+        strain, velocity = new
+        count = kicks.shape[0]
+        position += drifts[0] * step * old.velocity[0]
+        reach = min(bonds, wanted + count)
+        first(old, strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters)
+        for k in range(1, count):
+            position += drifts[k] * step * velocity[0]
+            reach = min(bonds, wanted + count - k)
+            further(strain, velocity, reach, drifts[k] * step, kicks[k] * step, parameters)
+        position += drifts[-1] * step * velocity[0]
+        drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
+        return position
+
+    return leap
+
+
+def build_mixed_leap(stages: Any) -> Callable:
+    """Return the extrapolated map, see `StepScheme`."""
+    first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
+
+    def leap(
+        position: float,
+        old: Any,
+        new: Any,
+        trial: Any,
+        bonds: int,
+        wanted: int,
+        step: float,
+        rule: Rule,
+    ) -> float:
+        weights, counts = rule.fractions
+        parameters = rule.parameters
+        wanted = min(bonds, wanted)
+        strain, velocity = trial
+        copy(old.strain, old.velocity, new, wanted)
+        moved = 0.0
+        for row in range(weights.shape[0]):
+            weight = weights[row]
+            count = int(counts[row])
+            short = step / count
+            half = 0.5 * short
+            distance = half * old.velocity[0]
+            first(old, strain, velocity, min(bonds, wanted + count), half, short, parameters)
+            for left in range(count - 1, 0, -1):
+                distance += short * velocity[0]
+                further(strain, velocity, min(bonds, wanted + left), short, short, parameters)
+            distance += half * velocity[0]
+            # Weights sum to 1: mixing differences keeps the rounding of what does not change
+            # out.
+            mix(trial, old, new, wanted, half, weight)
+            moved += weight * distance
+        return position + moved
+
+    return leap
+
+
+def _composed(name: str) -> StepScheme:
+    """Return Verlet steps one after the other, their drifts merged."""
+    composition = COMPOSITIONS[name]
+    kicks = np.array(composition.weights)
+    padded = np.concatenate(([0.0], kicks, [0.0]))
+    drifts = 0.5 * (padded[:-1] + padded[1:])
+    return StepScheme(name, composition.order, Splitting(drifts, kicks), build_split_leap)
+
+
+def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
+    """Return the step taken as so many Verlet steps, k numbers, and mixed to order 2k."""
+    order = 2 * len(counts)
+    weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
+    mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
+    return StepScheme(f"extrapolated{order}", order, mixture, build_mixed_leap)
+
+
 _SRKN14 = Splitting(np.array(SRKN14_DRIFTS), np.array(SRKN14_KICKS))
-_SCHEMES.append(Split("srkn14", SRKN14_ORDER, _SRKN14))
-_SCHEMES += [Extrapolated.of(counts) for counts in _EXTRAPOLATED.values()]
+_SCHEMES = (
+    *map(_composed, COMPOSITIONS),
+    StepScheme("srkn14", SRKN14_ORDER, _SRKN14, build_split_leap),
+    *map(_extrapolated, _EXTRAPOLATED.values()),
+)
 STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

@@ -29,11 +29,12 @@ from chaincor.workflows.engines.in_house.compile import (
     ScalarForce,
     scalar_force,
 )
-from chaincor.workflows.engines.in_house.contact import build_contact
-from chaincor.workflows.engines.in_house.line_stages import (
+from chaincor.workflows.engines.in_house.line_kinds import (
     Kind,
     LineParameters,
+    Source,
     contact_force,
+    read_parameters,
 )
 
 Array = NDArray[np.float64]
@@ -125,7 +126,7 @@ def _compiled(function: Callable, keep: Keep, curvature: Callable | None) -> Loo
     register, compiled = compiler.register, compiler.compile
     force = register(function)
     bend = register(curvature or differences_of(force))
-    named = build_contact(force, register, _KIND).named
+    named = read_parameters(Source(force, register, _KIND)).named
     return Loops(
         compiled(_build_follow(force, bend, named, register)),
         compiled(_build_push(force, bend, named, register)),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import motion
-from chaincor.workflows.engines.in_house.line_stages import LineParameters
+from chaincor.workflows.engines.in_house.line_kinds import LineParameters
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import SensitivityError

@@ -1,11 +1,16 @@
 """What a contact is to the loops, for each kind of line: where the gap is, and what happens."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from chaincor.workflows.engines.in_house.contact_search import PathPoint
-from chaincor.workflows.engines.in_house.line_stages import Kind, LineParameters, contact_force
-from chaincor.workflows.engines.in_house.stages import Array, Stages, State
+from chaincor.workflows.engines.in_house.line_kinds import (
+    LineParameters,
+    Source,
+    contact_force,
+    read_parameters,
+)
+from chaincor.workflows.engines.in_house.stages import Array, Parameters, State
 
 
 class Contact(NamedTuple):
@@ -14,10 +19,6 @@ class Contact(NamedTuple):
 
     Attributes
     ----------
-    named : callable
-        ``named(parameters)``: the parameters by name, of those that came unnamed.
-    around : callable
-        ``around(parameters, begin, end)``: those of some particles alone.
     opening : callable
         ``opening(position, state, parameters)``: the gap, its rate, and the rate of that.
     closing : callable
@@ -31,8 +32,6 @@ class Contact(NamedTuple):
         ``gap(position, strain, parameters)``: the gap alone.
     """
 
-    named: Callable
-    around: Callable
     opening: Callable
     closing: Callable
     close: Callable
@@ -40,91 +39,42 @@ class Contact(NamedTuple):
     gap: Callable
 
 
-def build_contact(force: Callable, register: Callable, kind: Kind) -> Contact:
-    """
-    Return the contact of a kind of line.
-
-    Parameters
-    ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)``.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    kind : Kind
-        Of the line.
-
-    Returns
-    -------
-    Contact
-        What it is.
-    """
-    if kind.contact != "wall":
-        return _of_two(force, register)
-    return _at_wall(force, register, kind.unit)
+def build_contact(source: Source) -> Contact:
+    """Return the contact of a kind of line."""
+    return _at_wall(source) if source.kind.contact == "wall" else _of_two(source)
 
 
-def _at_wall(force: Callable, register: Callable, unit: bool) -> Contact:
-    if unit:
-
-        @register
-        def named(parameters: Any) -> Any:
-            return parameters
-
-        @register
-        def around(parameters: Any, _begin: int, _end: int) -> Any:
-            return parameters
-
-        @register
-        def pull(strain: float, parameters: Any) -> float:
-            return -force(strain, parameters)
-
-    else:
-        named, around = _named(register)
-
-        @register
-        def pull(strain: float, parameters: LineParameters) -> float:
-            return -force(strain, parameters.bond) * parameters.inverse[0]
+def _at_wall(source: Source) -> Contact:
+    register, read = source.register, read_parameters(source)
+    force, weighed = read.force, read.weighed
 
     @register
-    def opening(position: float, state: State, parameters: Any) -> PathPoint:
+    def opening(position: float, state: State, parameters: Parameters) -> PathPoint:
         strain, velocity = state
-        return position, velocity[0], pull(strain[0], parameters)
+        bend = weighed(-force(strain[0], parameters), 0, parameters)
+        return position, velocity[0], bend
 
     @register
-    def closing(velocity: Array, _parameters: Any) -> float:
+    def closing(velocity: Array, _parameters: Parameters) -> float:
         return -velocity[0]
 
     @register
-    def close(_strain: Array, _position: float, _parameters: Any) -> float:
+    def close(_strain: Array, _position: float, _parameters: Parameters) -> float:
         return 0.0
 
     @register
-    def bounce(velocity: Array, _given: float, _parameters: Any) -> None:
+    def bounce(velocity: Array, _given: float, _parameters: Parameters) -> None:
         velocity[0] = abs(velocity[0])
 
     @register
-    def gap(position: float, _strain: Array, _parameters: Any) -> float:
+    def gap(position: float, _strain: Array, _parameters: Parameters) -> float:
         return position
 
-    return Contact(named, around, opening, closing, close, bounce, gap)
+    return Contact(opening, closing, close, bounce, gap)
 
 
-def _named(register: Callable) -> tuple[Callable, Callable]:
-    @register
-    def named(parameters: tuple) -> LineParameters:
-        bond, inverse, gap, stiffness, exponent = parameters
-        return LineParameters(bond, inverse, gap, stiffness, exponent)
-
-    @register
-    def around(parameters: LineParameters, begin: int, end: int) -> LineParameters:
-        bond, inverse, gap, stiffness, exponent = parameters
-        return LineParameters(bond, inverse[begin:end], gap - begin, stiffness, exponent)
-
-    return named, around
-
-
-def _of_two(force: Callable, register: Callable) -> Contact:
-    named, around = _named(register)
+def _of_two(source: Source) -> Contact:
+    register, force = source.register, read_parameters(source).force
     push = register(contact_force)
 
     @register
@@ -135,9 +85,9 @@ def _of_two(force: Callable, register: Callable) -> Contact:
         ahead = 0.0
         behind = 0.0
         if place + 1 < strain.shape[0]:
-            ahead = force(strain[place + 1], parameters.bond)
+            ahead = force(strain[place + 1], parameters)
         if place > 0:
-            behind = force(strain[place - 1], parameters.bond)
+            behind = force(strain[place - 1], parameters)
         bend = inverse[place + 1] * (pressed - ahead) - inverse[place] * (behind - pressed)
         return strain[place], velocity[place + 1] - velocity[place], bend
 
@@ -161,70 +111,4 @@ def _of_two(force: Callable, register: Callable) -> Contact:
     def gap(_position: float, strain: Array, parameters: LineParameters) -> float:
         return strain[parameters.gap]
 
-    return Contact(named, around, opening, closing, close, bounce, gap)
-
-
-def strains_of(stages: Stages, register: Callable, kind: Kind) -> tuple[Callable, Callable]:
-    """
-    Return how strains are looked over, the gap left out.
-
-    Parameters
-    ----------
-    stages : Stages
-        Of the line.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    kind : Kind
-        Of the line.
-
-    Returns
-    -------
-    count_outside : callable
-        ``count_outside(strain, bonds, low, high, parameters)``.
-    extremes : callable
-        ``extremes(strain, bonds, parameters)``: smallest and largest.
-    """
-    count, spread = stages.count_outside, stages.extremes
-    if kind.contact == "wall":
-
-        @register
-        def count_outside(
-            strain: Array, bonds: int, low: float, high: float, _parameters: Any
-        ) -> int:
-            return count(strain, bonds, low, high)
-
-        @register
-        def extremes(strain: Array, bonds: int, _parameters: Any) -> tuple[float, float]:
-            return spread(strain, bonds)
-
-        return count_outside, extremes
-
-    @register
-    def count_of_two(
-        strain: Array, bonds: int, low: float, high: float, parameters: LineParameters
-    ) -> int:
-        place = parameters.gap
-        behind = bonds - place - 1
-        return count(strain[:place], place, low, high) + count(
-            strain[place + 1 :], behind, low, high
-        )
-
-    @register
-    def extremes_of_two(
-        strain: Array, bonds: int, parameters: LineParameters
-    ) -> tuple[float, float]:
-        place = parameters.gap
-        behind = bonds - place - 1
-        if place == 0 and behind == 0:
-            return 0.0, 0.0
-        if place == 0:
-            return spread(strain[1:], behind)
-        low, high = spread(strain[:place], place)
-        if behind > 0:
-            further = spread(strain[place + 1 :], behind)
-            # What is not a number stays.
-            low = low if low <= further[0] or low != low else further[0]
-            high = high if high >= further[1] or high != high else further[1]
-        return low, high
-
-    return count_of_two, extremes_of_two
+    return Contact(opening, closing, close, bounce, gap)

@@ -18,14 +18,9 @@ from chaincor.workflows.engines.in_house.compile import (
     as_it_is,
     scalar_force,
 )
-from chaincor.workflows.engines.in_house.contact import build_contact
-from chaincor.workflows.engines.in_house.line_stages import (
-    PLAIN,
-    Kind,
-    array_line_stages,
-    looped_line_stages,
-)
+from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind, Source
 from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
+from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
 
 
@@ -85,48 +80,37 @@ def _kernels_for(bond: Potential, build_leap: Callable, kind: Kind) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
         of = force.function, force.keep, kind
-        load_move = partial(_compile_move, *of, build_leap)
-        advance, coast = _compile(*of, build_leap), _compile_coast(*of)
+        load_move = partial(_compile, build_move, *of, build_leap)
+        advance, coast = _compile(build_motion, *of, build_leap), _compile(build_coast, *of)
         return Kernels(advance, coast, force.parameters, True, load_move)
 
     def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
-    stages = array_line_stages(bond, kind)
-    advance = build_motion(first_force, build_leap(stages), stages, as_it_is, kind)
-    coast = build_coast(first_force, stages, as_it_is, kind)
-    return Kernels(advance, coast, bond.parameters, compiled=False)
+    made = Source(first_force, as_it_is, kind), array_stages(bond, kind)
+    advance = build_motion(*made, build_leap(made[1]))
+    return Kernels(advance, build_coast(*made), bond.parameters, compiled=False)
 
 
-def compiler_of(function: Callable, keep: Keep, kind: Kind) -> tuple[LoopCompiler, Callable, Any]:
-    """Return the compiler of loops for a force and a kind of line, the force, and its stages."""
+def made_for(
+    function: Callable, keep: Keep, kind: Kind, build_leap: Callable | None = None
+) -> tuple[LoopCompiler, tuple]:
+    """
+    Return the compiler of loops for a force and a kind of line, and what they are made from.
+
+    That is a `Source`, its `Stages`, and with a scheme's `build_leap` its leap.
+    """
     # Per function, not per bond: toda bonds of any steepness share their loops.
-    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), _name_of(kind))
-    kernel = compiler.register(function)
-    return compiler, kernel, looped_line_stages(kernel, compiler.register, kind)
+    name = "" if kind == PLAIN else f".{kind.contact}"
+    compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), name)
+    source = Source(compiler.register(function), compiler.register, kind)
+    stages = looped_stages(source)
+    if build_leap is None:
+        return compiler, (source, stages)
+    return compiler, (source, stages, compiler.register(build_leap(stages)))
 
 
-def _name_of(kind: Kind) -> str:
-    return "" if kind == PLAIN else f".{kind.contact}"
-
-
-@lru_cache(maxsize=KEPT)
-def _compile(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
-    compiler, kernel, stages = compiler_of(function, keep, kind)
-    register = compiler.register
-    leap = register(build_leap(stages))
-    return compiler.compile(build_motion(kernel, leap, stages, register, kind))
-
-
-@lru_cache(maxsize=KEPT)
-def _compile_coast(function: Callable, keep: Keep, kind: Kind) -> Callable:
-    compiler, kernel, stages = compiler_of(function, keep, kind)
-    return compiler.compile(build_coast(kernel, stages, compiler.register, kind))
-
-
-@lru_cache(maxsize=KEPT)
-def _compile_move(function: Callable, keep: Keep, kind: Kind, build_leap: Callable) -> Callable:
-    compiler, kernel, stages = compiler_of(function, keep, kind)
-    leap = compiler.register(build_leap(stages))
-    contact = build_contact(kernel, compiler.register, kind)
-    return compiler.compile(build_move(leap, stages, contact))
+@lru_cache(maxsize=3 * KEPT)
+def _compile(build: Callable, *of: Any) -> Callable:
+    compiler, made = made_for(*of)
+    return compiler.compile(build(*made))

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact import build_contact, strains_of
+from chaincor.workflows.engines.in_house.contact import build_contact
 from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
-from chaincor.workflows.engines.in_house.line_stages import PLAIN, Kind
+from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.stages import Array, Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
 
@@ -130,24 +130,18 @@ class Search(NamedTuple):
     rule: Rule
 
 
-def build_motion(
-    force: Callable, leap: Callable, stages: Stages, register: Callable, kind: Kind = PLAIN
-) -> Callable:
+def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
     """
     Put the loops of the stepping engine together.
 
     Parameters
     ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)``.
-    leap : callable
-        One step without a contact, as in ``schemes``.
+    source : Source
+        What they are made from.
     stages : Stages
-        What it is made of.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    kind : Kind
-        Of the line.
+        Of the same line.
+    leap : callable
+        One step of them without a contact, as in ``schemes``.
 
     Returns
     -------
@@ -157,12 +151,10 @@ def build_motion(
         `fractions` of the scheme, unnamed as well, `parameters` those of the line. With a log it
         also comes back, with `DONE`, when there may be no room for the leaps of another step.
     """
-    copy = stages.copy
-    contact = build_contact(force, register, kind)
-    named, around, opening = contact.named, contact.around, contact.opening
-    closing_speed, close, bounce = contact.closing, contact.close, contact.bounce
-    count_outside, extremes = strains_of(stages, register, kind)
-    wall = kind.contact == "wall"
+    copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
+    register, wall = source.register, source.kind.contact == "wall"
+    named, around, *_ = read_parameters(source)
+    opening, closing_speed, close, bounce, _ = build_contact(source)
 
     @register
     def probe(time: float, search: Search) -> PathPoint:
@@ -368,22 +360,9 @@ class Glide(NamedTuple):
     last: bool
 
 
-def build_coast(
-    force: Callable, stages: Stages, register: Callable, kind: Kind = PLAIN
-) -> Callable:
+def build_coast(source: Source, stages: Stages) -> Callable:
     """
-    Return the loop over coarse steps.
-
-    Parameters
-    ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)``.
-    stages : Stages
-        What they are made of.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    kind : Kind
-        Of the line.
+    Return the loop over coarse steps, which the stages of a line are made to.
 
     Returns
     -------
@@ -393,9 +372,8 @@ def build_coast(
         allowed; the state is half a step off then. State and glide are unnamed.
     """
     stage, drift = stages.stage, stages.drift
-    contact = build_contact(force, register, kind)
-    named, gap_of = contact.named, contact.gap
-    count_outside, extremes = strains_of(stages, register, kind)
+    named, gap_of = read_parameters(source).named, build_contact(source).gap
+    count_outside, extremes = stages.count_outside, stages.extremes
 
     def coast(ledger: Any, state: tuple, glide: tuple, parameters: Parameters) -> int:
         strain, velocity = state

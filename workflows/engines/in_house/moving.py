@@ -14,7 +14,7 @@ from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
-from chaincor.workflows.engines.in_house.line_stages import Kind, LineParameters
+from chaincor.workflows.engines.in_house.line_kinds import Kind, LineParameters
 from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once

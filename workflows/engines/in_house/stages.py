@@ -1,27 +1,36 @@
 r"""
-One Verlet step of the chain, as loops for the compiler and as NumPy expressions.
+One Verlet step of a line, as loops for the compiler and as NumPy expressions.
 
 State is the distance of particle 1 from the wall, the bond strains :math:`s_i = u_{i+1} - u_i` and
 the velocities :math:`v_i`: a slow chain then loses no digits to its absolute coordinates. The step
 is the position form, drift - kick - drift:
 
-.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + k\,(F(s_{i-1}) - F(s_i)),
+.. math:: s_i \to s_i + d\,(v_{i+1} - v_i), \qquad v_i \to v_i + (k/m_i)\,(F(s_{i-1}) - F(s_i)),
 
-in which the drifts of neighbouring steps merge, so that one stage of a composition is one drift
-and one kick, done in a single pass over the chain.
+where two bodies, and a soft wall, have the gap among their strains, with the force
+:math:`K (-g)^q` where the bodies overlap and none elsewhere. The drifts of neighbouring steps
+merge, so that one stage of a composition is one drift and one kick, done in a single pass.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house.line_kinds import (
+    PLAIN,
+    Kind,
+    Source,
+    contact_force,
+    read_parameters,
+)
 
 Array = NDArray[np.float64]
-# What a force kernel is told: a NamedTuple, one kind for each potential.
-Parameters = tuple[float, ...]
+# What loops are told of a line: `LineParameters`, or of unit masses what the force kernel is told,
+# a NamedTuple, one kind for each potential.
+Parameters = Any
 
 # Bytes that processors move between memory and caches at once.
 LINE = 64
@@ -74,7 +83,7 @@ class State(NamedTuple):
 
 class Stages(NamedTuple):
     """
-    What steps are made of, for one potential; all work on the first `bonds`, and one velocity more.
+    What steps are made of; all work on the first `bonds`, and one velocity more.
 
     What is done at every stage takes arrays: to take a `State` apart counts references to them,
     which costs as much as ten bonds.
@@ -94,10 +103,11 @@ class Stages(NamedTuple):
         ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
         state differs from an old one after a drift.
     count_outside : callable
-        ``count_outside(strain, bonds, low, high)``: strains outside a range; what is not a number
-        is outside.
+        ``count_outside(strain, bonds, low, high, parameters)``: strains outside a range, the gap
+        left out; what is not a number is outside.
     extremes : callable
-        ``extremes(strain, bonds)``: smallest and largest strain; no number where one is none.
+        ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
+        number where one is none.
     """
 
     start: Callable
@@ -109,44 +119,61 @@ class Stages(NamedTuple):
     extremes: Callable
 
 
-def looped_stages(force: Callable, register: Callable) -> Stages:
-    """
-    Return the stages as loops, for a compiler.
-
-    Parameters
-    ----------
-    force : callable
-        -dU/dr of one strain: ``force(strain, parameters)``; known to the compiler.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-
-    Returns
-    -------
-    Stages
-        The loops.
-    """
+def looped_stages(source: Source) -> Stages:
+    """Return the stages as loops, for a compiler."""
+    register, wall = source.register, source.kind.contact == "wall"
+    read, push = read_parameters(source), source.register(contact_force)
+    force, weighed = read.force, read.weighed
 
     # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
-    # that LLVM vectorises, and one pass costs less memory traffic than two.
+    # that LLVM vectorises, and one pass costs less memory traffic than two. Bonds before the gap,
+    # the gap, bonds behind it: a question at every bond would cost more than its force.
+    @register
+    def bonds_from(
+        begin: int,
+        end: int,
+        behind: float,
+        old: State,
+        strain: Array,
+        velocity: Array,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> float:
+        old_strain, old_velocity = old
+        for i in range(begin, end):
+            stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, parameters)
+            velocity[i] = old_velocity[i] + weighed(kick, i, parameters) * (behind - ahead)
+            behind = ahead
+        return behind
+
     @register
     def start(
         old: State,
-        new_strain: Array,
-        new_velocity: Array,
+        strain: Array,
+        velocity: Array,
         bonds: int,
         drift: float,
         kick: float,
         parameters: Parameters,
     ) -> None:
-        strain, velocity = old
         behind = 0.0
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            new_strain[i] = stretched
-            ahead = force(stretched, parameters)
-            new_velocity[i] = velocity[i] + kick * (behind - ahead)
+        begin = 0
+        if not wall:
+            old_strain, old_velocity = old
+            gap = parameters.gap
+            behind = bonds_from(0, gap, 0.0, old, strain, velocity, drift, kick, parameters)
+            opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
+            strain[gap] = opened
+            ahead = push(opened, parameters.stiffness, parameters.exponent)
+            given = weighed(kick, gap, parameters) * (behind - ahead)
+            velocity[gap] = old_velocity[gap] + given
             behind = ahead
-        new_velocity[bonds] = velocity[bonds] + kick * behind
+            begin = gap + 1
+        behind = bonds_from(begin, bonds, behind, old, strain, velocity, drift, kick, parameters)
+        velocity[bonds] = old[1][bonds] + weighed(kick, bonds, parameters) * behind
 
     @register
     def stage(
@@ -157,14 +184,7 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
         kick: float,
         parameters: Parameters,
     ) -> None:
-        behind = 0.0
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            strain[i] = stretched
-            ahead = force(stretched, parameters)
-            velocity[i] += kick * (behind - ahead)
-            behind = ahead
-        velocity[bonds] += kick * behind
+        start((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
 
     @register
     def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
@@ -210,23 +230,12 @@ def looped_stages(force: Callable, register: Callable) -> Stages:
                 high = strain[i]
         return low, high
 
-    return Stages(start, stage, drift, copy, mix, count_outside, extremes)
+    looks = _without_gap(count_outside, extremes, source.kind, register)
+    return Stages(start, stage, drift, copy, mix, *looks)
 
 
-def array_stages(bond: Potential) -> Stages:
-    """
-    Return the stages in NumPy, for forces that cannot be compiled.
-
-    Parameters
-    ----------
-    bond : Potential
-        Its `force` is called with arrays.
-
-    Returns
-    -------
-    Stages
-        The same as NumPy expressions.
-    """
+def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
+    """Return the stages in NumPy, for forces that cannot be compiled and are told arrays."""
 
     def start(
         old: State,
@@ -246,12 +255,26 @@ def array_stages(bond: Potential) -> Stages:
         bonds: int,
         time: float,
         kick: float,
-        _parameters: Parameters,
+        parameters: Parameters,
     ) -> None:
         drift(strain, velocity, bonds, time)
-        impulse = kick * bond.force(strain[:bonds])
-        velocity[:bonds] -= impulse
-        velocity[1 : bonds + 1] += impulse
+        if kind.unit:
+            impulse = kick * bond.force(strain[:bonds])
+            velocity[:bonds] -= impulse
+            velocity[1 : bonds + 1] += impulse
+            return
+        forces = strain[:bonds].copy()
+        if kind.contact == "wall":
+            forces = bond.force(forces)
+        else:
+            gap = parameters.gap
+            forces[:gap], forces[gap + 1 :] = (
+                bond.force(forces[:gap]),
+                bond.force(forces[gap + 1 :]),
+            )
+            forces[gap] = contact_force(strain[gap], parameters.stiffness, parameters.exponent)
+        pushes = np.concatenate((-forces, [0.0])) + np.concatenate(([0.0], forces))
+        velocity[: bonds + 1] += kick * parameters.inverse[: bonds + 1] * pushes
 
     def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
         strain[:bonds] += time * np.diff(velocity[: bonds + 1])
@@ -275,4 +298,52 @@ def array_stages(bond: Potential) -> Stages:
     def extremes(strain: Array, bonds: int) -> tuple[float, float]:
         return float(np.min(strain[:bonds])), float(np.max(strain[:bonds]))
 
-    return Stages(start, stage, drift, copy, mix, count_outside, extremes)
+    looks = _without_gap(count_outside, extremes, kind, lambda function: function)
+    return Stages(start, stage, drift, copy, mix, *looks)
+
+
+def _without_gap(
+    count: Callable, spread: Callable, kind: Kind, register: Callable
+) -> tuple[Callable, Callable]:
+    """Return how strains are looked over, the gap left out, by what looks at all of them."""
+    if kind.contact == "wall":
+
+        @register
+        def count_outside(
+            strain: Array, bonds: int, low: float, high: float, _parameters: Parameters
+        ) -> int:
+            return count(strain, bonds, low, high)
+
+        @register
+        def extremes(strain: Array, bonds: int, _parameters: Parameters) -> tuple[float, float]:
+            return spread(strain, bonds)
+
+        return count_outside, extremes
+
+    @register
+    def count_of_two(
+        strain: Array, bonds: int, low: float, high: float, parameters: Parameters
+    ) -> int:
+        place = parameters.gap
+        behind = bonds - place - 1
+        return count(strain[:place], place, low, high) + count(
+            strain[place + 1 :], behind, low, high
+        )
+
+    @register
+    def extremes_of_two(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
+        place = parameters.gap
+        behind = bonds - place - 1
+        if place == 0 and behind == 0:
+            return 0.0, 0.0
+        if place == 0:
+            return spread(strain[1:], behind)
+        low, high = spread(strain[:place], place)
+        if behind > 0:
+            further = spread(strain[place + 1 :], behind)
+            # What is not a number stays.
+            low = low if low <= further[0] or low != low else further[0]
+            high = high if high >= further[1] or high != high else further[1]
+        return low, high
+
+    return count_of_two, extremes_of_two

@@ -30,7 +30,7 @@ from chaincor.workflows.engines.lammps.far_bonds import FarBonds
 from chaincor.workflows.engines.lammps.guard import WallGuard
 from chaincor.workflows.engines.lammps.library import load_lammps, name_lammps_error
 from chaincor.workflows.engines.lammps.whole_steps import run_command, whole_step
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import RunError
 
@@ -84,7 +84,7 @@ class LammpsChain:
         self.folder = folder
         scheme = STEP_SCHEMES[numerics.scheme]
         self._evaluations = scheme.evaluations
-        if not isinstance(scheme, Extrapolated) and numerics.scheme not in COMPOSITIONS:
+        if not scheme.extrapolated and numerics.scheme not in COMPOSITIONS:
             raise InputError(
                 f"scheme is '{numerics.scheme}', whose kicks no Verlet step of LAMMPS gives; "
                 f"expected {', '.join(COMPOSITIONS)} or an extrapolated one, or use engine "

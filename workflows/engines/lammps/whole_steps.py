@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
-from chaincor.workflows.engines.schemes import Extrapolated, StepScheme
+from chaincor.workflows.engines.schemes import StepScheme
 
 _COMMAND = "lammps_command"
 # Rows of what an extrapolated step remembers: the state before it, and what its parts add to that.
@@ -150,7 +150,7 @@ def whole_step(instance: Any, scheme: StepScheme, particles: int) -> Callable[[]
     tell_address(_COMMAND, instance.lib[_COMMAND])
     handle, masses = instance.lmp.value, instance.numpy.extract_atom("mass")
     x, v, f = (instance.numpy.extract_atom(name, nelem=particles).reshape(-1) for name in "xvf")
-    if not isinstance(scheme, Extrapolated):
+    if not scheme.extrapolated:
         run, weights = _as_array(run_command(1)), scheme.fractions.kicks
         return _loop(build_composition).bound(handle, run, weights, v, masses, masses.copy())
     counts, weights = scheme.fractions.counts, scheme.fractions.weights

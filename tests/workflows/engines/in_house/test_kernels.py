@@ -14,8 +14,9 @@ from chaincor.workflows.engines.in_house.contact_search import (
     count_sign_changes,
     fit_path,
 )
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import State, array_stages, looped_stages
-from chaincor.workflows.engines.schemes import STEP_SCHEMES, Extrapolated, Rule
+from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 
 BONDS = [Harmonic(), LennardJones(), Toda(), Logarithmic(), Power(4, 1.0)]
 
@@ -44,7 +45,7 @@ def test_compiled_stage_is_the_stage_in_numpy(bond):
     arrays = copied(loops)
     force = kernel_of(bond)
     compiler = LoopCompiler("test_kernels", keep=Keep.NONE)
-    stages = looped_stages(compiler.register(force.function), compiler.register)
+    stages = looped_stages(Source(compiler.register(force.function), compiler.register))
     compiler.compile(stages.stage)(*loops, 37, 0.03, 0.05, force.parameters)
     array_stages(bond).stage(*arrays, 37, 0.03, 0.05, bond.parameters)
     # Multiply-adds that round once instead of twice: a few epsilon of 0.1.
@@ -57,7 +58,8 @@ def test_loops_say_what_arrays_say(bonds):
     # Of the 9 bonds of a chain, all or the first few.
     rng = np.random.default_rng(6)
     bond = LennardJones()
-    loops, arrays = looped_stages(kernel_of(bond).function, as_it_is), array_stages(bond)
+    loops = looped_stages(Source(kernel_of(bond).function, as_it_is))
+    arrays = array_stages(bond)
     old = random_state(rng, 9)
     for name, inputs, arguments in (
         ("start", (old,), (0.1, 0.2, bond.parameters)),
@@ -91,7 +93,7 @@ def test_loops_say_what_arrays_say(bonds):
     strain[3] = strain[7] = np.nan
     expected = 2 if bonds == 9 else 1
     for stages in (loops, arrays):
-        assert stages.count_outside(strain, bonds, -1.0, 1.0) == expected
+        assert stages.count_outside(strain, bonds, -1.0, 1.0, bond.parameters) == expected
 
 
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
@@ -115,7 +117,7 @@ def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme)
 
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
 def test_weights(scheme):
-    if isinstance(scheme, Extrapolated):
+    if scheme.extrapolated:
         # A mixture must be exact for constants and remove the even powers up to its order.
         weights, counts = scheme.fractions
         for power in range(0, scheme.order, 2):
@@ -143,14 +145,14 @@ import numba, pydantic, numpy as np
 sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.motion import LEDGER, build_coast
 from chaincor.workflows.engines.in_house.stages import looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
     compiler = LoopCompiler.for_force(force)
-    register = compiler.register
-    kernel = register(force.function)
-    coast = compiler.compile(build_coast(kernel, looped_stages(kernel, register), register))
+    source = Source(compiler.register(force.function), compiler.register)
+    coast = compiler.compile(build_coast(source, looped_stages(source)))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
     ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
     strain, velocity = np.full(4, -0.1), np.zeros(5)

@@ -12,10 +12,10 @@ from chaincor.workflows.engines.in_house.batch.end_bounds import is_over
 from chaincor.workflows.engines.in_house.batch.lanes import build_lane_step
 from chaincor.workflows.engines.in_house.batch.loop import build_carry
 from chaincor.workflows.engines.in_house.compile import KEPT, Keep, scalar_force
-from chaincor.workflows.engines.in_house.kernels import compiler_of
-from chaincor.workflows.engines.in_house.line_stages import PLAIN, Kind
+from chaincor.workflows.engines.in_house.kernels import made_for
+from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind
 from chaincor.workflows.engines.in_house.motion import build_coast
-from chaincor.workflows.engines.schemes import Split, StepScheme
+from chaincor.workflows.engines.schemes import StepScheme
 
 Array = NDArray[np.float64]
 
@@ -24,15 +24,15 @@ def carry_for(bond: Potential, scheme: StepScheme, kind: Kind) -> Callable:
     """Return the loop, compiled once and cached on disk, of a bond whose force compiles."""
     force = scalar_force(bond)
     assert force is not None, "its force compiles"
-    return _compile(force.function, force.keep, isinstance(scheme, Split), kind)
+    return _compile(force.function, force.keep, not scheme.extrapolated, kind)
 
 
 @lru_cache(maxsize=KEPT)
 def _compile(function: Callable, keep: Keep, split: bool, kind: Kind) -> Callable:
-    compiler, kernel, _ = compiler_of(function, keep, kind)
-    step = compiler.register_long(build_lane_step(kernel, split, kind.unit, compiler.register))
+    compiler, (source, _) = made_for(function, keep, kind)
+    step = compiler.register_long(build_lane_step(source, split))
     over = compiler.register_long(is_over)
-    return compiler.compile(build_carry(kernel, step, over, compiler.register, kind.unit))
+    return compiler.compile(build_carry(source, step, over))
 
 
 def look_ahead_for(bond: Potential) -> Callable:
@@ -50,8 +50,8 @@ def look_ahead_for(bond: Potential) -> Callable:
 
 @lru_cache(maxsize=KEPT)
 def _compile_look_ahead(function: Callable, keep: Keep) -> Callable:
-    compiler, kernel, stages = compiler_of(function, keep, PLAIN)
-    coast = compiler.register(build_coast(kernel, stages, compiler.register))
+    compiler, made = made_for(function, keep, PLAIN)
+    coast = compiler.register(build_coast(*made))
 
     def look_ahead(
         ledgers: Any,

@@ -3,8 +3,8 @@ Extrapolated and split steps of many chains side by side, each with a step of it
 
 A chain of twenty is too short for the vector units of a processor: its loops begin and end more
 than they run. Here each chain has a SIMD lane: number i of lane k lies at :math:`i L + k`, and
-loops run over all lanes. What is done to each number is what ``stages``, ``line_stages`` and
-``schemes`` do, in the same order, so that a chain moves as it does alone, to the last bit.
+loops run over all lanes. What is done to each number is what ``stages`` and ``schemes``
+do, in the same order, so that a chain moves as it does alone, to the last bit.
 """
 
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.schemes import Mixture, Splitting
 
 Array = NDArray[np.float64]
@@ -89,20 +90,16 @@ class Lanes(NamedTuple):
         return *(tuple(state) for state in self[:3]), *self[3:]
 
 
-def build_lane_step(force: Callable, split: bool, unit: bool, register: Callable) -> Callable:
+def build_lane_step(source: Source, split: bool) -> Callable:
     """
     Return one step of all lanes.
 
     Parameters
     ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)``; known to the compiler.
+    source : Source
+        What it is made from.
     split : bool
         Whether steps are split; else they are extrapolated.
-    unit : bool
-        Whether all masses are 1.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
 
     Returns
     -------
@@ -110,7 +107,8 @@ def build_lane_step(force: Callable, split: bool, unit: bool, register: Callable
         ``step(old, new, trial, steps, share, parts, forces, weights, wanted, fractions, bond)``:
         from old states to new ones, see `Lanes`; of the bonds the first `wanted` are needed.
     """
-    if unit:
+    force, register = source.force, source.register
+    if source.kind.unit:
 
         @register
         def pushed(j: int, kick: float, parts: Array, _weights: Array, force: float) -> float:

@@ -29,6 +29,7 @@ from chaincor.workflows.engines.in_house.batch.progress import (
 )
 from chaincor.workflows.engines.in_house.batch.searches import Searches, build_search
 from chaincor.workflows.engines.in_house.contact_search import PathPoint, count_sign_changes
+from chaincor.workflows.engines.in_house.line_kinds import Source
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -38,24 +39,18 @@ Counts = NDArray[np.int64]
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
 
 
-def build_carry(
-    force: Callable, take_step: Callable, over: Callable, register: Callable, unit: bool
-) -> Callable:
+def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable:
     """
     Return the loop over chains.
 
     Parameters
     ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)``.
+    source : Source
+        What it is made from.
     take_step : callable
         One step of all lanes; see ``lanes``.
     over : callable
-        ``end_bounds.is_over``; all known to the compiler.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    unit : bool
-        Whether all masses are 1.
+        ``end_bounds.is_over``; both known to the compiler.
 
     Returns
     -------
@@ -67,6 +62,7 @@ def build_carry(
         the last contact, contacts, and energies. `lanes` are `Lanes` of the chains, `near` of the
         particles near the wall that contacts are searched with.
     """
+    force, register = source.force, source.register
     count_changes = register(count_sign_changes)
     begin, go_on = build_search(register)
 
@@ -80,7 +76,7 @@ def build_carry(
         queue.held[0] -= 1
         return queue.chains[queue.held[0]]
 
-    if unit:
+    if source.kind.unit:
 
         @register
         def pull(strain: float, _weights: Array, _k: int, bond: Any) -> float:

@@ -32,7 +32,7 @@ from chaincor.workflows.engines.in_house.batch.states import (
 )
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.in_house.line_stages import Kind
+from chaincor.workflows.engines.in_house.line_kinds import Kind
 from chaincor.workflows.engines.in_house.motion_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.stages import State

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact import Contact
+from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
 from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
 from chaincor.workflows.engines.schemes import Rule
@@ -15,7 +15,7 @@ from chaincor.workflows.engines.schemes import Rule
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
-def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
+def build_move(source: Source, stages: Stages, leap: Callable) -> Callable:
     """
     Return the loop that carries one block of a chain through many leaps.
 
@@ -25,12 +25,12 @@ def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
 
     Parameters
     ----------
-    leap : callable
-        One step away from the wall, as in ``schemes``.
+    source : Source
+        Of a chain before a hard wall.
     stages : Stages
-        What it is made of.
-    contact : Contact
-        That of a hard wall.
+        Of the same line.
+    leap : callable
+        One step of them away from the wall, as in ``schemes``.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
         `found`.
     """
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
-    named, around = contact.named, contact.around
+    named, around, *_ = read_parameters(source)
 
     def move(
         old: tuple,
@@ -83,7 +83,7 @@ def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
                 if begin == 0:
                     velocity[0] = abs(velocity[0])
                 if k == last_contact:
-                    smallest, largest = extremes(mine, end - first)
+                    smallest, largest = extremes(mine, end - first, rule.parameters)
                     found[CONTACT_LOW] = min(low, smallest)
                     found[CONTACT_HIGH] = max(high, largest)
                     for i in range(first, end):
@@ -92,8 +92,8 @@ def build_move(leap: Callable, stages: Stages, contact: Contact) -> Callable:
                     if is_front:
                         last[1][end] = velocity[end - begin]
                 continue
-            if count_outside(mine, end - first, low, high) > 0:
-                smallest, largest = extremes(mine, end - first)
+            if count_outside(mine, end - first, low, high, rule.parameters) > 0:
+                smallest, largest = extremes(mine, end - first, rule.parameters)
                 low, high = min(low, smallest), max(high, largest)
                 if not (smallest > floor and largest < ceiling):
                     found[OUTSIDE] = 1.0

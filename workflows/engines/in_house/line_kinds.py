@@ -1,0 +1,154 @@
+"""What is known of a line when its loops are compiled, and what these are told of it."""
+
+from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.line import Line
+
+
+class Kind(NamedTuple):
+    """
+    What is known of a line when its loops are compiled: what it does not name costs nothing.
+
+    Attributes
+    ----------
+    contact : str
+        ``wall``: hard and rigid, and no particle; the gap is the position of particle 1.
+        ``two``: two bodies, hard or soft, of which one may be a soft wall; the gap is a strain.
+    unit : bool
+        Whether all masses are 1, of a chain before a hard wall.
+    """
+
+    contact: Literal["wall", "two"]
+    unit: bool
+
+    @classmethod
+    def of(cls, line: Line) -> "Kind":
+        """Return that of a line."""
+        if line.at_wall:
+            return cls("wall", line.unit)
+        return cls("two", False)
+
+
+PLAIN = Kind("wall", True)
+
+
+class LineParameters(NamedTuple):
+    """
+    What forces and their effect depend on, where masses differ or bodies are two.
+
+    Attributes
+    ----------
+    bond : tuple of float
+        Of the potential's kernel.
+    inverse : ndarray of shape (N,)
+        1/m along x; 0 for a rigid wall that is a particle.
+    gap : int
+        Where among the strains the gap is; -1 before a hard wall.
+    stiffness, exponent : float
+        K and q of the contact.
+    """
+
+    bond: Any
+    inverse: NDArray[np.float64]
+    gap: int
+    stiffness: float
+    exponent: float
+
+    @classmethod
+    def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
+        """Return those of a line, with the parameters of its bonds' kernel."""
+        inverse, gap = line.inverse_masses, line.gap
+        if Kind.of(line).contact == "wall":
+            inverse, gap = inverse[1:], -1
+        return cls(bond, inverse.copy(), gap, line.contact_stiffness, line.contact_exponent)
+
+
+class Source(NamedTuple):
+    """
+    What loops are made from, whether they are compiled or run by Python.
+
+    Attributes
+    ----------
+    force : callable
+        -dU/dr of one strain, ``force(strain, parameters)`` with those of the potential; known to
+        the compiler.
+    register : callable
+        Makes a function known to the compiler, or leaves it as it is.
+    kind : Kind
+        Of the line.
+    """
+
+    force: Callable
+    register: Callable
+    kind: Kind = PLAIN
+
+
+class Reading(NamedTuple):
+    """
+    How loops read what they are told of a line: `LineParameters`, or of unit masses the bond's.
+
+    Attributes
+    ----------
+    named : callable
+        ``named(parameters)``: the parameters by name, of those that came unnamed.
+    around : callable
+        ``around(parameters, begin, end)``: those of some particles alone.
+    force : callable
+        ``force(strain, parameters)``: -dU/dr.
+    weighed : callable
+        ``weighed(number, i, parameters)``: a number over the mass of particle i.
+    """
+
+    named: Callable
+    around: Callable
+    force: Callable
+    weighed: Callable
+
+
+def read_parameters(source: Source) -> Reading:
+    """Return how loops of a kind of line read its parameters."""
+    of_bond, register = source.force, source.register
+    if source.kind.unit:
+
+        @register
+        def named(parameters: Any) -> Any:
+            return parameters
+
+        @register
+        def around(parameters: Any, _begin: int, _end: int) -> Any:
+            return parameters
+
+        @register
+        def weighed(number: float, _i: int, _parameters: Any) -> float:
+            return number
+
+        return Reading(named, around, of_bond, weighed)
+
+    @register
+    def named_line(parameters: tuple) -> LineParameters:
+        bond, inverse, gap, stiffness, exponent = parameters
+        return LineParameters(bond, inverse, gap, stiffness, exponent)
+
+    @register
+    def around_line(parameters: LineParameters, begin: int, end: int) -> LineParameters:
+        bond, inverse, gap, stiffness, exponent = parameters
+        return LineParameters(bond, inverse[begin:end], gap - begin, stiffness, exponent)
+
+    @register
+    def force(strain: float, parameters: LineParameters) -> float:
+        return of_bond(strain, parameters.bond)
+
+    @register
+    def weighed_line(number: float, i: int, parameters: LineParameters) -> float:
+        return number * parameters.inverse[i]
+
+    return Reading(named_line, around_line, force, weighed_line)
+
+
+def contact_force(gap: float, stiffness: float, exponent: float) -> float:
+    """Return K d^q, which drives the bodies apart where they overlap by d = -gap."""
+    return stiffness * (-gap) ** exponent if gap < 0.0 else 0.0
