@@ -80,7 +80,7 @@ def _meet_irregularly(scene: Scene, goal: float, noise: float) -> Answer:
         noise = noise or jitter(scene)
     details = {
         "choice": {"tries": found.tries},
-        "spread": spread_of(scene, found.fine, found.proof),
+        "spread": spread_of(scene, found.fine, found.proofs[0]),
     }
     return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, noise)
 

@@ -1,6 +1,7 @@
 """Runs of the in-house integrator at steps to be compared, and what to make of those that stop."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.refining import STALLED, Try, has_stalled, that_ran, told
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.outcome import Outcome
 
@@ -39,3 +41,69 @@ def run_in_house(
     For `known` see :func:`chaincor.workflows.engines.in_house.stepping.run`.
     """
     return stepping.run(scene, Numerics(scheme=scheme, timestep=timestep), known=known)
+
+
+@dataclass(frozen=True)
+class Refined:
+    """
+    The finest of several runs.
+
+    Attributes
+    ----------
+    fine : Outcome
+        The run that gives the number.
+    proofs : list of Outcome
+        Runs at larger steps, the first at twice its step.
+    error : float
+        Its error.
+    stalled : bool
+        Whether smaller steps had stopped to help.
+    tries : list of dict
+        Steps and errors on the way.
+    first : Outcome or None
+        The run whose end all others took over, where they did.
+    nudged : float
+        Change of eta by other roundings, where that is why steps do not help; else 0.
+    kinked : bool
+        Whether bonds pass kinks, so that Verlet steps are as good as any.
+    seconds : float
+        Integration time of all runs, where it was added up.
+    """
+
+    fine: Outcome
+    proofs: list[Outcome]
+    error: float
+    stalled: bool
+    tries: list[dict[str, float]]
+    first: Outcome | None = None
+    nudged: float = 0.0
+    kinked: bool = False
+    seconds: float = 0.0
+
+    @property
+    def grazes(self) -> bool:
+        """Whether a step makes or takes a contact."""
+        return differ(self.fine, self.proofs)
+
+
+def differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
+    """Return whether runs have not all as many contacts."""
+    return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
+
+
+def refined(scene: Scene, tries: Sequence[Try[list[Outcome]]], forgets: bool = False) -> Refined:
+    """
+    Return the best of several tries, each of a run and its proofs, with what it errs by.
+
+    Where smaller steps have stopped to help, or the collision `forgets` them for its roundings, the
+    truth may be wherever one of the last runs went. Where each step is another nudge, the finest is
+    no better than the first, whose end may have been followed.
+    """
+    ran = [(each.error, each.found or []) for each in that_ran(tries)]
+    error, runs = min(ran, key=lambda each: each[0])
+    stuck = forgets or has_stalled(tries)
+    if stuck:
+        alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
+        runs = alike[0][1] if forgets else runs
+        error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
+    return Refined(runs[0], runs[1:], error, stuck, told(tries))

@@ -1,22 +1,18 @@
 """Meeting an error with bonds whose smoothness is not known: no order of convergence is trusted."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
-from chaincor.workflows.accuracy.in_house_runs import largest_difference, run_in_house
-from chaincor.workflows.accuracy.refining import (
-    STALLED,
-    Policy,
-    Try,
-    by_order,
-    has_stalled,
-    refine,
-    that_ran,
-    told,
+from chaincor.workflows.accuracy.in_house_runs import (
+    Refined,
+    largest_difference,
+    refined,
+    run_in_house,
 )
+from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.step_guess import (
     STEP_SHARE,
     effective_order,
@@ -44,36 +40,6 @@ _MOST_BOND_STEPS, _MOST_ARRAY_STEPS = 2e9, 1e5
 # Bonds of the run that gives eta may stretch this much more than those of the first, coarse one.
 _RESERVE = 1.2
 _FIRST_STEP = 0.0125
-
-
-@dataclass(frozen=True)
-class Refined:
-    """
-    The finest of several runs.
-
-    Attributes
-    ----------
-    fine, proof : Outcome
-        The run that gives the number, and one at twice its step.
-    error : float
-        Its error.
-    kinked : bool
-        Whether bonds pass kinks, so that Verlet steps are as good as any.
-    stalled : bool
-        Whether smaller steps had stopped to help.
-    seconds : float
-        Integration time of all runs.
-    tries : list of dict
-        Steps and errors on the way.
-    """
-
-    fine: Outcome
-    proof: Outcome
-    error: float
-    kinked: bool
-    stalled: bool
-    seconds: float
-    tries: list[dict[str, float]]
 
 
 def meets_kinks(scene: Scene) -> bool:
@@ -116,16 +82,7 @@ def refine_irregularly(
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, search.scheme, crossings))
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
-    ran = that_ran(tries)
-    best = min(ran, key=lambda each: each.error)
-    assert best.found is not None
-    fine, proof, *_ = best.found
-    error, stalled = best.error, has_stalled(tries)
-    if stalled:
-        # The truth may be wherever one of these runs went.
-        runs = (run for each in ran[-STALLED - 1 :] for run in each.found or ())
-        error = largest_difference(scene, fine, runs)
-    return Refined(fine, proof, error, search.kinked, stalled, search.seconds, told(tries))
+    return replace(refined(scene, tries), kinked=search.kinked, seconds=search.seconds)
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,17 +10,15 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, ending_error
-from chaincor.workflows.accuracy.in_house_runs import eta_of, largest_difference, run_in_house
-from chaincor.workflows.accuracy.refining import (
-    STALLED,
-    Policy,
-    Try,
-    by_order,
-    has_stalled,
-    refine,
-    that_ran,
-    told,
+from chaincor.workflows.accuracy.in_house_runs import (
+    Refined,
+    differ,
+    eta_of,
+    largest_difference,
+    refined,
+    run_in_house,
 )
+from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error
@@ -53,97 +51,23 @@ def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
     return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / COARSER_SHARE[scheme])
 
 
-@dataclass(frozen=True)
-class Refined:
-    """
-    The finest of several runs.
-
-    Attributes
-    ----------
-    fine : Outcome
-        The run that gives the number.
-    proofs : list of Outcome
-        Runs at `COARSER` times its step.
-    error : float
-        Its error.
-    first : Outcome
-        The run whose end all others took over.
-    stalled : bool
-        Whether smaller steps had stopped to help.
-    nudged : float
-        Change of eta by other roundings, where that is why; else 0.
-    tries : list of dict
-        Steps and errors on the way.
-    """
-
-    fine: Outcome
-    proofs: list[Outcome]
-    error: float
-    first: Outcome
-    stalled: bool
-    nudged: float
-    tries: list[dict[str, float]]
-
-    @property
-    def grazes(self) -> bool:
-        """Whether a step makes or takes a contact."""
-        return _differ(self.fine, self.proofs)
-
-
-def _differ(fine: Outcome, proofs: Sequence[Outcome]) -> bool:
-    return any(len(run.contact_times) != len(fine.contact_times) for run in proofs)
-
-
 def refine_regularly(
     scene: Scene, goal: float, scheme: StepSchemeName, floor: float, followed: Outcome | None
 ) -> Refined:
     """
     Refine until three steps agree, or finer ones help no more.
 
-    Parameters
-    ----------
-    scene : Scene
-        With bonds that are smooth.
-    goal, floor : float
-        Error asked of eta, and what the arithmetic leaves of it.
-    scheme : str
-        Of the steps.
-    followed : Outcome or None
-        The same collision, at some step, followed to its end; else the first run is.
-
-    Returns
-    -------
-    Refined
-        The runs that tell: the best ones, but where roundings decide the first of the last few.
-
-    Raises
-    ------
-    RunError
-        What stopped the finest runs.
+    Bonds are smooth. `goal` is the error asked of eta, `floor` what the arithmetic leaves of it;
+    `followed` the same collision, at some step, followed to its end, else the first run is. The
+    runs that tell are the best ones, but where roundings decide the first of the last few. Raises
+    RunError, what stopped the finest runs.
     """
     search = _Search(scene, goal, floor, scheme, followed)
     policy = Policy(_MOST_REFINEMENTS, stalls=True, salvages=True)
     tries = refine(first_step(scene, scheme, max(goal, floor)), search.attempt, policy)
-    ran = that_ran(tries)
-    best = min(ran, key=lambda each: each.error)
-    error, forgets = best.error, search.nudged > 0.0
-    stuck = forgets or has_stalled(tries)
-    if stuck:
-        # The truth may be wherever one of these runs went. Where each step is another nudge, the
-        # finest is no better than the first, whose end may have been followed.
-        alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
-        best = alike[0] if forgets else best
-        runs = (run for each in alike for run in _runs(each))
-        error = largest_difference(scene, _runs(best)[0], runs)
-    fine, *proofs = _runs(best)
-    assert search.known is not None
-    nudged = max(search.nudged, error) if forgets else 0.0
-    return Refined(fine, proofs, error, search.known, stuck, nudged, told(tries))
-
-
-def _runs(one: Try[list[Outcome]]) -> list[Outcome]:
-    assert one.found is not None
-    return one.found
+    found = refined(scene, tries, forgets=search.nudged > 0.0)
+    nudged = max(search.nudged, found.error) if search.nudged > 0.0 else 0.0
+    return replace(found, first=search.known, nudged=nudged)
 
 
 @dataclass
@@ -207,7 +131,7 @@ def _proofs(
         else:
             runs.append(last)
         missed = abs(eta_of(scene, runs[0]) - eta_of(scene, fine)) > goal
-        if scene.particles > LONG and missed and _differ(fine, runs):
+        if scene.particles > LONG and missed and differ(fine, runs):
             break
     return runs
 
@@ -222,7 +146,7 @@ def _step_error(
     or is long, is asked once more.
     """
     share, apart = COARSER_SHARE[scheme], largest_difference(scene, fine, proofs)
-    regular = not _differ(fine, proofs)
+    regular = not differ(fine, proofs)
     if scene.particles <= LONGEST_TRUSTED and scene.line.uniform:
         return share * apart, regular
     error = apart * (share if regular else max(share, _GRAZING_SHARE))

@@ -79,6 +79,12 @@ class Stepper:
         """Return steps of the same kind."""
         return replace(self, step=step)
 
+    def advance(self, ledger: np.record, arrays: tuple, goal: int) -> int:
+        """Let the loop over the whole line take steps, see ``motion``."""
+        fractions = tuple(self.scheme.fractions)
+        status = self.kernels.advance(ledger, arrays, goal, self.step, fractions, self.parameters)
+        return int(status)
+
 
 @dataclass
 class Motion:
@@ -340,32 +346,16 @@ class Motion:
         int
             Why it came back, see ``motion``.
         """
-        kernels, scheme, ledger = stepper.kernels, stepper.scheme, self.ledger
-        count = cores() if self.at_wall and len(self.strain) >= running.LEAST_ACTIVE else 1
-        loops = _block_loops(stepper) if count > 1 else None
-        most = steps_at_once(scheme.evaluations * len(self.strain))
-        arrays, fractions = self.arrays.unnamed(), tuple(scheme.fractions)
+        ledger, arrays = self.ledger, self.arrays.unnamed()
+        long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE
+        count = cores() if long else 1
+        move = running.load(stepper) if count > 1 and stepper.kernels.load_move else None
+        most = steps_at_once(stepper.scheme.evaluations * len(self.strain))
         while True:
             check_time()
             steps = int(ledger["steps"])
-            if loops is not None and running.pays(int(ledger["active"]), goal - steps):
-                return running.advance(ledger, self.arrays, loops, goal, count)
-            until = min(goal, steps + most)
-            status = kernels.advance(
-                ledger, arrays, until, stepper.step, fractions, stepper.parameters
-            )
+            if move is not None and running.pays(int(ledger["active"]), goal - steps):
+                return running.advance(ledger, self.arrays, stepper, move, goal, count)
+            status = stepper.advance(ledger, arrays, min(goal, steps + most))
             if status != motion.DONE or ledger["steps"] >= goal:
-                return int(status)
-
-
-def _block_loops(stepper: Stepper) -> running.Loops | None:
-    """Return what carries chains on several cores; None where NumPy does, on one."""
-    kernels, scheme = stepper.kernels, stepper.scheme
-    if kernels.load_move is None:
-        return None
-    move, fractions = kernels.load_move(), tuple(scheme.fractions)
-    loops = running.Loops(
-        kernels.advance, move, stepper.parameters, fractions, scheme.reach, stepper.step
-    )
-    running.load(loops)
-    return loops
+                return status

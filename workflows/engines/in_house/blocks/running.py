@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.blocks import loop
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
+
+if TYPE_CHECKING:
+    from chaincor.workflows.engines.in_house.moving import Stepper
 
 # Leaps after which cores meet.
 LEAPS = 16
@@ -40,51 +43,33 @@ _Pair = tuple[NDArray[np.float64], NDArray[np.float64]]
 _Scratch = tuple[_Pair, _Pair, _Pair]
 
 
-class Loops(NamedTuple):
-    """
-    What carries a chain, and by which leaps.
-
-    Attributes
-    ----------
-    advance : callable
-        The loop over a whole chain, see ``motion``.
-    move : callable
-        The loop over a block, see ``blocks.loop``.
-    parameters : NamedTuple
-        Of the potential.
-    fractions : tuple
-        Of the scheme.
-    reach : int
-        How many bonds further a leap can carry an influence.
-    step : float
-        The whole step H.
-    """
-
-    advance: Callable
-    move: Callable
-    parameters: tuple[float, ...]
-    fractions: tuple
-    reach: int
-    step: float
-
-
 def pays(active: int, steps: int) -> bool:
     """Return whether several cores pay for so many bonds in motion, and steps to take."""
     return active >= LEAST_ACTIVE and steps >= LEAPS
 
 
-def load(loops: Loops) -> None:
-    """Load or compile the loop over a block, which is not integration."""
+def load(stepper: "Stepper") -> Callable:
+    """Return the loop over a block, loaded or compiled, which is not integration."""
+    assert stepper.kernels.load_move is not None
+    move = stepper.kernels.load_move()
     ends, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
     state = tuple(ends)
-    loops.move(
+    move(
         *(state, state, state, (state, state, state)),
         *((0, 1, 0, 1, True), nothing, (0.0,) * 5),
-        *(loops.fractions, loops.parameters, np.zeros(loop.OUTSIDE + 1)),
+        *(tuple(stepper.scheme.fractions), stepper.parameters, np.zeros(loop.OUTSIDE + 1)),
     )
+    return move
 
 
-def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, cores: int) -> int:
+def advance(
+    ledger: np.record,
+    arrays: motion.Arrays,
+    stepper: "Stepper",
+    move: Callable,
+    goal: int,
+    cores: int,
+) -> int:
     """
     Take steps of a chain of which at least `LEAST_ACTIVE` bonds are in motion.
 
@@ -92,8 +77,10 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
     ----------
     ledger, arrays
         Of the chain; changed in place as by the loop over the whole chain, to the last bit.
-    loops : Loops
-        What carries it.
+    stepper : Stepper
+        Its steps.
+    move : callable
+        From :func:`load`.
     goal : int
         How many steps shall be done, from the first contact on.
     cores : int
@@ -107,8 +94,8 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
     state = arrays.now
     # Blocks read the margins of each other from the state before: they write another one.
     states = [state, State(state.strain.copy(), state.velocity.copy())]
-    head = _Head(ledger, arrays, loops)
-    blocks = _Blocks(ledger, arrays, loops, cores)
+    head = _Head(ledger, arrays, stepper)
+    blocks = _Blocks(ledger, arrays.last, stepper, move, cores)
     status = motion.DONE
     with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
         while status == motion.DONE and ledger["steps"] < goal:
@@ -120,9 +107,7 @@ def advance(ledger: np.record, arrays: motion.Arrays, loops: Loops, goal: int, c
                 # Seldom, and then the loop over the whole chain tells it by name.
                 whole = arrays._replace(now=states[0]).unnamed()
                 until = min(goal, int(ledger["steps"]) + LEAPS)
-                status = loops.advance(
-                    ledger, whole, until, loops.step, loops.fractions, loops.parameters
-                )
+                status = stepper.advance(ledger, whole, until)
             elif leaps.shape[1] > 0:
                 head.commit(ledger)
                 blocks.commit(ledger, leaps)
@@ -144,11 +129,11 @@ _COUNTED = "evaluations"
 class _Head:
     """The particles near the wall, which go ahead."""
 
-    def __init__(self, ledger: np.record, arrays: motion.Arrays, loops: Loops) -> None:
-        self._loops, self._of_chain = loops, ledger
+    def __init__(self, ledger: np.record, arrays: motion.Arrays, stepper: "Stepper") -> None:
+        self._stepper, self._of_chain = stepper, ledger
         self._log = np.empty((2, LEAPS + motion.SPARE_LEAPS))
         # The last leap still knows all that the search for a contact in it does.
-        self._bonds = (self._log.shape[1] + 1) * loops.reach
+        self._bonds = (self._log.shape[1] + 1) * stepper.scheme.reach
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
         self._now = now
@@ -168,11 +153,8 @@ class _Head:
         ledger["strain_max"] = ledger["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
         self._now.velocity[:] = state.velocity[: self._bonds + 1]
-        loops = self._loops
-        status = loops.advance(
-            ledger, self._arrays, goal, loops.step, loops.fractions, loops.parameters
-        )
-        return int(status), self._log[:, : int(ledger["leaps"])]
+        status = self._stepper.advance(ledger, self._arrays, goal)
+        return status, self._log[:, : int(ledger["leaps"])]
 
     def commit(self, ledger: np.record) -> None:
         """Let the chain know what its head does."""
@@ -183,8 +165,11 @@ class _Head:
 class _Blocks:
     """The chain in blocks."""
 
-    def __init__(self, ledger: np.record, arrays: motion.Arrays, loops: Loops, cores: int) -> None:
-        self._ledger, self._last, self._loops, self._cores = ledger, arrays.last, loops, cores
+    def __init__(
+        self, ledger: np.record, last: State, stepper: "Stepper", move: Callable, cores: int
+    ) -> None:
+        self._ledger, self._last, self._cores = ledger, last, cores
+        self._stepper, self._move = stepper, move
         self._found = np.empty((0, loop.OUTSIDE + 1))
         self._scratch: list[_Scratch] = []
 
@@ -196,7 +181,8 @@ class _Blocks:
         helpers: ThreadPoolExecutor,
     ) -> bool:
         """Carry all blocks through leaps; return False where a strain is not allowed."""
-        ledger, loops = self._ledger, self._loops
+        ledger, stepper = self._ledger, self._stepper
+        fractions = tuple(stepper.scheme.fractions)
         limits = (
             float(ledger["strain_min"]),
             float(ledger["strain_max"]),
@@ -213,14 +199,14 @@ class _Blocks:
         def work(todo: Iterator[int]) -> None:
             # All threads draw from one iterator: that of a range is never in two of them at once.
             for k in todo:
-                loops.move(
+                self._move(
                     *states,
                     self._scratch[k],
                     blocks[k],
                     leaps,
                     limits,
-                    loops.fractions,
-                    loops.parameters,
+                    fractions,
+                    stepper.parameters,
                     self._found[k],
                 )
 
@@ -243,7 +229,7 @@ class _Blocks:
     def _cut(self, leaps: int) -> list[_Block]:
         """Return blocks of about equal work, as many for each core."""
         active = int(self._ledger.active)
-        margin = ALIGNED * math.ceil(leaps * self._loops.reach / ALIGNED)
+        margin = ALIGNED * math.ceil(leaps * self._stepper.scheme.reach / ALIGNED)
         cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
         # Python, which hears Ctrl-C, runs between blocks.
         most = steps_at_once(int(self._ledger.step_evaluations) * leaps)
