@@ -109,21 +109,7 @@ class EndWatch:
         strains: Array,
         velocities: Array,
     ) -> Ending | None:
-        """
-        Look at a chain of equal masses that leaves a wall.
-
-        Parameters
-        ----------
-        now, last_contact : float
-            Time, and time of the last contact so far.
-        first_displacement, strains, velocities
-            As in :func:`argue_end`.
-
-        Returns
-        -------
-        Ending or None
-            None where the chain must be followed on.
-        """
+        """Look at a chain at a wall alone, given as to :func:`argue_end`; see :meth:`look_at`."""
         return self.look_at(now, last_contact, [Body(first_displacement, strains, velocities)])
 
     def look_at(self, now: float, last_contact: float, bodies: Sequence[Body]) -> Ending | None:
@@ -131,19 +117,8 @@ class EndWatch:
         Look at one body that leaves the wall, or at two that leave each other.
 
         No contact comes where neither body comes back to one plane between them, wherever that is
-        and however fast it moves.
-
-        Parameters
-        ----------
-        now, last_contact : float
-            Time, and time of the last contact so far.
-        bodies : sequence of Body
-            The chain, and a target if it is free.
-
-        Returns
-        -------
-        Ending or None
-            None where they must be followed on.
+        and however fast it moves. Bodies are the chain, and a target if it is free; times are now,
+        and that of the last contact so far. Returns None where they must be followed on.
         """
         bond = self._bond
         if last_contact != self._last_contact:

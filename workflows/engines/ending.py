@@ -80,17 +80,10 @@ class Ending:
 
     def doubted(self, momentum: float) -> "Ending":
         """
-        Return the end as it is known when late contacts are in doubt.
+        Return the end as it is known when late contacts of some momentum, 0 for none, are in doubt.
 
-        Parameters
-        ----------
-        momentum : float
-            Of contacts that hardly different motions have or have not; 0 for none.
-
-        Returns
-        -------
-        Ending
-            Open where they could give more than is known of already.
+        Hardly different motions have these contacts or have not: it is open where they could give
+        more than is known of already.
         """
         return Ending("open", momentum) if momentum > self.missed_momentum else self
 
@@ -99,17 +92,8 @@ def quiet_time(particles: int, stiffness: float) -> float:
     """
     Return how long an argument must hold, with particle 1 off the wall.
 
-    Parameters
-    ----------
-    particles : int
-        Particles of the chain.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    float
-        Time for sound to cross and come back, with the margin.
+    That is the time for sound to cross so many particles and come back, with the margin;
+    `stiffness` is U''(1) over the mean mass.
     """
     return QUIET_ROUND_TRIPS * 2.0 * particles / stiffness**0.5
 
@@ -118,17 +102,7 @@ def return_risk(pieces: Pieces, bond: Potential) -> float:
     """
     Estimate how likely particle 1 is to hit the wall again.
 
-    Parameters
-    ----------
-    pieces : Pieces
-        From :func:`find_pieces`.
-    bond : Potential
-        The bonds' potential.
-
-    Returns
-    -------
-    float
-        0 where it is proved that it does not; 1 while the first piece, or the chain, approaches.
+    0 where it is proved that it does not; 1 while the first piece, or the chain, approaches.
     """
     momentum = float(pieces.weights @ pieces.speeds)
     size, speed, lever = int(pieces.sizes[0]), float(pieces.speeds[0]), pieces.lever
@@ -152,17 +126,8 @@ def approach(*bodies: Pieces) -> float:
     Return the largest momentum that a first piece which approaches the wall can be given there.
 
     It turns round with all its energy at most: :math:`m |V| + \sqrt{2 m (I + m V^2/2)}`. Of two
-    bodies, m is the reduced mass of the first pieces, V their relative velocity and I the sum.
-
-    Parameters
-    ----------
-    *bodies : Pieces
-        From :func:`find_pieces`; of the target too, where it is free.
-
-    Returns
-    -------
-    float
-        Momentum.
+    bodies, the chain and a free target, m is the reduced mass of the first pieces, V their relative
+    velocity and I the sum.
     """
     masses = [float(pieces.weights[0]) for pieces in bodies]
     mass = masses[0] if len(masses) == 1 else 1.0 / sum(1.0 / each for each in masses)
@@ -176,22 +141,10 @@ def evaporation(pieces: Pieces, bond: Potential) -> float:
     Return the largest momentum that a part thrown out by a piece would be given at the wall.
 
     Of the mass m a part :math:`m'` moves at :math:`w` relative to the others, with the energy
-    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`, and hit the wall at
-    :math:`w (m - m')/m - V`, or pieces before them, which hand that on. Of the energy that
-    breaking leaves, :math:`I - E`, which is shared freely, one motion of n particles gets more than
-    :math:`(I - E)(1 - q^{1/(n-2)})` with the probability q.
-
-    Parameters
-    ----------
-    pieces : Pieces
-        From :func:`find_pieces`.
-    bond : Potential
-        The bonds' potential.
-
-    Returns
-    -------
-    float
-        Momentum; 0 where no part can come back.
+    :math:`\tfrac12 \mu w^2`, :math:`\mu = m'(m - m')/m`, and hit the wall at :math:`w (m - m')/m -
+    V`, or pieces before them, which hand that on. Of the energy that breaking leaves, :math:`I -
+    E`, which is shared freely, one motion of n particles gets more than :math:`(I - E)(1 -
+    q^{1/(n-2)})` with the probability q. 0 where no part can come back.
     """
     breaking = breaking_energy(bond)
     paid = breaking if math.isfinite(breaking) else 0.0
@@ -227,11 +180,11 @@ def argue_end(
     strains : ndarray of shape (n - 1,)
         Bond lengths less one.
     velocities : ndarray of shape (n,)
-        Particle velocities, positive away from the wall.
+        Positive away from the wall.
     since_contact : float
         Time since the last contact.
     bond : Potential
-        The bonds' potential.
+        Of all bonds.
 
     Returns
     -------

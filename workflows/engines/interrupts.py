@@ -7,16 +7,8 @@ WORK_AT_ONCE = 20_000_000
 
 def steps_at_once(work: int) -> int:
     """
-    Return how many steps a compiled loop may take at once.
+    Return how many steps, one at least, a compiled loop may take at once.
 
-    Parameters
-    ----------
-    work : int
-        Of one step, in bond forces.
-
-    Returns
-    -------
-    int
-        One at least.
+    `work` is that of one step, in bond forces.
     """
     return max(1, WORK_AT_ONCE // max(1, work))

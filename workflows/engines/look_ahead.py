@@ -41,21 +41,10 @@ class Coast(Protocol):
 
 def coarse_step(bond: Potential, shortest: float, lightest: float = 1.0) -> float:
     """
-    Return the Verlet step for looking ahead.
+    Return the Verlet step for looking ahead: a tenth of sqrt(m/U'') of the stiffest bond.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    shortest : float
-        Smallest strain so far: with it the steps shrink.
-    lightest : float
-        Mass of the lightest particle.
-
-    Returns
-    -------
-    float
-        A tenth of sqrt(m/U'') of the stiffest bond.
+    `shortest` is the smallest strain so far, with which the steps shrink, `lightest` the mass of
+    the lightest particle.
     """
     stiffest = max(float(bond.curvature(shortest)), bond.stiffness)
     return COARSE_STEP / math.sqrt(stiffest / lightest)
@@ -65,17 +54,8 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
     """
     Return how far from the wall the coarse motion must stay to count.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    distance : float
-        Between the bodies, as it is looked ahead from.
-
-    Returns
-    -------
-    float or None
-        Half that distance; None where it is too short to tell a coarse motion from a contact.
+    That is half the distance between the bodies as it is looked ahead from; None where that is too
+    short to tell a coarse motion from a contact.
     """
     clearance = CLEARANCE * distance
     least = LEAST_CLEARANCE * scene.impact_velocity / math.sqrt(scene.slow_stiffness)
@@ -84,21 +64,10 @@ def required_clearance(scene: Scene, distance: float) -> float | None:
 
 def find_end(scene: Scene, coast: Coast, last_contact: float) -> Ending | None:
     """
-    Fly ahead until the end is proved or argued.
+    Fly ahead, which moves the coast, until the end is proved or argued.
 
-    Parameters
-    ----------
-    scene : Scene
-        The collision.
-    coast : Coast
-        Is moved.
-    last_contact : float
-        Time of the last contact so far.
-
-    Returns
-    -------
-    Ending or None
-        None where the motion came near the wall, or to a bond's breaking.
+    None where the motion came near the wall, or to a bond's breaking. `last_contact` is the time of
+    the last one so far.
     """
     particles, stiffness = scene.span, scene.slow_stiffness
     watch = EndWatch(particles, scene.bond, stiffness)

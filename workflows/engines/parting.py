@@ -19,26 +19,11 @@ _LEAST_SHARE = 0.05
 
 def bodies_of(line: Line, bond: Potential, strains: Array, velocities: Array) -> list[Body]:
     """
-    Return the bodies of a line as :class:`EndWatch` looks at them.
+    Return the bodies of a line as :class:`EndWatch` looks at them, one or two.
 
     A wall, and a single particle, only stand before the other body. Two chains are divided by a
     plane in uniform motion that leaves each the more of the way and of the speed the hotter it is.
-
-    Parameters
-    ----------
-    line : Line
-        The bodies.
-    bond : Potential
-        Their bonds.
-    strains : ndarray of shape (N - 1,)
-        Bond lengths less one, and the gap, along x.
-    velocities : ndarray of shape (N,)
-        Along x.
-
-    Returns
-    -------
-    list of Body
-        One, or two.
+    `strains` are those of the N - 1 bonds along x, with the gap, `velocities` the N ones along x.
     """
     gap = float(strains[line.gap])
     chain = Body(0.0, strains[line.first :], velocities[line.first :], line.chain_masses)

@@ -34,17 +34,9 @@ ENERGY_LADDER = math.log(1.03)
 
 def breaking_energy(bond: Potential) -> float:
     """
-    Return the energy that a bond cannot hold.
+    Return the energy that a bond cannot hold; inf for one that holds any.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-
-    Returns
-    -------
-    float
-        That of dissociation, or of the barrier beyond which the bond runs away; inf for others.
+    That is the energy of dissociation, or of the barrier beyond which the bond runs away.
     """
     return min(bond.dissociation, bond.barrier)
 
@@ -91,19 +83,7 @@ def reach(bond: Potential, energy: float, lever: Lever) -> float:
     """
     Return how far an end particle can get from where the mean of its piece has it.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    energy : float
-        All energy that the bonds can have.
-    lever : Lever
-        Of the end particle.
-
-    Returns
-    -------
-    float
-        inf where the energy suffices to break a bond.
+    `energy` is all that the bonds can have; inf where it suffices to break one.
     """
     if lever.particles == 1 or energy <= 0.0:
         return 0.0
@@ -145,31 +125,16 @@ def escape_risk(
     Estimate how likely a piece is to throw its end particle out with a speed.
 
     The energy that takes is :math:`E^* = U(\infty) + \frac12 u^2 \frac{m_1 M}{M - m_1}` with the
-    masses :math:`m_1` of the particle and M of the piece. Less than that is
-    a proof. More is judged as unimolecular decay is: of m - 1 vibrations that share the energy I
-    freely, one has E* or more with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration;
-    and a piece that decays at all does so with that much in
-    :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools. Over a barrier, beyond which
-    a bond gains energy without bound, :math:`E^*` is the barrier alone, whatever the speed. Where
-    nothing binds, nothing needs to gather: particles hand their velocities on.
+    masses :math:`m_1` of the particle and M of the piece. Less than that is a proof. More is judged
+    as unimolecular decay is: of m - 1 vibrations that share the energy I freely, one has E* or more
+    with the probability :math:`(1 - E^*/I)^{m-2}`, at each vibration; and a piece that decays at
+    all does so with that much in :math:`((I - E^*)/(I - U(\infty)))^{m-2}` of the cases, and cools.
+    Over a barrier, beyond which a bond gains energy without bound, :math:`E^*` is the barrier
+    alone, whatever the speed. Where nothing binds, nothing needs to gather: particles hand their
+    velocities on.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bonds' potential.
-    energy : float
-        Internal energy.
-    lever : Lever
-        Of the end particle.
-    speed : float
-        Relative to the mean of the piece; no escape is possible with less than none.
-    patience : float
-        Number of vibrations to be reckoned with.
-
-    Returns
-    -------
-    float
-        Between 0 and 1.
+    `energy` is the internal one; `speed` is relative to the mean of the piece, and no escape is
+    possible with less than none; `patience` is how many vibrations are reckoned with.
     """
     if lever.particles == 1:
         return 0.0

@@ -79,7 +79,9 @@ def find_pieces(
     masses: Array | None = None,
 ) -> Pieces:
     """
-    Cut a chain into as many pieces as move apart.
+    Cut a chain into as many pieces as move apart, one at least.
+
+    Pieces that approach, or whose motion does not break the bond between them, are taken as one.
 
     Parameters
     ----------
@@ -88,17 +90,11 @@ def find_pieces(
     strains : ndarray of shape (n - 1,)
         Bond lengths less one.
     velocities : ndarray of shape (n,)
-        Particle velocities, positive away from the wall.
+        Positive away from the wall.
     bond : Potential
-        The bonds' potential.
+        Of all bonds.
     masses : ndarray of shape (n,), optional
-        Of the particles; 1 by default.
-
-    Returns
-    -------
-    Pieces
-        One at least. Pieces that approach, or whose motion does not break the bond between them,
-        are taken as one.
+        1 by default.
     """
     chain = _Chain(first_displacement, strains, velocities, bond, masses)
     cuts = np.empty(0, dtype=np.int64)
@@ -306,26 +302,11 @@ def count_fragments(
     strains: Array, velocities: Array, bond: Potential, masses: Array | None = None
 ) -> int:
     """
-    Return how many connected pieces a chain has at a moment.
+    Return how many connected pieces a chain has at a moment, one at least.
 
-    A bond counts as broken while it stretches and the energy of the relative motion of its ends
-    (of equal masses 1: reduced mass 1/2) plus U exceeds dissociation.
-
-    Parameters
-    ----------
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,)
-        Particle velocities.
-    bond : Potential
-        The bonds' potential.
-    masses : ndarray of shape (n,), optional
-        Of the particles; 1 by default.
-
-    Returns
-    -------
-    int
-        One at least.
+    A bond counts as broken while it stretches and the energy of the relative motion of its ends (of
+    equal masses 1: reduced mass 1/2) plus U exceeds dissociation. Strains are n - 1, velocities and
+    masses, 1 by default, n.
     """
     if math.isinf(bond.dissociation):
         return 1

@@ -41,23 +41,10 @@ class Replay:
 
     def record(self, interval: float) -> Frames:
         """
-        Carry the collision out again, and keep frames.
+        Carry the collision out again, and keep frames from the first contact to the end of the run.
 
-        Parameters
-        ----------
-        interval : float
-            Time between frames; LAMMPS takes them at the ends of steps.
-
-        Returns
-        -------
-        Frames
-            From the first contact to the end of the run.
-
-        Raises
-        ------
-        RunError
-            If the run was the limit of hard spheres, which has no motion of bonds; otherwise as
-            the engine.
+        LAMMPS takes them at the ends of steps. Raises RunError if the run was the limit of hard
+        spheres, which has no motion of bonds; otherwise as the engine.
         """
         scene = self.scene.without(*FILE_KEYS)
         frames = self._run(scene, interval).frames

@@ -33,20 +33,9 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
     """
     Return the error of eta due to rounding.
 
-    Parameters
-    ----------
-    engine : str
-        ``lammps`` holds absolute coordinates; the others hold strains.
-    scene : Scene
-        The collision.
-    stage : float or None
-        Shortest stage of a step; None where it is not known yet.
-
-    Returns
-    -------
-    float
-        The arithmetic's floor, which grows with n, and for absolute coordinates n eps/v0 times
-        what was measured.
+    That is the arithmetic's floor, which grows with n; and with the engine ``lammps``, which holds
+    absolute coordinates where others hold strains, n eps/v0 times what was measured. `stage` is the
+    shortest of a step, None where it is not known yet.
     """
     n = scene.all_particles
     # A displacement is of order v0 times the time of a vibration.
@@ -86,21 +75,7 @@ def heat_of(scene: Scene) -> float:
 
 
 def rounding_of(outcome: Outcome, scene: Scene) -> float:
-    """
-    Return the error of eta due to rounding in a run.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        The run.
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        See :func:`rounding_error`.
-    """
+    """Return the error of eta due to rounding in a run, see :func:`rounding_error`."""
     if outcome.engine != "lammps" or outcome.timestep is None:
         return rounding_error(outcome.engine, scene)
     return rounding_of_steps(scene, outcome.scheme, outcome.timestep)
@@ -127,20 +102,8 @@ def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
     """
     Return the error of eta due to rounding that the collision amplifies.
 
-    Parameters
-    ----------
-    engine : str
-        ``lammps`` holds absolute coordinates; the others hold strains.
-    jitter : float
-        Change of the in-house eta when all roundings change.
-    scene : Scene
-        The collision.
-
-    Returns
-    -------
-    float
-        The jitter with a reserve; for LAMMPS, times how much more coarsely coordinates are rounded
-        than strains.
+    `jitter` is the change of the in-house eta when all roundings change, to which a reserve is
+    added; for ``lammps``, times how much more coarsely coordinates are rounded than strains.
     """
     n = scene.all_particles
     coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0

@@ -37,11 +37,9 @@ def certain_at(
     Parameters
     ----------
     bond : Potential
-        Its bonds.
-    impact_velocity : float
-        With which it came, cold: that is all its energy.
-    momentum : float
-        It has now; positive.
+        Of all bonds.
+    impact_velocity, momentum : float
+        With which it came, cold, so that it is all its energy; and what it has now, positive.
     wall_distance : float
         Of particle 1.
     strains : ndarray of shape (n - 1,)
@@ -49,7 +47,7 @@ def certain_at(
     now, last_contact : float
         Since the first contact.
     masses : ndarray of shape (n,), optional
-        Of the particles; 1 by default.
+        1 by default.
 
     Returns
     -------

@@ -96,19 +96,9 @@ def are_equal(masses: Array) -> bool:
 
 def body_modes(masses: Array, stiffness: float) -> BodyModes:
     """
-    Return the modes of a body; those of the last few are kept.
+    Return the modes of a body, not to be changed; those of the last few are kept.
 
-    Parameters
-    ----------
-    masses : ndarray of shape (n,)
-        From the contact outward.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    BodyModes
-        Not to be changed.
+    `masses`, of shape (n,), go from the contact outward; `stiffness` is U''(1).
     """
     return _kept(masses.tobytes(), stiffness)
 

@@ -55,17 +55,9 @@ class ScalarForce:
 @lru_cache(maxsize=KEPT)
 def scalar_force(bond: Potential) -> ScalarForce | None:
     """
-    Return the force of a bond for compiled loops.
+    Return the force of a bond for compiled loops: its `force_kernel`, or its user's function.
 
-    Parameters
-    ----------
-    bond : Potential
-        Its `force_kernel` is taken where it has one; else its user's function is tried.
-
-    Returns
-    -------
-    ScalarForce or None
-        None where there is no function that compiles and then gives the same numbers.
+    None where there is no function that compiles and then gives the same numbers.
     """
     if bond.force_kernel is not None:
         return ScalarForce(bond.force_kernel, bond.parameters, Keep.ALL)
@@ -125,36 +117,18 @@ class LoopCompiler:
     @classmethod
     def for_force(cls, force: ScalarForce, kind: str = "") -> "LoopCompiler":
         """
-        Return the compiler for loops around a force.
+        Return the compiler for loops around a force, with a label of its own.
 
-        Parameters
-        ----------
-        force : ScalarForce
-            The force.
-        kind : str
-            Names the kind of line, where loops of several are compiled.
-
-        Returns
-        -------
-        LoopCompiler
-            With a label of its own.
+        `kind` names the kind of line, where loops of several are compiled.
         """
         function = force.function
         return cls(f"{function.__module__}.{function.__qualname__}{kind}", force.keep)
 
     def register(self, function: Callable) -> Callable:
         """
-        Make a function known to the compiler.
+        Make a function known to the compiler; it may close over registered functions.
 
-        Parameters
-        ----------
-        function : callable
-            Plain Python; it may close over registered functions.
-
-        Returns
-        -------
-        callable
-            A plain copy, to be called from compiled functions.
+        Returns a plain copy, to be called from compiled functions.
         """
         # Inlined: a call that hands arrays over costs as much as a short loop.
         return self._noted(function, inline=True)
@@ -169,17 +143,9 @@ class LoopCompiler:
 
     def register_foreign(self, name: str) -> Callable:
         """
-        Make a function of another library known: of addresses, and of no result.
+        Make a function of another library, of that name, known: of addresses, and of no result.
 
-        Parameters
-        ----------
-        name : str
-            As that library exports it; `tell_address` is told where it is.
-
-        Returns
-        -------
-        callable
-            Stands for it in functions to be compiled.
+        Returns what stands for it in functions to be compiled; `tell_address` is told where it is.
         """
 
         def foreign(*addresses: int) -> None:
@@ -191,17 +157,10 @@ class LoopCompiler:
 
     def compile(self, function: Callable) -> KeptLoop:
         """
-        Compile a function that Python calls.
+        Compile a function that Python calls, at its first call, or load it.
 
-        Parameters
-        ----------
-        function : callable
-            Closes over registered functions only. Neither it nor these allocate anything.
-
-        Returns
-        -------
-        KeptLoop
-            Compiled at its first call, or loaded. Other threads of Python run meanwhile.
+        It closes over registered functions only; neither it nor these allocate anything. Other
+        threads of Python run meanwhile.
         """
         own = self._own(function)
 
@@ -219,17 +178,8 @@ class LoopCompiler:
         """
         Compile a function that Python calls, and that takes memory, which Numba alone can do.
 
-        Parameters
-        ----------
-        function : callable
-            Closes over registered functions only.
-        threaded : bool
-            Whether other threads of Python run meanwhile.
-
-        Returns
-        -------
-        callable
-            Compiled at its first call, or loaded.
+        It closes over registered functions only. Whether other threads of Python run meanwhile says
+        `threaded`. Compiled at its first call, or loaded.
         """
         from numba import njit
 

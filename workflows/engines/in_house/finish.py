@@ -59,21 +59,7 @@ class LastContact:
 
 
 def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Return u_i = x_i - (i - 1).
-
-    Parameters
-    ----------
-    position : float
-        Displacement of the first particle.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-
-    Returns
-    -------
-    ndarray of shape (n,)
-        Displacements.
-    """
+    """Return u_i = x_i - (i - 1), of shape (n,), of u_1 and the strains of n - 1 bonds."""
     return np.cumsum(np.concatenate(([position], strains)))
 
 
@@ -92,30 +78,11 @@ def finish(
     energy_end: float | None = None,
 ) -> Outcome:
     """
-    Put an outcome together.
+    Put the outcome of a scene together from the state that counts.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collided.
-    last : LastContact
-        The state that counts.
-    scheme, timestep, ending, duration, seconds, force_evaluations, frames
-        As in `Outcome`.
-    bond_range : tuple of float
-        Shortest and longest bond up to the last contact.
-    energy_end : float, optional
-        Energy after the last contact, where strains do not hold it to all digits.
-
-    Returns
-    -------
-    Outcome
-        The outcome.
-
-    Raises
-    ------
-    TimestepError
-        If the chain has gained energy as only unstable steps can.
+    `scheme` and the others are those of `Outcome`; `bond_range` is the shortest and longest bond up
+    to the last contact; `energy_end` the energy after it, where strains do not hold it to all
+    digits. Raises TimestepError if the chain has gained energy as only unstable steps can.
     """
     bond, line = scene.bond, scene.line
     energy_start, energy_last = _energies(scene, last)
@@ -190,19 +157,7 @@ def run_single_particle(
     """
     Return the outcome for one particle, which bounces once and keeps its speed.
 
-    Parameters
-    ----------
-    scene : Scene
-        With one particle.
-    scheme, timestep
-        As in `Outcome`.
-    frame_interval : float or None
-        Whether a snapshot is asked for: the collision is over at t = 0, so there is one.
-
-    Returns
-    -------
-    Outcome
-        The outcome.
+    With a `frame_interval` it has one snapshot: the collision is over at t = 0.
     """
     velocities = np.array([scene.impact_velocity])
     frames = None
@@ -227,17 +182,10 @@ def run_single_particle(
 
 def allowed_strains(bond: Potential) -> tuple[float, float]:
     """
-    Return the strains at which a run must stop.
+    Return the strains at which a run must stop: the floor, and the ceiling.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bonds; particles of harmonic ones may pass through each other.
-
-    Returns
-    -------
-    tuple of float
-        Where particles meet or the bond's own data end, and its barrier or that end.
+    The floor is where particles meet (those of harmonic bonds may pass through each other) or the
+    bond's own data end; the ceiling its barrier or that end.
     """
     return bond.crossing_strain, min(bond.barrier_strain, bond.strain_max)
 
@@ -246,23 +194,10 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
     """
     Name what is wrong with the strains of a chain.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    low, high : float
-        Smallest and largest strain met.
-    time : float
-        When, since the first contact.
-    remedy : str
-        What to do where the numerics are at fault.
-
-    Returns
-    -------
-    RunError
-        `BarrierError` if a bond is beyond its energy barrier, `CrossingError` if a bond that can
-        be shorter than nothing is, `BondRangeError` if one has left its own data, `TimestepError`
-        if it cannot be there, or is not a number.
+    `low` and `high` are the smallest and largest met, `time` is counted from the first contact,
+    `remedy` says what to do where the numerics are at fault. `BarrierError` if a bond is beyond its
+    energy barrier, `CrossingError` if a bond that can be shorter than nothing is, `BondRangeError`
+    if one has left its own data, `TimestepError` if it cannot be there, or is not a number.
     """
     bond = scene.bond
     barrier = bond.barrier_strain
@@ -294,21 +229,7 @@ def strain_error(scene: Scene, low: float, high: float, time: float, remedy: str
 
 
 def unfinished_error(scene: Scene, longest: float) -> UnfinishedCollisionError:
-    """
-    Name a collision that does not end.
-
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    longest : float
-        The time that was reached.
-
-    Returns
-    -------
-    UnfinishedCollisionError
-        To be raised.
-    """
+    """Name a collision that does not end, of which so long a time was followed."""
     return UnfinishedCollisionError(
         f"a time of {longest:.6g} after the first contact the {scene.particles} particles still "
         "approach the wall; expected a wall that turns them round in the time that sound needs to "

@@ -53,7 +53,7 @@ def follow(
     Parameters
     ----------
     scene : Scene
-        The collision; at least one bond.
+        With at least one bond.
     strains : ndarray of shape (N - 1,)
         Of all bonds along x, with the gap.
     velocities : ndarray of shape (N,)
@@ -62,11 +62,6 @@ def follow(
         The state's time, and when the last contact ended, since the first.
     shortest : float
         Shortest bond so far: with it the steps shrink.
-
-    Returns
-    -------
-    Flight
-        The next contact or the end.
 
     Raises
     ------

@@ -46,21 +46,9 @@ def run(scene: Scene) -> Outcome:
     """
     Return the outcome of a collision in the limit of high speed.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides; only n, v0 and the diameter of its bonds matter.
-
-    Returns
-    -------
-    Outcome
-        Scheme ``hard-sphere``, no timestep, restitution 1. The bonds' diameter is the shortest
-        bond.
-
-    Raises
-    ------
-    CrossingError
-        If the bond cannot stop two particles that meet at this speed.
+    Only n, v0 and the diameter of its bonds, which is the shortest bond, matter. Scheme
+    ``hard-sphere``, no timestep, restitution 1. Raises CrossingError if the bond cannot stop two
+    particles that meet at this speed.
     """
     particles, speed = scene.particles, scene.impact_velocity
     if particles == 1:
@@ -83,7 +71,7 @@ def run(scene: Scene) -> Outcome:
 
 def deviation(scene: Scene) -> float:
     """
-    Estimate how far the restitution of the bonds is from that of hard spheres.
+    Estimate how far the restitution of the bonds is from that of hard spheres, a bound of 1 - eta.
 
     A pair keeps its energy exactly and a triple is the smallest chain that does not. A chain of n
     has (n - 1)(n - 2)/2 encounters of three, and so many times the loss of a triple at the same
@@ -93,22 +81,8 @@ def deviation(scene: Scene) -> float:
 
     The loss is taken from the energy of the triple's vibration, which is far below the rounding of
     eta itself. Where the triple's own bonds get too short to be followed, it is extrapolated from
-    half the speed, or a quarter and so on, by the slowest fall with speed that was measured.
-
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-
-    Returns
-    -------
-    float
-        Bound of 1 - eta.
-
-    Raises
-    ------
-    TimestepError
-        If a triple of such bonds cannot be followed at any of the speeds tried.
+    half the speed, or a quarter and so on, by the slowest fall with speed that was measured. Raises
+    TimestepError if a triple of such bonds cannot be followed at any of the speeds tried.
     """
     particles = scene.particles
     if particles < 3:
@@ -136,18 +110,10 @@ def deviation(scene: Scene) -> float:
 
 def vibration(scene: Scene) -> float | None:
     """
-    Return the share of the energy that does not come back.
+    Return the share of the energy that three particles do not get back.
 
-    Parameters
-    ----------
-    scene : Scene
-        Three particles.
-
-    Returns
-    -------
-    float or None
-        Energy of their vibration after the collision over that before; None where the bonds are
-        too short to be stepped.
+    That is the energy of their vibration after the collision over all before; None where the bonds
+    are too short to be stepped.
     """
     from chaincor.workflows.engines.in_house import adaptive
 
@@ -164,22 +130,8 @@ def stopping_length(bond: Potential, speed: float) -> float:
     """
     Return the length at which a bond stops two particles that meet with +-v0.
 
-    Parameters
-    ----------
-    bond : Potential
-        The bond.
-    speed : float
-        v0.
-
-    Returns
-    -------
-    float
-        d with U(d) = v0^2, 0 <= d < 1; zero where it is below the rounding of a strain.
-
-    Raises
-    ------
-    CrossingError
-        If U at zero length is finite and too low.
+    That is d with U(d) = v0^2, 0 <= d < 1; zero where it is below the rounding of a strain. Raises
+    CrossingError if U at zero length is finite and too low.
     """
     from scipy.optimize import brentq
 

@@ -57,20 +57,9 @@ def kernels_for(bond: Potential, scheme: StepScheme, kind: Kind = PLAIN) -> Kern
     """
     Return the loops for a bond potential, compiled once per process and cached on disk.
 
-    Parameters
-    ----------
-    bond : Potential
-        Where it has a `force_kernel`, that is compiled into the loops. Where it has not, its own
-        function is tried, and if that cannot be compiled NumPy steps the chain.
-    scheme : StepScheme
-        Of what kind steps are.
-    kind : Kind
-        Of the line: of what it does not have, its loops know nothing.
-
-    Returns
-    -------
-    Kernels
-        The loops.
+    Where the bond has a `force_kernel`, that is compiled into the loops. Where it has not, its own
+    function is tried, and if that cannot be compiled NumPy steps the chain. Steps are of the
+    scheme's kind; of what the kind of line does not have, its loops know nothing.
     """
     return _kernels_for(bond, scheme.build_leap, kind)
 

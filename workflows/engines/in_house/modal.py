@@ -63,15 +63,8 @@ def serves(scene: Scene) -> bool:
     """
     Return whether a scene is propagated by its modes.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-
-    Returns
-    -------
-    bool
-        Harmonic bonds and hard contacts; bodies of unequal masses no longer than `MOST_UNEQUAL`.
+    That takes harmonic bonds and hard contacts, and bodies of unequal masses no longer than
+    `MOST_UNEQUAL`.
     """
     line = scene.line
     if not scene.bond.is_harmonic:
@@ -147,19 +140,10 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
 
 def jitter(scene: Scene) -> float:
     """
-    Return how much eta changes when all roundings change.
+    Return how much eta changes, at most, when all roundings change; scenes are those of
+    :func:`run`.
 
     A common factor of all masses is a unit of time, on which eta does not depend.
-
-    Parameters
-    ----------
-    scene : Scene
-        As in :func:`run`.
-
-    Returns
-    -------
-    float
-        The largest change.
     """
     line, etas = scene.line, []
     for factor in (1.0, *_FACTORS):

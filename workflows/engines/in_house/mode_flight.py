@@ -47,32 +47,13 @@ class ModalGap:
     wall_distance: float = 0.0
 
     def copy(self) -> Self:
-        """
-        Return a motion that goes on independently.
-
-        Returns
-        -------
-        ModalGap
-            In the same state.
-        """
+        """Return a motion in the same state that goes on independently."""
         return replace(
             self, strain_modes=self.strain_modes.copy(), velocity_modes=self.velocity_modes.copy()
         )
 
     def drifted(self, duration: float) -> Self:
-        """
-        Return the state after a free flight.
-
-        Parameters
-        ----------
-        duration : float
-            How long; contacts are not looked for.
-
-        Returns
-        -------
-        ModalGap
-            A copy.
-        """
+        """Return a copy in the state after a free flight; contacts are not looked for."""
         from chaincor.workflows.engines.in_house.loops.mode_loops import rotate
 
         later = self.copy()

@@ -67,18 +67,9 @@ class MotionCoast:
 
     def fly(self, duration: float) -> bool:
         """
-        Fly on.
+        Fly on for at least a duration.
 
-        Parameters
-        ----------
-        duration : float
-            At least so long.
-
-        Returns
-        -------
-        bool
-            False where the gap gets smaller than allowed, or a bond longer: the bodies are there
-            then.
+        False where the gap gets smaller than allowed, or a bond longer: the bodies are there then.
         """
         steps = max(1, math.ceil(duration / self._step))
         done, most = 0, steps_at_once(len(self.moving.strain))
@@ -199,11 +190,8 @@ class LookAhead:
         """
         Look ahead from where the chain is.
 
-        Returns
-        -------
-        tuple of MotionCoast and Ending, or None
-            The coarse motion at the end of the collision, and that end; None where another
-            contact may come, or a bond may break.
+        Returns the coarse motion at the end of the collision, and that end; None where another
+        contact may come, or a bond may break.
         """
         ledger, scene = self._moving.ledger, self._scene
         now, last = self._times()
@@ -233,16 +221,8 @@ class LookAhead:
         """
         Say whether the chain keeps off the wall until a time from which on that is certain.
 
-        Parameters
-        ----------
-        until : float
-            See ``whole_end``.
-
-        Returns
-        -------
-        bool, float, int
-            Whether; when that was seen, or until when nothing more is known; and the force
-            evaluations so far.
+        Returns whether; when that was seen, or until when nothing more is known; and the force
+        evaluations so far. For the time see ``whole_end``.
         """
         ledger, scene = self._moving.ledger, self._scene
         now, _ = self._times()
@@ -342,22 +322,10 @@ def coarse_ceiling(bond: Potential) -> float:
 
 def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
     """
-    Return how short and long bonds get in free flight after the last contact.
+    Return how short and long bonds get in free flight for a time after the last contact.
 
-    Parameters
-    ----------
-    scene : Scene
-        At least two particles.
-    outcome : Outcome
-        Its collision, with the state right after the last contact.
-    duration : float
-        How long the flight is.
-
-    Returns
-    -------
-    tuple of float
-        Shortest and longest bond, good to some parts in 1e3 of their strains; flight ends early
-        where a bond is as no bond may be.
+    The `outcome` has the state right after that; there are two particles at least. Good to some
+    parts in 1e3 of their strains; flight ends early where a bond is as no bond may be.
     """
     line, bond = scene.line, scene.bond
     target = np.zeros(line.first), np.zeros(line.first)

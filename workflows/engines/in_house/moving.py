@@ -50,23 +50,9 @@ class Stepper:
     @classmethod
     def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
         """
-        Return the steps for a line.
+        Return the steps of a scheme, H in size, for a line.
 
-        Parameters
-        ----------
-        line : Line
-            The bodies.
-        bond : Potential
-            Its loops are compiled, or loaded, where they have not been yet.
-        scheme : str
-            Of ``schemes``.
-        step : float
-            The whole step H.
-
-        Returns
-        -------
-        Stepper
-            The steps.
+        The loops of its bond are compiled, or loaded, where they have not been yet.
         """
         kind, made_of = Kind.of(line), STEP_SCHEMES[scheme]
         kernels = kernels_for(bond, made_of, kind)
@@ -152,17 +138,8 @@ class Motion:
         """
         Return the bodies of a scene as they come, at t = 0; if they touch and approach, they met.
 
-        Parameters
-        ----------
-        scene : Scene
-            With at least one bond.
-        scheme : StepScheme
-            Which decides how far a step reaches.
-
-        Returns
-        -------
-        Motion
-            Of a cold chain at a hard wall only the bonds near that are in motion.
+        There is one bond at least. Of a cold chain at a hard wall only the bonds near that are in
+        motion; the scheme decides how far a step reaches.
         """
         line, speed = scene.line, scene.impact_velocity
         moving = cls.in_state(line, scene.bond, scheme, line.strains, line.velocities, speed)
@@ -181,7 +158,7 @@ class Motion:
         speed: float,
     ) -> "Motion":
         """
-        Return the bodies in any state, at t = 0, before any contact.
+        Return the bodies in any state, at t = 0, before any contact; all bonds move.
 
         Parameters
         ----------
@@ -197,11 +174,6 @@ class Motion:
             Along x.
         speed : float
             v0, which tells where a contact is likely and where the front of a cold chain is.
-
-        Returns
-        -------
-        Motion
-            In which all bonds move.
         """
         at_wall = line.at_wall
         # The target's first particle is at its place.
@@ -293,17 +265,9 @@ class Motion:
 
     def copy(self, room: int = 2 * motion.SPARE_CONTACTS) -> "Motion":
         """
-        Return a copy that can be moved without moving this one.
+        Return a copy that can be moved without moving this one, with room for so many contacts.
 
-        Parameters
-        ----------
-        room : int
-            For how many contacts.
-
-        Returns
-        -------
-        Motion
-            The same state, as after its first contact; scratch arrays are shared.
+        It has the same state, as after its first contact; scratch arrays are shared.
         """
         ledger = self.ledger.copy()
         ledger["contacts"] = min(int(ledger["contacts"]), 1)

@@ -125,25 +125,9 @@ def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> tuple[Ending, f
     """
     Go on with bodies that were left where its end may be argued, as :func:`run` does.
 
-    Parameters
-    ----------
-    scene : Scene
-        What collides.
-    moving : Motion
-        Which came back from its last steps with `motion.ARGUE`, its end not looked for before; it
-        is changed in place, and may get new room for contacts.
-    stepper : Stepper
-        Their steps.
-
-    Returns
-    -------
-    Ending, float, int
-        How the collision ends, when that was seen, and the force evaluations so far.
-
-    Raises
-    ------
-    RunError
-        As :func:`run`.
+    They came back from their last steps with `motion.ARGUE`, their end not looked for before, and
+    are changed in place; they may get new room for contacts. Returns how the collision ends, when
+    that was seen, and the force evaluations so far; raises RunError as :func:`run`.
     """
     look_ahead = LookAhead(scene, moving, stepper, _at_start(scene, stepper))
     frames = Recorder(moving, stepper, None)

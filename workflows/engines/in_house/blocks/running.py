@@ -71,25 +71,11 @@ def advance(
     cores: int,
 ) -> int:
     """
-    Take steps of a chain of which at least `LEAST_ACTIVE` bonds are in motion.
+    Take steps of a chain of which at least `LEAST_ACTIVE` bonds are in motion, on some cores.
 
-    Parameters
-    ----------
-    ledger, arrays
-        Of the chain; changed in place as by the loop over the whole chain, to the last bit.
-    stepper : Stepper
-        Its steps.
-    move : callable
-        From :func:`load`.
-    goal : int
-        How many steps shall be done, from the first contact on.
-    cores : int
-        On how many.
-
-    Returns
-    -------
-    int
-        Why it came back, see ``motion``.
+    Ledger and arrays are changed in place as by the loop over the whole chain, to the last bit.
+    `move` comes from :func:`load`; `goal` is how many steps shall be done, from the first contact
+    on. Returns why it came back, see ``motion``.
     """
     state = arrays.now
     # Blocks read the margins of each other from the state before: they write another one.

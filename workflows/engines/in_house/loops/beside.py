@@ -34,14 +34,8 @@ def meanwhile(function: Callable, *arguments: Any) -> Iterator[None]:
     Have another process call a function if a loop is compiled within the block.
 
     Nothing depends on whether it succeeds, or is tried at all: not on a single core, nor in worker
-    processes, which are as many as there are cores.
-
-    Parameters
-    ----------
-    function : callable
-        Of a module. It loads or compiles loops, so that they are kept on disk after the block.
-    arguments
-        Its arguments, which are pickled.
+    processes, which are as many as there are cores. The function, of a module, loads or compiles
+    loops, so that they are kept on disk after the block; its arguments are pickled.
     """
     helpers: list[subprocess.Popen] = []
 

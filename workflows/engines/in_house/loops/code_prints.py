@@ -10,22 +10,11 @@ import numpy as np
 
 def print_of(function: Callable) -> str:
     """
-    Return a fingerprint of a function.
+    Return a fingerprint of a plain function, alike for those that compute alike wherever they
+    stand.
 
-    Parameters
-    ----------
-    function : callable
-        Plain Python. It may use modules, numbers, classes, functions of NumPy and plain ones.
-
-    Returns
-    -------
-    str
-        Alike for functions that compute alike, wherever they stand.
-
-    Raises
-    ------
-    TypeError
-        If it uses something else, whose changes would not be seen.
+    It may use modules, numbers, classes, functions of NumPy and plain ones. Raises TypeError if it
+    uses something else, whose changes would not be seen.
     """
     parts: list[str] = []
     _describe(function, parts, set())
