@@ -22,6 +22,14 @@ def measurements() -> dict[str, dict[str, Any]]:
     ]
 
 
-def measured(name: str) -> Any:
-    """Return a measured constant by its name: one number, or one for each scheme."""
-    return measurements()[name]["value"]
+def measured(name: str, least: Any = 0.0) -> Any:
+    """
+    Return a measured constant by its name: one number, or one for each scheme.
+
+    It is nowhere less than `least`, of the same form: a choice, whose reason stands where it is
+    used.
+    """
+    value = measurements()[name]["value"]
+    if not isinstance(value, dict):
+        return max(value, least)
+    return {key: max(each, least[key] if least else each) for key, each in value.items()}

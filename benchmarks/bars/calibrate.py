@@ -6,8 +6,8 @@ Measure the constants that error bars and choices rest on, and write the file th
 
 Each constant is a quantile over random scenes of what the scene would have needed, times a reserve,
 rounded up to two digits. Without names all are measured, which takes about an hour; with names the
-others stay as they are. What no study here measures is
-reasoned, and its reason stands beside it in the code.
+others stay as they are. What no study here measures, and
+the least that a constant is taken for, are choices: their reasons stand beside them in the code.
 """
 
 import argparse
@@ -43,9 +43,6 @@ class Constant:
         Of the samples; 1 is the largest of them, 0 the least.
     reserve : float
         Factor on it, for scenes that were not drawn.
-    least : float or dict
-        Below which the constant is not taken, by key where there are several: what was measured
-        elsewhere, in scenes that are not drawn here. The reason stands beside the constant.
     scenes : float
         Scenes, as a share of those asked for: some studies are dear, some constants need few.
     """
@@ -54,50 +51,30 @@ class Constant:
     quantile: float
     reserve: float
     scenes: float = 1.0
-    least: float | dict[str, float] = 0.0
 
-    def value(self, key: str, samples: list[float]) -> tuple[float, float]:
+    def value(self, samples: list[float]) -> tuple[float, float]:
         """Return the quantile found and the constant."""
         found = float(np.quantile(samples, self.quantile))
         digits = 10.0 ** (math.floor(math.log10(max(self.reserve * found, 1e-30))) - 1)
         rounded = math.ceil if self.quantile > 0.0 else math.floor
-        value = float(f"{rounded(self.reserve * found / digits) * digits:.2g}")
-        least = self.least[key] if isinstance(self.least, dict) else self.least
-        return found, max(value, least)
+        return found, float(f"{rounded(self.reserve * found / digits) * digits:.2g}")
 
 
-# Constants are not taken below what wider studies once needed: honest bars of 300 scenes that break
-# and graze (coarser shares), long chains that break (tables), finer steps and slower chains
-# (rounding), chains of 1000 (jitter), 130 scenes of the trade-off (promises).
-_PROMISED = {"verlet": 40.0, "order4": 20.0, "order6": 20.0, "order8": 20.0}
-_COARSER = {
-    "verlet": 1.5,
-    "order4": 0.6,
-    "order6": 0.45,
-    "order8": 0.4,
-    "extrapolated14": 0.032,
-    # By theory 6e-4; the worst of 400 scenes was 1.3e-3, most of them breaking, or hit late.
-    "extrapolated12": 0.005,
-    # By theory 0.016; the worst of 1400 scenes was 0.09, as its errors change sign.
-    "srkn14": 0.2,
-}
 CONSTANTS = {
     "proof_share": Constant(bar_studies.proof_share, 0.995, 1.2),
-    "coarser_share": Constant(bar_studies.coarser_share, 0.995, 1.5, 0.3, _COARSER),
-    "adaptive_share": Constant(bar_studies.adaptive_share, 0.99, 2.0, 0.2, 0.3),
-    "table_sensitivity": Constant(
-        bar_studies.table_sensitivity, 1.0, 1.5, 0.2, {"spline": 2.0, "linear": 5.0}
-    ),
-    "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3, 6.0),
-    "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2, 15.0),
+    "coarser_share": Constant(bar_studies.coarser_share, 0.995, 1.5, 0.3),
+    "adaptive_share": Constant(bar_studies.adaptive_share, 0.99, 2.0, 0.2),
+    "table_sensitivity": Constant(bar_studies.table_sensitivity, 1.0, 1.5, 0.2),
+    "rounding_sensitivity": Constant(bar_studies.rounding_sensitivity, 1.0, 1.2, 0.3),
+    "short_drift_sensitivity": Constant(bar_studies.short_drift_sensitivity, 1.0, 1.2, 0.2),
     "extrapolated_sensitivity": Constant(bar_studies.extrapolated_sensitivity, 1.0, 1.2, 0.3),
-    "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2, 6.0),
+    "jitter_sensitivity": Constant(bar_studies.jitter_sensitivity, 0.98, 1.2, 0.2),
     "arithmetic_floor": Constant(bar_studies.arithmetic_floor, 1.0, 1.2, 0.3),
     "array_sensitivity": Constant(bar_studies.array_sensitivity, 0.99, 2.0, 0.2),
     "unseen_stretch": Constant(bar_studies.unseen_stretch, 1.0, 1.2, 0.2),
     "sphere_power": Constant(bar_studies.sphere_power, 0.0, 1.0, 0.1),
     "usual_error": Constant(step_samples.usual_error, 0.5, 1.0, 0.3),
-    "promise_reserve": Constant(step_samples.promise_reserve, 0.95, 1.0, 0.2, _PROMISED),
+    "promise_reserve": Constant(step_samples.promise_reserve, 0.95, 1.0, 0.2),
 }
 _WHAT_SCHEMES = (
     "Goals down to which a scheme is usually the cheapest; the loss is the time over that of the "
@@ -132,7 +109,7 @@ def measure(name: str, scenes: int, seed: int) -> dict[str, Any]:
         }
     constant = CONSTANTS[name]
     count = max(1, round(constant.scenes * scenes))
-    found = {key: constant.value(key, each) for key, each in constant.study(random, count).items()}
+    found = {key: constant.value(each) for key, each in constant.study(random, count).items()}
     scalar = set(found) == {""}
     return {
         "what": " ".join((constant.study.__doc__ or "").split()),
@@ -140,7 +117,6 @@ def measure(name: str, scenes: int, seed: int) -> dict[str, Any]:
         "found": _short(found[""][0]) if scalar else {k: _short(q) for k, (q, _) in found.items()},
         "quantile": constant.quantile,
         "reserve": constant.reserve,
-        "least": constant.least,
         "scenes": count,
         **common,
     }

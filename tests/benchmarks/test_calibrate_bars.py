@@ -5,28 +5,29 @@ import pytest
 
 from benchmarks.bars.calibrate import CONSTANTS, SCHEMES, Constant, draw
 from benchmarks.bars.scheme_costs import best_table
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_SHARE
+from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, ROUNDING_SENSITIVITY
 from chaincor.workflows.measured import measured, measurements
 
 # Another seed than any file's: scenes that the constant was not made by.
 SEED = 99
 # Studies of seconds. Of a quantile of 0.98 and more with its reserve, a few scenes hold all.
 QUICK = {
-    "proof_share": 3,
-    "coarser_share": 4,
-    "rounding_sensitivity": 3,
-    "arithmetic_floor": 10,
-    "unseen_stretch": 3,
+    "proof_share": (3, PROOF_SHARE),
+    "coarser_share": (4, COARSER_SHARE),
+    "rounding_sensitivity": (3, ROUNDING_SENSITIVITY),
+    "arithmetic_floor": (10, ARITHMETIC_FLOOR),
+    "unseen_stretch": (3, measured("unseen_stretch")),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
-def test_a_few_more_scenes_need_no_more_than_what_is_on_file(name):
-    value = measured(name)
-    for key, samples in CONSTANTS[name].study(draw(name, SEED), QUICK[name]).items():
-        on_file = value[key] if key else value
-        assert len(samples) == QUICK[name]
-        assert max(samples) <= on_file, (name, key)
+def test_a_few_more_scenes_need_no_more_than_what_is_taken(name):
+    count, value = QUICK[name]
+    for key, samples in CONSTANTS[name].study(draw(name, SEED), count).items():
+        assert len(samples) == count
+        assert max(samples) <= (value[key] if key else value), (name, key)
         assert max(samples) > 0.0, "a study that finds nothing measures nothing"
 
 
@@ -42,17 +43,22 @@ def test_the_file_has_every_constant_and_says_how_it_came_about():
             value, found = (
                 entry[each] if key is None else entry[each][key] for each in ("value", "found")
             )
-            least = entry["least"]
-            least = least[key] if isinstance(least, dict) else least
             # Rounded up, or down where a constant is a lower bound, to two digits.
-            wanted = max(entry["reserve"] * found, least)
-            assert value == pytest.approx(wanted, rel=0.11), (name, key)
+            assert value == pytest.approx(entry["reserve"] * found, rel=0.11), (name, key)
 
 
 def test_a_constant_is_its_quantile_times_its_reserve():
     constant = Constant(lambda *_: {}, quantile=0.5, reserve=1.5)
-    assert constant.value("", [1.0, 2.0, 30.0]) == (2.0, 3.0)
-    assert Constant(lambda *_: {}, 1.0, 1.0, least=5.0).value("", [1.234]) == (1.234, 5.0)
+    assert constant.value([1.0, 2.0, 30.0]) == (2.0, 3.0)
+
+
+def test_a_choice_counts_where_it_is_larger_than_what_was_measured():
+    found = measurements()["jitter_sensitivity"]["value"]
+    assert measured("jitter_sensitivity", 2.0 * found) == 2.0 * found
+    assert measured("jitter_sensitivity", 0.5 * found) == found
+    each = measurements()["coarser_share"]["value"]
+    larger = measured("coarser_share", each | {"verlet": 9.0})
+    assert larger == each | {"verlet": 9.0}
 
 
 def test_a_table_of_schemes_is_the_cheapest_that_never_goes_back():

@@ -11,16 +11,17 @@ from chaincor.workflows.measured import measured
 
 # LAMMPS holds absolute coordinates, up to n, rounded to n eps against displacements of order v0:
 # |error of eta| / (n eps/v0). It is larger where a drift of one stage is so short that its rounding
-# is no longer random: below so many n eps.
-ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity")
-SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity")
+# is no longer random: below so many n eps. By choice at least what finer steps and slower chains
+# than are drawn needed.
+ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity", 6.0)
+SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity", 15.0)
 SHORT_DRIFT = 1e3
 # The mixture of an extrapolated step amplifies rounding, by its worst case times this.
 EXTRAPOLATED_SENSITIVITY: float = measured("extrapolated_sensitivity")
 # Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
 # tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
-# error over jitter.
-JITTER_SENSITIVITY: float = measured("jitter_sensitivity")
+# error over jitter. By choice at least what chains of 1000 needed.
+JITTER_SENSITIVITY: float = measured("jitter_sensitivity", 6.0)
 # At tolerances below so many times the plain rounding, its amplification must be looked at. A
 # choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
 # agree any more, and the step's error says so.
