@@ -126,8 +126,48 @@ def looped_stages(source: Source) -> Stages:
     force, weighed = read.force, read.weighed
 
     # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
-    # that LLVM vectorises, and one pass costs less memory traffic than two. Bonds before the gap,
-    # the gap, bonds behind it: a question at every bond would cost more than its force.
+    # that LLVM vectorises, and one pass costs less memory traffic than two.
+    @register
+    def start_plain(
+        old: State,
+        new_strain: Array,
+        new_velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
+        strain, velocity = old
+        behind = 0.0
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            new_strain[i] = stretched
+            ahead = force(stretched, parameters)
+            new_velocity[i] = velocity[i] + kick * (behind - ahead)
+            behind = ahead
+        new_velocity[bonds] = velocity[bonds] + kick * behind
+
+    # In place by itself: where old and new are the same arrays, the loop above has no vectors.
+    @register
+    def stage_plain(
+        strain: Array,
+        velocity: Array,
+        bonds: int,
+        drift: float,
+        kick: float,
+        parameters: Parameters,
+    ) -> None:
+        behind = 0.0
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, parameters)
+            velocity[i] += kick * (behind - ahead)
+            behind = ahead
+        velocity[bonds] += kick * behind
+
+    # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more than
+    # its force.
     @register
     def bonds_from(
         begin: int,
@@ -231,7 +271,8 @@ def looped_stages(source: Source) -> Stages:
         return low, high
 
     looks = _without_gap(count_outside, extremes, source.kind, register)
-    return Stages(start, stage, drift, copy, mix, *looks)
+    steps = (start_plain, stage_plain) if source.kind.unit else (start, stage)
+    return Stages(*steps, drift, copy, mix, *looks)
 
 
 def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
