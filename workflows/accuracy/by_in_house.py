@@ -22,7 +22,7 @@ from chaincor.workflows.measured import measured
 # processor time, decides costs only.
 SHARPEST_FIXED = 60.0
 # Error of an adaptive run against its difference to those at ten and a hundred times its accuracy.
-# By choice three times what few scenes showed at most: 20 of them are measured.
+# By choice 0.3, nearly three times what 20 scenes showed at most: they are few.
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)

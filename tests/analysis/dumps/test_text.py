@@ -54,17 +54,6 @@ def test_the_order_follows_ids_that_change_between_frames():
 def test_a_frame_cut_anywhere_is_recognised(cut):
     with pytest.raises(TruncatedFrameError):
         read(FRAME[:cut])
-    with pytest.raises(TruncatedFrameError):
-        TextFrames("d").skip(io.BytesIO(FRAME[:cut]))
-
-
-def test_skipping_ends_where_reading_does():
-    stream = io.BytesIO(FRAME + FRAME)
-    reader = TextFrames("d")
-    assert reader.skip(stream)
-    assert stream.tell() == len(FRAME)
-    assert reader.skip(stream)
-    assert not reader.skip(stream)
 
 
 @pytest.mark.parametrize(

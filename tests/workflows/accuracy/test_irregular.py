@@ -135,7 +135,7 @@ def test_particles_that_would_pass_through_each_other_are_named(engine):
 
 
 def test_loops_of_users_bonds_do_not_pile_up():
-    for cached in (kernels._kernels_for, kernels._compile, kernels._compile_coast):
+    for cached in (kernels._kernels_for, kernels._compile):
         assert cached.cache_info().maxsize is not None
     scheme = STEP_SCHEMES["verlet"]
     bonds = [slack(name=f"bond {k}") for k in range(2)]

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import asdict
 
 import pytest
 
@@ -28,7 +29,7 @@ def test_no(capsys, monkeypatch):
     assert status == 1
     report = json.loads(out)
     assert report["healthy"] is False
-    assert report["findings"] == [bad.to_dict()]
+    assert report["findings"] == [asdict(bad)]
 
 
 @pytest.mark.slow
