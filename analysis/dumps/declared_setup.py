@@ -1,6 +1,6 @@
 """What the script of a run, or its log, says of units, springs and walls."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -57,20 +57,22 @@ def declared_setup(logs: Iterable[Path], scripts: Iterable[Path]) -> DeclaredSet
 
 def has_stock_wall(path: Path) -> bool:
     """Tell by a script or a log whether its run had the stock wall, ``fix wall/reflect``."""
-    return any(
-        words[0] == "fix" and "wall/reflect" in words
-        for line in path.read_text(errors="replace").splitlines()
-        if (words := line.split("#")[0].split())
-    )
+    return any(words[0] == "fix" and "wall/reflect" in words for words in _lines(path))
 
 
 def _commands(path: Path) -> list[list[str]]:
-    lines = (line.split("#")[0].split() for line in path.read_text(errors="replace").splitlines())
     return [
         words
-        for words in lines
-        if words and words[0] in _COMMANDS and not any("$" in word for word in words)
+        for words in _lines(path)
+        if words[0] in _COMMANDS and not any("$" in word for word in words)
     ]
+
+
+def _lines(path: Path) -> Iterator[list[str]]:
+    """Yield the words of each line of a script or a log, without comments and empty lines."""
+    for line in path.read_text(errors="replace").splitlines():
+        if words := line.split("#")[0].split():
+            yield words
 
 
 def _setup_of(commands: Sequence[list[str]]) -> DeclaredSetup:
