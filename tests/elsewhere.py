@@ -154,7 +154,7 @@ def run_suite(name: str, setting: Setting, arguments: list[str]) -> int:
     print(f"==== {name}: {describe(python)}", flush=True)
     command = [python, "-m", "pytest", "-q", "-p", "no:cacheprovider", *setting.options, *arguments]
     # Loops are compiled at leisure; pytest would do it once for each of its workers.
-    warm = [python, "-m", "tests.warm_kernels", "all"]
+    warm = [python, "-m", "tests.warm_kernels", *(() if "not slow" in arguments else ("all",))]
     subprocess.run(warm, cwd=ROOT, env=environment, check=True)
     with burning(setting.burners):
         return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode

@@ -37,7 +37,7 @@ POWERS = tuple(
         "power_c": -1.0 if order % 2 else 1.0,
         "speed": 0.1,
     }
-    for order in (3, 5, 6, 7, 8, 9)
+    for order in (3, 5, 6, 8)
 )
 # Of these also the loops of adaptive steps, of unequal masses and of two bodies.
 WAITED_FOR = ("toda", "lj")
@@ -89,7 +89,7 @@ def main() -> None:
         bonds = BONDS + POWERS if whole else BONDS
         more = [bond for bond in BONDS if whole or bond["potential"] in WAITED_FOR]
         tasks = [pool.submit(compile_bodies, bond) for bond in more]
-        tasks += [pool.submit(compile_adaptive, bond) for bond in (bonds if whole else more)]
+        tasks += [pool.submit(compile_adaptive, bond) for bond in more]
         tasks += [pool.submit(compile_steps, bond) for bond in bonds]
         tasks += [pool.submit(compile_masses, bond) for bond in more]
         tasks.append(pool.submit(compile_modes))

@@ -28,6 +28,12 @@ def test_the_same_run_replaces_its_file_and_no_other_kind(tmp_path, scene, key):
     assert path.read_text() == "particles = 5\n"
 
 
+def test_two_outputs_are_two_files(tmp_path):
+    with pytest.raises(InputError, match="dump and arrays share a path"):
+        collide(BY_LAMMPS.replace(dump=tmp_path / "out", arrays=tmp_path / "out"))
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_saved_job_is_replaced_by_the_same_collision_alone(tmp_path):
     kept = BY_LAMMPS.replace(save=tmp_path)
     collide(kept)

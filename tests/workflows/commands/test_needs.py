@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -126,6 +127,7 @@ def test_needs_are_what_is_loaded(folder, command):
         assert found == {*facts.needs, *more, *brought}, arguments
 
 
+@cache
 def imports_of(module):
     path = ROOT / module.replace(".", "/")
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")

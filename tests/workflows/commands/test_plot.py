@@ -181,6 +181,7 @@ def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, 
         (("--mean", "velocity"), "--mean is velocity, which these scenes do not differ in"),
         (("--mean", "particles", "--x", "contacts"), "which comes out of a collision"),
         (("--mean", "particles", "--colour", "contacts"), "--mean is drawn along curves"),
+        (("--by", "particles", "--colour", "contacts"), "--by makes curves and --colour"),
     ],
 )
 def test_means_that_make_no_sense_are_refused_by_name(plot, options, message):

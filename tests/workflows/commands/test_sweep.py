@@ -108,11 +108,24 @@ def test_an_axis_takes_the_place_of_what_contradicts_it(sweep_file):
         ("[axes]\nseed = {from = 1.0, to = 2.0}", "two whole numbers"),
         ("[axes]\nseed = {from = 2, to = 1}", "two whole numbers"),
         ("[axes]\nseed = {from = 1, to = 9, points = 3}", "two whole numbers"),
+        ("[axes]\nspeed = {from = 0.1, to = inf, points = 2}", "finite numbers"),
+        ("[axes]\nspeed = {from = true, to = 1.0, points = 2}", "finite numbers"),
+        (f"[axes]\nspeed = {{from = 0.1, to = 1{'0' * 400}, points = 2}}", "finite numbers"),
+        ('[axes]\nspeed = {from = 0.1, to = 1.0, points = 2, spacing = "cubic"}', "linear, or log"),
+        ("[axes]\nspeed = {from = 0.1, to = 1.0, points = 2.5}", "a whole number"),
+        (
+            "[axes]\nspeed = {from = 0.1, to = 1.0, points = 4000}\n"
+            "velocity = {from = 0.1, to = 1.0, points = 4000}",
+            "16000000 points; expected at most 10000000",
+        ),
+        ("zip = 3", "expected lists of axes"),
+        ('zip = ["speed"]', "expected lists of axes"),
         ('zip = [["speed", "particles"]]\n[axes]\nspeed = [1.0]\nparticles = [2, 3]', "lengths"),
         ('zip = [["speed"], ["speed"]]\n[axes]\nspeed = [1.0]', "each once"),
         ('[scene]\ndump = "a.dump"', "one place"),
         ("scene = 3", "expected a table"),
         ("arrays = 3", "true or false"),
+        ("store = 3", "expected the name of a file"),
     ],
 )
 def test_what_makes_no_sense_is_told(sweep_file, text, said):

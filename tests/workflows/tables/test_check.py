@@ -150,6 +150,12 @@ FAULTY = {
         "distance values differ",
     ),
     "EQ outside": ({"head": {"EQ": [3.0]}}, "EQ 3"),
+    "two rows": ({"rows": 2}, "it has 2 rows; expected"),
+    "a keyword of digits": ({"name": "12"}, "has no keyword"),
+    "a pair at no distance": (
+        {"kind": "pair", "spoil": lambda d, h: h.pop("R") and _with(d, 0, 0, 0.0)},
+        "distances begin at 0",
+    ),
     "a header of words": ({"head": {"ROWS": [3]}}, "expected 'N rows'"),
 }
 

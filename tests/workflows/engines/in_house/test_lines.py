@@ -15,6 +15,8 @@ from chaincor.workflows.engines.in_house.follow import follow
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 CASES = json.loads((Path(__file__).parents[3] / "reference_general.json").read_text())["cases"]
+# Loops of lj are compiled before the tests, those of other bonds are waited for.
+CASES.sort(key=lambda case: case["potential"] != "lj")
 ORDER8 = Numerics(scheme="order8", timestep=0.1)
 
 
@@ -57,6 +59,7 @@ def test_a_chain_of_unit_masses_is_the_plain_one(potential):
     )
 
 
+@pytest.mark.slow
 def test_contact_of_two_masses_at_the_published_minimum():
     # e = 0.178 at a ratio of 1.434 47 (the heavier particle at the wall), of which the square root
     # of eta is e; a minimum is flat, so that the ratio's rounding does not matter.
@@ -64,6 +67,7 @@ def test_contact_of_two_masses_at_the_published_minimum():
     assert eta_of(scene, stepping.run(scene, ORDER8)) ** 0.5 == pytest.approx(0.178465, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bodies", "published"), [((50, 50), 0.96581), ((10, 20), 0.50721), ((50, 100), 0.50299)]
 )
@@ -89,7 +93,7 @@ SCENES = [
     Scene(particles=8, masses=[1, 3], target_particles=5, target_masses=[2, 1, 0.5]),
     Scene(particles=9, target_particles=4, contact="power", contact_stiffness=3.0),
     Scene(potential="toda", particles=6, masses=[4, 1], contact="power", contact_exponent=2),
-    Scene(potential="log", particles=5, target_particles=1, target_masses=[7]),
+    Scene(particles=5, target_particles=1, target_masses=[7]),
 ]
 NAMES = ["hard", "hertz", "soft-wall", "one-particle"]
 
@@ -177,7 +181,6 @@ def test_soft_contacts_of_whole_powers_keep_the_order(exponent):
 def test_one_particle_on_a_soft_wall_comes_back_whole():
     # Conservative: all its energy; the contact of a spring lasts half a period, pi sqrt(m/K).
     scene = Scene(
-        potential="harmonic",
         velocity=0.1,
         particles=1,
         masses=[4.0],
