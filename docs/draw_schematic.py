@@ -26,9 +26,8 @@ def draw() -> str:
         *_axis(326.0),
     ]
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 640 366" {_STYLE}>\n'
-        + "\n".join(parts)
-        + "\n</svg>\n"
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="640" height="366" '
+        f'viewBox="0 0 640 366" {_STYLE}>\n' + "\n".join(parts) + "\n</svg>\n"
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
 from chaincor.workflows.durations import LINE_SECONDS, LineAMinute, format_duration
+from chaincor.workflows.engines.in_house.loops.beside import COMPILING
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -147,10 +148,16 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
     # The bar is short, so that the words beside it stay whole on 80 columns.
     columns = (SpinnerColumn(), BarColumn(10), TextColumn("{task.description}"))
     with Progress(*columns, console=console, transient=True, auto_refresh=False) as bar:
-        task = bar.add_task("", total=expected)
+        task, compiled = bar.add_task("", total=expected), 0.0
         while True:
             elapsed = time.monotonic() - started
-            words = _told(elapsed, expected, known, format_duration(elapsed))
+            begin = format_duration(elapsed)
+            if COMPILING.is_set():
+                elapsed, compiled = 0.0, elapsed
+                words = f"{begin}, compiling loops, as the first run of a kind of bond does"
+            else:
+                elapsed -= compiled
+                words = _told(elapsed, expected, known, begin)
             bar.update(task, completed=min(elapsed, expected), description=words)
             bar.refresh()
             if done.wait(_REFRESH_SECONDS):

@@ -1,5 +1,6 @@
 """An exercise that knows its answer, and what those get who go wrong in a usual way."""
 
+import html
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -78,6 +79,10 @@ class Verdict:
 
     def __repr__(self) -> str:
         return self.says
+
+    def _repr_html_(self) -> str:
+        # Of plain text JupyterLab breaks lines within words.
+        return f"<p>{html.escape(self.says)}</p>"
 
 
 # What can go wrong with any number, tried after an exercise's own mistakes.

@@ -23,7 +23,6 @@ _PART_OF_OUTPUT = re.compile(r"\((cd \S+ && .*?)(?: 2> /dev/null)? \| (grep|tail
 # Outside of quotes, which shells of Windows know, too.
 _OF_A_SHELL = re.compile(r"[|;&<>$`()*']")
 _FILE = re.compile(r"# ([\w.-]+\.(?:py|toml))\n")
-_ATTACHED = re.compile(r"\]\(attachment:([\w.-]+)\)")
 _LINK = re.compile(r"\[([^\]]*)\]\((?!http)([^)]*)\)")
 
 # What a notebook is besides its cells. The version of Python is the reader's, and left out.
@@ -65,14 +64,11 @@ def notebook(page: Path, *, solutions: bool = True) -> str:
     text = page.read_text(encoding="utf-8")
     text = _SOLUTION.sub(r"**Solution.**\n\1" if solutions else "", text)
     title, _, rest = text.partition("\n")
-    parts = [title, _cell(_BEGIN.format(page.stem)), *_parts(rest, solutions)]
+    parts = [title, _cell(_BEGIN.format(page.stem)), *_parts(rest, solutions, page)]
     made = jupytext.reads("\n\n".join(part for part in parts if part), fmt="md")
     made.metadata = _METADATA
     for number, cell in enumerate(made.cells):
         cell["id"] = f"cell-{number}"
-        pictures = _ATTACHED.findall(cell.source)
-        if pictures:
-            cell["attachments"] = {name: _attachment(page, name) for name in pictures}
     return str(jupytext.writes(made, fmt="ipynb"))
 
 
@@ -84,7 +80,7 @@ _SHOW = """from IPython.display import Image
 Image("{}")"""
 
 
-def _parts(text: str, captions: bool) -> Iterator[str]:
+def _parts(text: str, captions: bool, page: Path) -> Iterator[str]:
     """Yield prose and cells in turn."""
     place, shows_itself = 0, False
     drawn = "".join(code for _, code in _BLOCK.findall(text))
@@ -95,7 +91,7 @@ def _parts(text: str, captions: bool) -> Iterator[str]:
             yield from _cells(kind, code, found[0])
             shows_itself = kind == "python" and ".plot." in code
         elif picture not in drawn:
-            yield f"![{words}](attachment:{picture})"
+            yield f"![{words}]({_data(page, picture)})"
         else:
             if not shows_itself:
                 yield _cell(_SHOW.format(picture))
@@ -142,10 +138,11 @@ def _cell(code: str) -> str:
     return f"```python\n{code.rstrip()}\n```"
 
 
-def _attachment(page: Path, name: str) -> dict[str, str]:
+def _data(page: Path, name: str) -> str:
+    """Return a picture as an address that holds it: JupyterLab shows no SVG that is attached."""
     kind, _ = mimetypes.guess_type(name)
     data = (page.parent / ".." / "images" / name).read_bytes()
-    return {kind or "image/png": base64.b64encode(data).decode()}
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
 def _without_links(text: str) -> str:

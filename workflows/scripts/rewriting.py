@@ -61,8 +61,8 @@ class Change:
         Share of the box by which all particles are displaced before the first run.
     frames : bool
         Whether positions are written with the samples.
-    samples : bool
-        Whether anything is sampled.
+    printed : bool
+        Whether a number is read from what the script prints, and all thermo output stays.
     """
 
     finer: float = 1.0
@@ -73,7 +73,7 @@ class Change:
     scale_periods: bool = False
     shaken: float = 0.0
     frames: bool = False
-    samples: bool = True
+    printed: bool = False
 
 
 def rewrite_folder(folder: Path, script: Path, change: Change) -> None:
@@ -132,7 +132,11 @@ def _command(command: str, folder: Path, change: Change) -> list[str]:
     if is_value and words[1] in change.variables:
         return [f"variable {words[1]} index {change.variables[words[1]]}"]
     words = _set(list(words), change)
-    if words[:2] == ["thermo_style", "custom"] and change.samples:
+    if words[:2] == ["thermo_style", "custom"]:
+        if not change.printed:
+            # LAMMPS prints many fixes at multiples of their period alone, and a run at another step
+            # seldom ends at one; the columns stay as many.
+            words = ["time" if re.match(r"[fv]_", word) else word for word in words]
         # LAMMPS knows no keyword that its thermo output does not have.
         keywords = [each for each in change.quantities if not re.match(r"[cfv]_", each)]
         words += [each for each in keywords if each not in words]
@@ -212,9 +216,8 @@ def _included(folder: Path, change: Change) -> dict[str, str]:
         before.append(
             f'if "${{chaincor_first}} == 1" then "{shake}" "variable chaincor_first string 0"'
         )
-    if change.samples:
-        ready = "*".join(["v_chaincor_pre", *_defined(change.quantities)])
-        before.append(f'if "$({ready}) > 0" then "include {folder / _SAMPLE}"')
+    ready = "*".join(["v_chaincor_pre", *_defined(change.quantities)])
+    before.append(f'if "$({ready}) > 0" then "include {folder / _SAMPLE}"')
     before.append(
         "timestep $(ternary(v_chaincor_m<1,v_chaincor_dt,v_chaincor_dt*v_chaincor_n/"
         "ternary(v_chaincor_m<1,1,v_chaincor_m)):%.17g)"

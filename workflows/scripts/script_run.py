@@ -8,7 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError
@@ -156,6 +156,7 @@ def run_script(
         target = folder / path.relative_to(source)
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(path, target)
+    change = replace(change, printed=asked.pattern is not None)
     rewrite_folder(folder, folder / script.name, change)
     screen = folder / SCREEN_FILE
     variables = dict(change.variables)

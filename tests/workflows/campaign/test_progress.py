@@ -11,6 +11,7 @@ from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
 from chaincor.workflows.cli import main
+from chaincor.workflows.engines.in_house.loops.beside import COMPILING, a_loop_is_compiled
 
 
 def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):
@@ -24,6 +25,21 @@ def test_a_long_run_shows_how_long_it_takes(capsys, monkeypatch):
             time.sleep(0.05)
             shown += capsys.readouterr().err
     assert "about 2.0 h expected" in shown
+
+
+def test_a_first_run_says_that_it_compiles(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(progress, "_QUIET_SECONDS", 0.0)
+    shown = ""
+    deadline = time.monotonic() + 60.0
+    with show_elapsed(0.01), a_loop_is_compiled():
+        while "compiling loops" not in shown and time.monotonic() < deadline:
+            time.sleep(0.05)
+            shown += capsys.readouterr().err
+    assert "compiling loops, as the first run of a kind of bond does" in shown
+    assert "were expected" not in shown
+    assert not COMPILING.is_set()
 
 
 def test_what_is_known_of_a_long_run():

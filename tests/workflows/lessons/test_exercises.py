@@ -281,6 +281,11 @@ def test_a_function_that_fails_is_judged_in_one_line(function, told):
     assert repr(verdict).isprintable()
 
 
+def test_a_notebook_shows_a_verdict_as_text_that_it_may_wrap():
+    verdict = judge(Exercise("one number < 1", lambda: 0.5), ...)
+    assert verdict._repr_html_() == f"<p>{repr(verdict).replace('<', '&lt;')}</p>"
+
+
 def test_a_function_may_change_its_arguments():
     cubes = Exercise(
         "a function",

@@ -148,6 +148,31 @@ def test_keywords_that_a_script_does_not_print_are_sampled(tmp_path):
     assert set(run.numbers) == {"press:mean", "etotal:drift", "temp:mean"}
 
 
+PERIODS = (
+    "fix a all ave/time 5 2 10 c_thermo_temp\n"
+    "variable a equal f_a\n"
+    "thermo_style custom step temp f_a v_a\n"
+    "thermo_modify format 3 %12.6f\n"
+    "run 20\n"
+)
+
+
+def test_thermo_output_of_fixes_with_a_period_stops_no_run(tmp_path):
+    """33 steps, no multiple of 10: LAMMPS refuses to print ``f_a`` at such an end."""
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + PERIODS)
+    run, _ = one_run(path, tmp_path, ("temp",), finer=1.65)
+    assert run.failure is None
+    assert run.samples.end == pytest.approx(20 * 0.005, abs=1e-12)
+    # A number that the script prints may be one of these: there they stay.
+    asked = Asked(r"Step.*\n.* (\S+)$", ())
+    run = run_script(
+        path, [path], asked, Change(finer=1.65), name="x", lmp=find_lmp_command(),
+        scratch=tmp_path, timeout=600.0,
+    )  # fmt: skip
+    assert "compatible time" in run.failure
+
+
 def test_means_are_integrals_over_the_same_time():
     """Of a parabola: the trapezoidal rule errs by h^2/6 however samples lie, plain sums by h/2."""
     for count in (20, 23, 31):

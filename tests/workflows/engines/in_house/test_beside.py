@@ -7,6 +7,7 @@ import pytest
 
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.loops import beside
+from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
 
 
 def add(values):
@@ -55,6 +56,21 @@ def test_what_another_process_compiled_meanwhile_is_loaded(tmp_path, monkeypatch
     there = loop(add_squares)
     assert there(np.arange(4.0)) == 14.0
     assert there.compiled == 0
+
+
+def test_it_is_told_while_a_loop_is_compiled_and_not_while_it_is_loaded(monkeypatch):
+    told = []
+    compiled = KeptLoop._compile
+
+    def noted(self, arguments):
+        told.append(beside.COMPILING.is_set())
+        return compiled(self, arguments)
+
+    monkeypatch.setattr(KeptLoop, "_compile", noted)
+    for _ in range(2):
+        loop(add)(np.arange(4.0))
+        told.append(beside.COMPILING.is_set())
+    assert told == [True, False, False]
 
 
 def test_no_process_is_started_where_nothing_is_compiled(tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ import contextlib
 import pickle
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from typing import Any
@@ -24,6 +25,9 @@ function(*arguments)
 """
 # It started first and has less to do: if it is late by so many seconds, something holds it up.
 _PATIENCE = 10.0
+
+# Set while a loop is compiled: what shows how long a run takes says so.
+COMPILING = threading.Event()
 
 _START: ContextVar[Callable[[], None] | None] = ContextVar("_START", default=None)
 
@@ -46,9 +50,10 @@ def meanwhile(function: Callable, *arguments: Any) -> Iterator[None]:
     token = _START.set(start)
     try:
         yield
-        for helper in helpers:
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                helper.wait(_PATIENCE)
+        with a_loop_is_compiled() if helpers else contextlib.nullcontext():
+            for helper in helpers:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    helper.wait(_PATIENCE)
     finally:
         _START.reset(token)
         for helper in helpers:
@@ -56,11 +61,17 @@ def meanwhile(function: Callable, *arguments: Any) -> Iterator[None]:
             helper.wait()
 
 
-def a_loop_is_compiled() -> None:
-    """Start what is to be done meanwhile, if anything is."""
+@contextlib.contextmanager
+def a_loop_is_compiled() -> Iterator[None]:
+    """Start what is to be done meanwhile, if anything is, and say that a loop is compiled."""
     start = _START.get()
     if start is not None:
         start()
+    COMPILING.set()
+    try:
+        yield
+    finally:
+        COMPILING.clear()
 
 
 def _started(function: Callable, arguments: tuple) -> list[subprocess.Popen]:

@@ -111,8 +111,8 @@ class KeptLoop:
             key = _digest(place, print_of(self._function))
             found = _read(path, key)
             if found is None:
-                a_loop_is_compiled()
-                found = self._compile(arguments)
+                with a_loop_is_compiled():
+                    found = self._compile(arguments)
                 _write(path, key, found)
             return _loaded(found, kinds)
 
