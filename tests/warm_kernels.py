@@ -6,8 +6,8 @@ Compile loops of the named bonds once, before the tests start, in as many proces
 Without ``all`` only those that `make test` needs: every kind of loop for lj and toda, steps of
 other bonds.
 
-Left to the tests, every worker would compile for itself what the others compile meanwhile: half a
-minute for each bond. What is kept on disk already costs a second.
+Left to the tests, workers would wait for each other: half a minute for each bond. What is kept on
+disk already costs a second.
 """
 
 import os

@@ -18,7 +18,7 @@ Units: mass, stiffness and impact speed 1.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -236,7 +236,7 @@ class _EchoOfChain:
         return float(weights @ place), float(weights @ rate)
 
 
-def collide_long_chains(lengths: Iterable[int]) -> list[HarmonicCollision]:
+def collide_long_chains(lengths: Iterable[int]) -> Iterator[HarmonicCollision]:
     """
     Carry harmonic chains of many particles through their collisions.
 
@@ -248,17 +248,17 @@ def collide_long_chains(lengths: Iterable[int]) -> list[HarmonicCollision]:
     lengths : iterable of int
         Particles of each chain, 20 or more.
 
-    Returns
-    -------
-    list of HarmonicCollision
-        By length, the shortest first.
+    Yields
+    ------
+    HarmonicCollision
+        As they end: by length, the shortest first.
 
     Raises
     ------
     ValueError
         If a chain is shorter than 20 particles, where echoes overlap.
     """
-    pressed, results = PressedEnd(), []
+    pressed = PressedEnd()
     for particles in sorted(lengths):
         if particles < 20:
             raise ValueError(f"{particles} particles given; expected 20 or more")
@@ -271,9 +271,7 @@ def collide_long_chains(lengths: Iterable[int]) -> list[HarmonicCollision]:
             pass
         rebound = math.fsum(own.momenta) / particles - 1.0
         error = _ERROR_PER_PARTICLE * particles
-        found = HarmonicCollision(particles, rebound**2, error, len(own.times), own.times[-1])
-        results.append(found)
-    return results
+        yield HarmonicCollision(particles, rebound**2, error, len(own.times), own.times[-1])
 
 
 def front_lead(contacts: int = 2000) -> float:

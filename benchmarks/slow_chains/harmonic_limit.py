@@ -3,8 +3,9 @@ Harmonic chains to a million particles: to which limit does n^(2/3) (1 - eta) fa
 
     python -m benchmarks.slow_chains.harmonic_limit [--sizes 1000 10000 100000 1000000]
 
-Writes ``harmonic_limit.csv`` beside itself: 13 lengths within 6 % of each size, from 0.94 to 1.06.
-Their scatter is the phase of the last contacts, no error of calculation. Twelve minutes.
+Adds to ``harmonic_limit.csv`` beside itself what it lacks: 13 lengths within 6 % of each size, from
+0.94 to 1.06. Their scatter is the phase of the last contacts, no error of calculation. Twelve
+minutes in all; it may be stopped and goes on.
 """
 
 import argparse
@@ -22,19 +23,24 @@ SPREAD = np.linspace(0.94, 1.06, 13)
 
 
 def measure(sizes: list[int]) -> None:
-    """Write one row a chain."""
-    lengths = [round(size * part) for size in sizes for part in SPREAD]
-    with TABLE.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["particles", "loss", "contacts", "last_contact_time"])
-        for chain in collide_long_chains(lengths):
+    """Add the chains that the table lacks, as they end."""
+    lengths = {round(size * part) for size in sizes for part in SPREAD}
+    with TABLE.open("a+", newline="") as file:
+        file.seek(0)
+        known = {row["particles"] for row in csv.DictReader(file)}
+        writer = csv.writer(file, lineterminator="\n")
+        if not known:
+            writer.writerow(["particles", "loss", "contacts", "last_contact_time"])
+        for chain in collide_long_chains(n for n in lengths if str(n) not in known):
             row = [chain.particles, f"{1.0 - chain.restitution:.12e}", chain.contacts]
             writer.writerow([*row, f"{chain.last_contact_time:.4f}"])
+            file.flush()
 
 
 def fit() -> None:
     """Print means by size, and what is extrapolated from them."""
-    particles, loss = np.loadtxt(TABLE, delimiter=",", skiprows=1, usecols=(0, 1), unpack=True)
+    rows = np.loadtxt(TABLE, delimiter=",", skiprows=1, usecols=(0, 1))
+    particles, loss = rows[np.argsort(rows[:, 0])].T
     factor, lead = particles ** (2.0 / 3.0) * loss, front_lead()
     groups = factor.reshape(-1, len(SPREAD))
     sizes = particles.reshape(-1, len(SPREAD)).mean(axis=1)

@@ -110,6 +110,9 @@ class IntoStore:
         tasks = tasks_of(self.todo, in_flight)
         # Two sweeps that share a store come to different ones first.
         random.shuffle(tasks)
+        # Workers begin with different bonds, whose loops each compiles for all.
+        firsts = {task.scenes[0].label: task for task in tasks if len(task.scenes) > 1}
+        tasks.sort(key=lambda task: firsts.get(task.scenes[0].label) is not task)
         seconds = sum(sum(task.costs) for task in tasks)
         with progress_bar(progress, len(self.todo), seconds) as advance:
             carry_out(

@@ -77,7 +77,7 @@ def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
     """Collide long harmonic chains, which share the contacts before their first echo."""
     by_length = {scene.particles: scene for scene in scenes}
     started = time.process_time()
-    chains = collide_long_chains(by_length)
+    chains = list(collide_long_chains(by_length))
     seconds = (time.process_time() - started) / max(len(chains), 1)
     return {
         by_length[chain.particles]: Answer(

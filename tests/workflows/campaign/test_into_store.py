@@ -304,6 +304,25 @@ def test_what_cannot_be_done_together_is_done_alone(store, counted, monkeypatch,
     assert run_in_threads(store, alike).found == 40
 
 
+def test_workers_begin_with_different_bonds(store, monkeypatch, make_attempt):
+    begun = []
+
+    def instant(scenes):
+        begun.append({scene.label for scene in scenes})
+        return [make_attempt(scene).row for scene in scenes]
+
+    monkeypatch.setattr(into_store, "collide_to_rows", instant)
+    wide = Scene(particles=10, engine="reference", tolerance=1e-5)
+    scenes = [
+        wide.replace(potential=name, speed=0.1 + 0.001 * k)
+        for name in ("lj", "toda", "log")
+        for k in range(64)
+    ]
+    IntoStore(store, scenes).run(carry_out.Here(), in_flight=4)
+    assert len(begun) == 12
+    assert set.union(*begun[:3]) == {"lj", "toda", "log"}
+
+
 def test_the_longest_come_first_give_or_take_a_factor_of_two():
     scenes = [Scene(particles=n, speed=0.4) for n in (5, 500, 50, 1000, 10)]
     tasks = sorted(tasks_of(scenes, 1), key=carry_out._turn)

@@ -11,7 +11,8 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print
-from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop
+from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, folder_of_loops
+from chaincor.workflows.engines.in_house.loops.one_process import one_process
 
 # Multiply-add may round once instead of twice; nothing else may be reordered, so that steps stay
 # time-reversible to rounding. NumPy's division does not raise, which lets loops vectorise.
@@ -181,11 +182,21 @@ class LoopCompiler:
         It closes over registered functions only. Whether other threads of Python run meanwhile says
         `threaded`. Compiled at its first call, or loaded.
         """
-        from numba import njit
+        from numba import njit, typeof
 
         self._tell_numba({})
-        cache = self.keep is Keep.ALL
-        return njit(self._own(function), cache=cache, nogil=threaded, **OPTIONS)
+        own, kept = self._own(function), self.keep is Keep.ALL
+        compiled: Any = njit(own, cache=kept, nogil=threaded, **OPTIONS)
+        if not kept:
+            return compiled
+
+        def loop(*arguments: Any) -> Any:
+            if not getattr(compiled, "overloads", True):  # a plain function where Numba is off
+                with one_process(folder_of_loops(), own.__qualname__):
+                    compiled.compile(tuple(map(typeof, arguments)))
+            return compiled(*arguments)
+
+        return loop
 
     def _noted(self, function: Callable, inline: bool) -> FunctionType:
         own = self._own(function)

@@ -2,6 +2,8 @@
 
 import ctypes
 import math
+import subprocess
+import sys
 from types import ModuleType
 from typing import NamedTuple
 
@@ -16,10 +18,11 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.kernels import kernels_for
+from chaincor.workflows.engines.in_house.loops import one_process
 from chaincor.workflows.engines.in_house.loops.code_prints import has_print, print_of
-from chaincor.workflows.engines.in_house.loops.kept_loops import tell_address
+from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
-from tests.programs import python
+from tests.programs import ROOT, python
 
 SHARE = 0.5
 
@@ -126,6 +129,57 @@ def test_arguments_of_other_types_are_another_loop(tmp_path, monkeypatch):
     assert kernel.compiled == 2
     with pytest.raises(TypeError, match="expected numbers, arrays or records"):
         kernel(pair, weights, table, "3", *rest[1:])
+
+
+OTHER = """
+import sys
+from pathlib import Path
+from tests.workflows.engines.in_house import test_kept_loops as tests
+compiler = tests.LoopCompiler("a", keep=tests.Keep.ALL)
+kernel = compiler.compile(tests.build(compiler.register(tests.doubled)))
+print("up", flush=True)
+kernel(*tests.arguments())
+print(kernel.compiled)
+"""
+
+
+@pytest.mark.slow
+def test_what_one_process_compiles_another_waits_for(tmp_path, monkeypatch):
+    pytest.importorskip("fcntl")
+    others = []
+    compile_here = KeptLoop._compile
+
+    def compile_late(kept, given):
+        # The other finds nothing kept, and would be the first to compile it.
+        other = subprocess.Popen(
+            [sys.executable, "-c", OTHER], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        )
+        others.append(other)
+        assert other.stdout.readline() == "up\n"
+        with pytest.raises(subprocess.TimeoutExpired):
+            other.wait(1.0)
+        return compile_here(kept, given)
+
+    monkeypatch.setattr(KeptLoop, "_compile", compile_late)
+    kernel = loop(tmp_path, monkeypatch)
+    kernel(*arguments())
+    assert kernel.compiled == 1
+    assert others[0].communicate()[0] == "0\n"
+
+
+def test_who_holds_a_name_for_too_long_is_waited_for_no_more(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl")
+    asked = []
+
+    def taken(*given):
+        asked.append(given)
+        raise BlockingIOError
+
+    monkeypatch.setattr(fcntl, "lockf", taken)
+    monkeypatch.setattr(one_process, "_PATIENCE", 0.1)
+    with one_process.one_process(tmp_path / "new", "a loop"):
+        pass
+    assert len(asked) >= 2
 
 
 def test_functions_of_other_libraries_are_called_by_address(tmp_path, monkeypatch):

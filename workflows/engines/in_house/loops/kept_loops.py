@@ -25,6 +25,7 @@ import numpy as np
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.in_house.loops.beside import a_loop_is_compiled
 from chaincor.workflows.engines.in_house.loops.code_prints import print_of
+from chaincor.workflows.engines.in_house.loops.one_process import one_process
 
 # NumPy's flags that decide how compiled code reads an array: contiguous, aligned, writeable.
 _LAYOUT = 0x0001 | 0x0100 | 0x0400
@@ -107,13 +108,15 @@ class KeptLoop:
             name = name.replace("<lambda>", "lambda")
             # Of one place, so that what has become stale is written over.
             place = _digest(repr(kinds), _machine_print(), *self._called())
-            path = _folder() / f"{name}-{place[:16]}.loop"
+            path = folder_of_loops() / f"{name}-{place[:16]}.loop"
             key = _digest(place, print_of(self._function))
             found = _read(path, key)
             if found is None:
-                with a_loop_is_compiled():
-                    found = self._compile(arguments)
-                _write(path, key, found)
+                with a_loop_is_compiled(), one_process(path.parent, path.name):
+                    found = _read(path, key)  # another process may have compiled it
+                    if found is None:
+                        found = self._compile(arguments)
+                        _write(path, key, found)
             return _loaded(found, kinds)
 
     def _called(self) -> list[str]:
@@ -277,7 +280,7 @@ def _machine_print() -> str:
     return repr((versions, processor, llvm.get_host_cpu_features().flatten(), settings))
 
 
-def _folder() -> Path:
+def folder_of_loops() -> Path:
     """Return where loops are kept: as Numba keeps them, beside their source where that can be."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:

@@ -1,12 +1,15 @@
 """The loops over modes of harmonic bodies; imported where they run, for they bring Numba."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.contact_search import first_root
+from chaincor.workflows.engines.in_house.loops.kept_loops import folder_of_loops
+from chaincor.workflows.engines.in_house.loops.one_process import one_process
 
 # Terms of the Taylor series, see ``mode_flight``.
 TERMS = 26
@@ -263,7 +266,9 @@ def bounce(
     return MORE, contacts, flown, wall_distance
 
 
+@lru_cache(maxsize=1)
 def load_loop() -> None:
     """Load or compile the loop."""
     one, many = np.ones(1), np.ones((1, 1))
-    bounce(one, one, one, one, 1.0, 1.0, 0.0, 0.0, one, one, many, many)
+    with one_process(folder_of_loops(), "bounce"):
+        bounce(one, one, one, one, 1.0, 1.0, 0.0, 0.0, one, one, many, many)
