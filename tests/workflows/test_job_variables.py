@@ -169,8 +169,7 @@ def test_a_range_without_sense_is_refused(fields, table_range, line, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ranks", [2, 4])
-def test_any_number_of_processes_gives_the_same(ranks, tmp_path):
+def test_two_processes_give_the_same(tmp_path):
     mpiexec = Path(LMP).with_name("mpiexec")
     if not mpiexec.exists():
         pytest.skip("no mpiexec beside lmp")
@@ -180,7 +179,7 @@ def test_any_number_of_processes_gives_the_same(ranks, tmp_path):
     alone = run_lmp(tmp_path)
     environment = os.environ | {"LD_LIBRARY_PATH": str(find_mpi_library().parent)}
     done = subprocess.run(
-        [mpiexec, "-n", str(ranks), LMP, "-in", "in.chain"],
+        [mpiexec, "-n", "2", LMP, "-in", "in.chain"],
         cwd=tmp_path,
         env=environment,
         capture_output=True,

@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.campaign.collide_many import collide_many
+from chaincor.workflows.errors import RunError
 from tests.workflows.commands.test_run import chaincor
 
 WARM = ("run", "--potential", "toda", "--particles", "5", "--velocity", "0.08")
@@ -51,3 +54,31 @@ def test_samples_that_miss_their_tolerance_are_told(capsys):
     assert status == 1
     assert json.loads(out)["inexact"] == 1
     assert "1 do not meet the tolerance; seed 1: the error reached is" in err
+
+
+def test_the_text_says_what_few_samples_do_not_tell(capsys):
+    status, out, err = chaincor(capsys, *WARM, "--samples", "1", "--precision", "1e-3")
+    assert status == 0, err
+    assert "one sample does not tell how many are needed" in out
+    status, out, err = chaincor(capsys, *WARM, "--samples", "4", "--precision", "10")
+    assert status == 0, err
+    assert "mean of eta to 10: reached with 1 of these samples" in out
+    assert "too few samples" in out
+    # Steps so coarse that a bar reaches above 1.
+    coarse = ("--scheme", "verlet", "--timestep", "0.6")
+    status, out, err = chaincor(capsys, *WARM, "--samples", "4", *coarse)
+    assert "; for 1 the error bar leaves e > 1 open" in out, err
+
+
+def test_an_ensemble_without_a_number_says_why():
+    # Soft bonds whose particles pass through each other, in every sample.
+    scene = Scene(
+        potential="toda", particles=5, velocity=0.08, temperature=1e-4, engine="reference"
+    )
+    found = collide_many(scene.without("velocity").replace(toda_b=1.0, speed=5.0), 2, workers=1)
+    assert repr(found) == "<Ensemble of 2 collisions, none with a number>"
+    assert "none with a number" in found._repr_html_()
+    with pytest.raises(RunError, match=r"none of 2 collisions has a number: two particles meet"):
+        _ = found.eta
+    shown = repr(collide_many(scene, 2, workers=1))
+    assert shown.startswith("<Ensemble of 2 collisions: mean eta 0.")

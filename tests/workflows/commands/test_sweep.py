@@ -270,6 +270,10 @@ def test_a_limit_beyond_all_numbers_of_the_store_shows_all(chaincor, tmp_path, m
             "show", path, "--limit", limit, "--columns", "particles, speed"
         )
         assert (status, error, len(out.splitlines())) == (0, "", 3)
+    status, out, error = chaincor("show", path, "--limit", 1, "--columns", "particles")
+    assert (status, out.splitlines()[-1]) == (0, "1 of 2 rows; --limit 0 shows all")
+    status, out, error = chaincor("show", path, "--where", "particles=9", "--json")
+    assert (status, json.loads(out)["rows"]) == (0, [])
 
 
 def test_jobs_that_cannot_be_kept_are_refused_before_anything_fails(chaincor, sweep_file, tmp_path):
