@@ -284,7 +284,7 @@ def _contact_caveats(detection: DetectedContacts, bond: Potential | None) -> lis
         ]
     if detection.worst_miss > _LARGE_MISS:
         return [
-            "integrating from frame to frame misses the momentum of the dump by up to "
-            f"{detection.worst_miss:.1e} v0: contact times and speeds are no better than that"
+            "contact times and speeds are uncertain: integrated from frame to frame, the momentum "
+            f"differs from that of the dump by up to {detection.worst_miss:.1e} v0"
         ]
     return []

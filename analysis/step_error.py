@@ -207,7 +207,7 @@ def _with_error(analysis: CollisionAnalysis, error: float) -> CollisionAnalysis:
 
 def _why_alone(runs: Sequence[SteppedRun], steps: Sequence[float]) -> str:
     if len(runs) == 1:
-        return "one run does not tell the error of its own integration unless its log does"
+        return "there is one run, whose log does not tell it"
     if len(steps) == 1:
         return f"all runs have the step {steps[0]:g}"
     return "neither log nor script tells the step of every run"
@@ -238,7 +238,7 @@ def _why_incomparable(fine: SteppedRun, coarse: SteppedRun) -> str | None:
 def _without(run: SteppedRun, why: str) -> SteppedRun:
     caveat = (
         f"restitution_error is not known: {why}; a second job of the same collision at half the "
-        "step, in a folder of its own beside or below, would tell it. data_error covers the format "
-        "of the dump and reading it"
+        "step, in a folder beside this one or in it, would tell it. data_error is that of the "
+        "digits and frames of the dump"
     )
     return replace(run, analysis=_with_notes(run.analysis, (caveat,)))

@@ -287,7 +287,8 @@ def _with_hint(error: click.ClickException) -> str:
     if isinstance(error, click.NoSuchOption) and error.ctx is not None:
         options = [name for p in error.ctx.command.params for name in (*p.opts, *p.secondary_opts)]
         near = meant(error.option_name, [o.removeprefix("--") for o in options if o[:2] == "--"])
-        hint = "see --help" if near is None else f"did you mean '--{near}'?"
+        helps = "--help and --help-scene" if "--help-scene" in options else "--help"
+        hint = f"see {helps}" if near is None else f"did you mean '--{near}'?"
         return f"No such option: '{error.option_name}'; {hint}"
     return error.format_message()
 

@@ -25,4 +25,4 @@ def eta_of_dump(value: float, error: float | None, data_error: float) -> str:
     data = f"format and reading +- {data_error:.1e}"
     if error is not None:
         return f"{with_error(value, error)} ({data})"
-    return f"{known_digits(value, max(data_error, _FINEST))}   error of the run not known, {data}"
+    return f"{known_digits(value, max(data_error, _FINEST))}   (error of the run not known; {data})"

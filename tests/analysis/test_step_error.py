@@ -75,7 +75,7 @@ def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, capsys):
     alone = analyze_folder(fine).analysis
     assert result["restitution"] == alone.restitution
     assert alone.restitution_error is None
-    assert "one run does not tell" in alone.caveats[-1]
+    assert "there is one run, whose log does not tell it" in alone.caveats[-1]
 
 
 def test_a_job_with_another_step_below_it(tmp_path, truth):

@@ -61,7 +61,7 @@ Examples:
 @click.option(
     "--sensitivity",
     is_flag=True,
-    help="also print the derivatives of eta by speed, masses, bonds and contact",
+    help="also print the derivatives of eta with respect to speed, masses, bonds and contact",
 )
 @click.option("--json", "as_json", is_flag=True, help="print one JSON object")
 @click.pass_context

@@ -1,8 +1,8 @@
 """The words of a result, each explained in a sentence."""
 
 TERMS = {
-    "v*": "speed at which a bond no longer acts as a spring: one particle at v* has just the "
-    "kinetic energy that compresses a bond to where it stores twice the energy of a spring",
+    "v*": "speed at which a bond no longer acts as a spring: the kinetic energy of one particle "
+    "at v* compresses a bond so far that it stores twice the energy that a spring would",
     "restitution (energy)": "eta = K_r/K_i, final over initial kinetic energy of the centre of "
     "mass (with a free target: of the relative motion); after +- how far it may be from the exact "
     "number",
@@ -12,8 +12,8 @@ TERMS = {
     "contact, in units of sqrt(mass/stiffness)",
     "end": "how sure it is that no further contact comes: proved (energy and momentum rule it "
     "out), argued (it is very unlikely), or open",
-    "chain": "the centre of mass after the collision, its kinetic energy (translation), and all "
-    "other energy (vibration)",
+    "chain": "velocity of its centre of mass after the collision, or in a dump's last frame; "
+    "translation: the kinetic energy of that motion; vibration: all its other energy",
     "target": "the same of the free target",
     "bond lengths": "shortest and longest bond from the first contact to the last, 1 at rest; "
     "after +- how much farther they may have gone between two steps",
@@ -26,8 +26,8 @@ TERMS = {
     "run by": "engine (lammps, or reference: the in-house one); how the contact is met (event "
     "wall: located within a step; reflect wall: stock fix wall/reflect); the scheme that "
     "integrates; H, its time step",
-    "time": "wall-clock time of the run that gave the number, and of everything: scouting, tables, "
-    "runs for the error bar",
+    "time": "wall-clock time of the run that gave the number, and that of everything: set-up, "
+    "tables, runs for the error bar",
 }
 
 OF_DUMPS = {
@@ -41,13 +41,11 @@ OF_DUMPS = {
     "incoming speed": "speed of particle 1 just before a contact, in units of v0, the speed of the "
     "chain before its first contact",
     "vibration": "share of the energy in the last frame that is not translation of the chain",
-    "chain": "velocity of its centre of mass in the last frame, and its energy there",
-    "target": "the same of the free target",
-    "anharmonic remainder": "bond energy in the last frame that the modes, which are those of "
-    "springs, leave out",
+    "anharmonic remainder": "energy of the bonds in the last frame that is in no mode: modes are "
+    "exact for springs alone",
     "strongest modes": "the three vibrations with most energy in the last frame, and their shares "
     "of the energy of all modes; j = 1 has the longest wave, of two chain lengths",
-    "strongest at first": "the strongest modes in the first frame, where the chain came vibrating",
+    "strongest at first": "the strongest modes in the first frame, if the chain vibrated then",
     "note": "what limits the numbers above; where a note calls something impossible, trust none of "
     "the numbers: the exit status is then 1",
 }
@@ -64,10 +62,10 @@ OF_STUDIES = {
     "cause table": "difference of eta between tabulated and exact bonds, at the same steps",
     "cause rounding": "difference of eta between double precision and more digits, at the same "
     "steps",
-    "cause output": "what eta loses where it is read from a default dump, which has six digits; "
-    "it is not in the total",
-    "median, rms, worst": "of the absolute error of eta, over steps that differ by some "
-    "hundredths: where the three are far apart, the error of a single run is a matter of luck",
+    "cause output": "error of eta if it is computed from a default dump, which has six digits; "
+    "the total does not contain it",
+    "median, rms, worst": "of the absolute error of eta, over steps that differ by a "
+    "few per cent: where the three are far apart, the error of a single run is a matter of luck",
 }
 
 OF_SCRIPTS = {
@@ -75,7 +73,7 @@ OF_SCRIPTS = {
     "of rungs from coarse to fine",
     "regular": "the error is a smooth power of the step: the value can be extrapolated",
     "irregular": "the number jumps about between nearby steps; the jumps shrink with the step",
-    "noise": "the number jumps about, and the step has no part in it: only more runs help",
+    "noise": "the number jumps about, as much at every step: only more runs help",
     "bounded": "the runs do not decide between regular, irregular and noise: the means over each "
     "rung bound the error, and no order is given",
     "cannot tell": "the number has the same digits in all runs",

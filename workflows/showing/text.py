@@ -84,7 +84,8 @@ def closing(result: "Collision") -> list[str]:
     table = "" if result.table is None else f", {result.table} table of {result.table_points} rows"
     return [
         f"run by {result.engine}: {_meeting(result)}, {result.scheme}{step}{table}",
-        f"time {result.seconds:.3g} s for the number, {result.seconds_total:.3g} s in all",
+        f"time {result.seconds:.3g} s for this run, "
+        f"{result.seconds_total:.3g} s with set-up and checks",
     ]
 
 

@@ -97,7 +97,8 @@ def test_a_command_alone_prints_its_help_whole(capsys, arguments):
         (("run", "-n", "50"), "No such option: '-n'; did you mean '--particles'?"),
         (("run", "--partcles", "50"), "No such option: '--partcles'; did you mean '--particles'?"),
         (("run", "--dt", "0.1"), "No such option: '--dt'; did you mean '--timestep'?"),
-        (("run", "--colour", "red"), "No such option: '--colour'; see --help"),
+        (("run", "--colour", "red"), "No such option: '--colour'; see --help and --help-scene"),
+        (("explain", "--colour", "red"), "No such option: '--colour'; see --help\n"),
         (("run", "--potential", "lennard-jones"), "did you mean 'lj'?"),
     ],
 )

@@ -98,7 +98,7 @@ EXERCISES = {
         ),
     ),
     4: Exercise(
-        f"one number: by how much the finer of two runs is off that differ by {_DIFFERENCE:g}",
+        f"one number: the error of the finer of two runs that differ by {_DIFFERENCE:g}",
         lambda: _DIFFERENCE * _share(),
         (
             Mistake(

@@ -112,7 +112,7 @@ function arrange() {
   }
   find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
   find("speed-hint").textContent = linear
-    ? "0.0001 to 10; springs behave alike at every speed"
+    ? "0.0001 to 10; with springs \u03b7 is the same at every speed"
     : "0.0001 to 10; at v* a bond is compressed so far that it no longer acts as a spring";
   find("speed-slider").max = linear ? 0.7 : 2.5;
   find("speed-slider").value = find("speed").value;

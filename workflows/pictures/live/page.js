@@ -162,7 +162,7 @@ function show(run, done) {
     : "A second run, with half the time step, for the error bar \u2026";
   const unit = run.unit === null ? "" : `; v* = ${run.unit.toPrecision(9)}`;
   find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}.` +
-    (run.masses.length > 2 ? ` Bond lengths at the ends of time steps, up to the last contact: ` +
+    (run.masses.length > 2 ? ` Bond lengths, looked at after each time step up to the last contact: ` +
       `${(1 + run.shortest).toFixed(3)} to ${(1 + run.longest).toFixed(3)}.` : "") +
     (scene.temperature ? ` T = ${scene.temperature}; this page's own random numbers (sfc32) drew the ` +
       `first state from seed ${scene.seed}.` : "");

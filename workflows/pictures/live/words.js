@@ -26,7 +26,7 @@ function curveText() {
   const refused = shown.curve.filter((p) => p.refused).length;
   const open = shown.curve.filter((p) => p.ending === "open").length;
   return [
-    shown.flat ? "Springs behave alike at every speed." : `${shown.curve.length} speeds.`,
+    shown.flat ? "With springs \u03b7 is the same at every speed." : `${shown.curve.length} speeds.`,
     open ? `Hollow points: a later contact may still change the number (${open}).` : "",
     refused ? `Crosses: speeds that the page refuses (${refused}).` : "",
     shown.curve.some((p) => p.error > 0.002) ? "Bars: error bars of chaotic motions." : "",
