@@ -167,6 +167,9 @@ def _show_elapsed(expected: float, known: str, done: threading.Event) -> None:
 def _told(elapsed: float, expected: float, known: str, begin: str) -> str:
     if elapsed <= expected:
         return f"{begin}, {known} expected"
+    if expected < _QUIET_SECONDS:
+        # What takes long is to begin.
+        return f"{begin}, of which the collision itself needs about {format_duration(expected)}"
     return f"{begin}, {format_duration(expected)} were expected; how much longer is not known"
 
 

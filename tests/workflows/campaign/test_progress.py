@@ -48,6 +48,8 @@ def test_what_is_known_of_a_long_run():
     assert told(30.0, 113.0, long, "30 s") == f"30 s, {long} expected"
     late = "3.3 min, 110 s were expected; how much longer is not known"
     assert told(200.0, 113.0, long, "3.3 min") == late
+    short = "4 s, of which the collision itself needs about 0.03 s"
+    assert told(4.0, 0.03, "about 0.03 s", "4 s") == short
 
 
 def test_a_run_that_is_stopped_says_what_is_known(capsys, monkeypatch):
