@@ -2,7 +2,8 @@ r"""
 Detailed balance: a chain that comes with the speeds of its own temperature leaves with them.
 
     python -m benchmarks.warm.detailed_balance [--potential toda] [--particles 10] [--samples 1000]
-        [--temperature 1e-3] [--engine reference] [--tolerance 1e-3] [--workers N] [--json]
+        [--temperature 1e-3] [--engine reference] [--tolerance 1e-3 | --timestep 0.1]
+        [--workers N] [--json]
 
 Take the surface in phase space on which the centre of mass is at a distance L from the wall,
 farther than any state of weight reaches. The collision maps states that cross it inward to states
@@ -27,6 +28,9 @@ time, would find speeds too large: in this test 'argued' and 'open' ends are cou
 
 Tests: Kolmogorov and Smirnov's of K/T after; the mean of K/T, whose standard error is 1/sqrt(N);
 and McNemar's of the symmetry, of how many go from below T to above and back.
+
+With `--timestep` all samples have that step, in place of a tolerance that long chains miss: see
+``fixed_steps``.
 """
 
 import argparse
@@ -39,6 +43,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from benchmarks.warm.fixed_steps import Carried, carry
 from chaincor import Scene, collide_many
 
 
@@ -48,7 +53,9 @@ def thermal_speeds(temperature: float, mass: float, count: int, seed: int) -> np
     return np.sqrt(-2.0 * temperature / mass * np.log1p(-uniform))
 
 
-def measure(scene: Scene, samples: int, workers: int | None = None) -> dict[str, Any]:
+def measure(
+    scene: Scene, samples: int, workers: int | None = None, timestep: float | None = None
+) -> dict[str, Any]:
     """Return what came out of so many collisions, and what the tests say."""
     assert scene.temperature is not None
     particles, temperature = scene.particles, scene.temperature
@@ -57,25 +64,26 @@ def measure(scene: Scene, samples: int, workers: int | None = None) -> dict[str,
     # less than can be seen of so many.
     speeds = np.maximum(speeds, 0.03 * math.sqrt(temperature / particles))
     started, cpu = time.perf_counter(), time.process_time()
-    found = collide_many(scene, samples, velocities=speeds, workers=workers, progress=True)
-    sound = [k for k, sample in enumerate(found.samples) if sample.restitution is not None]
+    if timestep is None:
+        carried, told = _met(scene, speeds, workers)
+    else:
+        carried, told = carry(scene, samples, timestep, speeds), {"timestep": timestep}
+    sound = np.isfinite(carried.e)
     before = 0.5 * particles * speeds[sound] ** 2 / temperature
-    after = before * found.restitution
-    # Of energies after, by the error bars of eta.
-    bars = before * found.restitution_error
+    after = before * carried.e[sound] ** 2
     up = int(np.count_nonzero((before < 1.0) & (after > 1.0)))
     down = int(np.count_nonzero((before > 1.0) & (after < 1.0)))
-    count = len(sound)
+    count = len(after)
     return {
         "potential": scene.label,
         "particles": particles,
         "temperature": temperature,
         "engine": scene.engine,
         "samples": samples,
-        "failed": len(found.failures),
-        "inexact": len(found.inexact),
-        "ends": dict(Counter(sample.ending for sample in found.samples)),
-        "mean_contacts": float(np.mean(found.contacts)),
+        "failed": samples - count,
+        **told,
+        "ends": dict(Counter(carried.endings)),
+        "mean_contacts": float(np.mean(carried.contacts[sound])),
         "p_before": float(stats.kstest(before, "expon").pvalue),
         "p_after": float(stats.kstest(after, "expon").pvalue),
         "mean": float(np.mean(after)),
@@ -89,10 +97,25 @@ def measure(scene: Scene, samples: int, workers: int | None = None) -> dict[str,
         "down": down,
         "p_symmetry": float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0,
         "correlation": float(np.corrcoef(before, after)[0, 1]),
-        "numerical_error": float(np.nanmean(bars)),
         "seconds": time.perf_counter() - started,
         "processor_seconds": time.process_time() - cpu,
     }
+
+
+def _met(scene: Scene, speeds: np.ndarray, workers: int | None) -> tuple[Carried, dict[str, Any]]:
+    """Carry out collisions to the scene's tolerance; also returns how far they are from it."""
+    found = collide_many(scene, len(speeds), velocities=speeds, workers=workers, progress=True)
+    etas = [np.nan if s.restitution is None else s.restitution for s in found.samples]
+    bars = [s.restitution_error or np.nan for s in found.samples]
+    energies = 0.5 * scene.particles * speeds**2 / (scene.temperature or np.nan)
+    carried = Carried(
+        np.sqrt(etas),
+        np.array([s.contacts or 0 for s in found.samples]),
+        [str(s.ending) for s in found.samples],
+    )
+    # The error is that of energies after.
+    error = float(np.nanmean(energies * bars))
+    return carried, {"inexact": len(found.inexact), "numerical_error": error}
 
 
 def main() -> None:
@@ -104,6 +127,7 @@ def main() -> None:
     parser.add_argument("--temperature", type=float, default=1e-3)
     parser.add_argument("--engine", default="reference")
     parser.add_argument("--tolerance", type=float, default=1e-3)
+    parser.add_argument("--timestep", type=float)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
@@ -115,7 +139,7 @@ def main() -> None:
         engine=given.engine,
         tolerance=given.tolerance,
     )
-    found = measure(scene, given.samples, given.workers)
+    found = measure(scene, given.samples, given.workers, given.timestep)
     if given.json:
         print(json.dumps(found))
         return

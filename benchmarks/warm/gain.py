@@ -1,12 +1,14 @@
 r"""
 How often a warm chain comes back faster than it came, and the second law's bounds on that.
 
-    python -m benchmarks.warm.gain [--samples 500] [--temperature 1e-3] [--potential log]
-        [--only figure|bounds] [--workers N] [-o docs/images]
+    python -m benchmarks.warm.gain [--samples 1000] [--temperature 1e-3] [--potential log]
+        [--timestep 0.2] [--only figure|bounds] [-o docs/images]
 
 Figure and table ``warm_gain``: mean e and P(e > 1) over the impact speed in units of the thermal
-speed of one particle, :math:`\sqrt{T/m}`, for n = 10 and 50. Of chains of 100 only the bounds are
-tested: half of them amplify what steps miss beyond any tolerance, and P(e > 1) would be unknown.
+speed of one particle, :math:`\sqrt{T/m}`, for n = 10, 50 and 100. All samples have one step, as a
+distribution needs no sample to be right: see ``fixed_steps``. What is drawn is from a quarter of
+the step given. With the step itself, and with half of it, the same seeds are carried out, and
+McNemar's test says whether as many samples rise above 1 by the larger step as fall below.
 
 Table ``warm_bounds``. Tasaki (cond-mat/0408481) bounds what a body in equilibrium can gain at a
 wall: its momentum exceeds that before by :math:`O(\sqrt{M T})` at most. What is tested is this. The
@@ -38,14 +40,15 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from chaincor import Scene, collide, collide_many
+from benchmarks.warm.fixed_steps import carry
+from chaincor import Scene, collide
+from chaincor.analysis.distribution import Distribution, share_above
 from chaincor.analysis.figures.style import BLUE, GREEN, VERMILION, new_figure
 
 RATIOS = (0.15, 0.3, 0.5, 0.75, 1.0, 1.5, 2.5, 5.0, 10.0)
-# Lengths, and which part of the samples each has.
-PARTICLES = {10: 1.0, 50: 0.25, 100: 0.125}
-# Longer ones are not in the figure.
-LONGEST_DRAWN = 50
+PARTICLES = (10, 50, 100)
+# Parts of the step that is given, the one that counts first.
+FINER = (0.25, 0.5, 1.0)
 # Lower ends of windows of impact energies, and gains, both in units of T.
 WINDOWS = (0.0, 1.0, 4.0, 16.0)
 GAINS = (0.25, 0.5, 1.0, 2.0, 3.0)
@@ -55,36 +58,53 @@ LEAST_P = 1e-3
 _SEED = 408481
 
 
-def measure_gain(scene: Scene, samples: int, workers: int | None) -> dict[str, Any]:
-    """Return mean e and P(e > 1) of one impact speed."""
+def measure_gain(scene: Scene, samples: int, step: float) -> dict[str, Any]:
+    """Return mean e and P(e > 1) of one impact speed, and how these change with the step."""
     assert scene.temperature is not None
-    found = collide_many(scene, samples, workers=workers)
-    cold = collide(scene.without("temperature"))
-    above = found.above_one
-    return {
+    runs = [carry(scene, samples, part * step) for part in FINER]
+    sound = np.logical_and.reduce([np.isfinite(run.e) for run in runs])
+    finest, *coarser = (run.e[sound] for run in runs)
+    none = np.zeros(len(finest))
+    mean, above = Distribution.of(finest, none), share_above(finest, none, 1.0)
+    row = {
         "potential": scene.label,
         "particles": scene.particles,
         "temperature": scene.temperature,
         "velocity": scene.impact_velocity,
         "over_thermal": scene.impact_velocity / math.sqrt(scene.temperature),
-        "samples": len(found.restitution),
-        "failed": len(found.failures),
-        "inexact": len(found.inexact),
-        "mean_e": found.e.mean,
-        "standard_error": found.e.standard_error,
-        "numerical_error": found.e.numerical_error,
+        "timestep": FINER[0] * step,
+        "samples": len(finest),
+        "unsettled": samples - len(finest),
+        "mean_e": mean.mean,
+        "standard_error": mean.standard_error,
         "p_above_one": above.value,
         "low": above.low,
         "high": above.high,
-        "doubtful": above.doubtful,
-        "mean_contacts": float(np.mean(found.contacts)),
-        "cold_e": cold.kinematic_restitution,
+        "mean_contacts": float(np.mean(runs[0].contacts)),
+        "cold_e": collide(scene.without("temperature")).kinematic_restitution,
     }
+    for part, e in zip(FINER[1:], coarser, strict=True):
+        up = int(np.count_nonzero((e > 1.0) & (finest <= 1.0)))
+        down = int(np.count_nonzero((e <= 1.0) & (finest > 1.0)))
+        times = f"{part / FINER[0]:g}"
+        row |= {
+            f"mean_e_{times}": float(np.mean(e)),
+            f"p_above_one_{times}": float(np.mean(e > 1.0)),
+            f"up_{times}": up,
+            f"down_{times}": down,
+            f"p_same_{times}": same_probability(up, down),
+            # How many of the samples are other numbers by this step.
+            f"moved_{times}": float(np.mean(np.abs(e - finest) > 1e-3)),
+        }
+    return row
 
 
-def measure_bounds(
-    scene: Scene, window: float, samples: int, workers: int | None
-) -> dict[str, Any]:
+def same_probability(up: int, down: int) -> float:
+    """Return how likely samples that change sides do so as unequally as these, by McNemar."""
+    return float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0
+
+
+def measure_bounds(scene: Scene, window: float, samples: int, step: float) -> dict[str, Any]:
     """Return how far chains with impact energies in one window are from the bounds."""
     assert scene.temperature is not None
     temperature, mass = scene.temperature, float(scene.particles)
@@ -92,11 +112,11 @@ def measure_bounds(
     # Slower than this there are 1e-4 in the lowest window, whose place in it does not matter.
     before = np.maximum(before, 1e-4)
     speeds = np.sqrt(2.0 * temperature * before / mass)
-    found = collide_many(scene, samples, velocities=speeds, workers=workers)
-    sound = [k for k, sample in enumerate(found.samples) if sample.restitution is not None]
+    e = carry(scene, samples, step, speeds).e
+    sound = np.isfinite(e)
     before = before[sound]
-    after = before * found.restitution
-    count, mean = len(sound), float(np.mean(after))
+    after = before * e[sound] ** 2
+    count, mean = len(after), float(np.mean(after))
     row = {
         "potential": scene.label,
         "particles": scene.particles,
@@ -122,8 +142,6 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
     """Draw mean e and P(e > 1) over the impact speed."""
     figure, (above, below) = new_figure(2, 1, sharex=True, figsize=(5.2, 6.0))
     for particles, colour in zip(PARTICLES, _COLOURS, strict=True):
-        if particles > LONGEST_DRAWN:
-            continue
         mine = [row for row in rows if row["particles"] == particles]
         x = np.array([row["over_thermal"] for row in mine])
         e, error = (np.array([row[key] for row in mine]) for key in ("mean_e", "standard_error"))
@@ -144,7 +162,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
     below.set_xlabel(r"impact speed over the thermal speed of a particle, $v_0/\sqrt{T/m}$")
     above.legend()
     settings = {key: rows[0][key] for key in ("potential", "temperature")}
-    settings |= {f"samples of n = {row['particles']}": row["samples"] for row in rows}
+    settings["samples"] = rows[0]["samples"]
     figure.savefig(path, metadata={"Description": json.dumps(settings)})
 
 
@@ -169,34 +187,29 @@ def broken(row: dict[str, Any]) -> list[str]:
 def main() -> None:
     """Measure, write, draw; fail where a bound is broken."""
     parser = argparse.ArgumentParser(description="gains of warm chains")
-    parser.add_argument("--samples", type=int, default=500)
+    parser.add_argument("--samples", type=int, default=1000)
     parser.add_argument("--temperature", type=float, default=1e-3)
     parser.add_argument("--potential", default="log")
-    parser.add_argument("--tolerance", type=float, default=1e-3)
+    parser.add_argument("--timestep", type=float, default=0.2)
     parser.add_argument("--only", choices=("figure", "bounds"))
-    parser.add_argument("--workers", type=int)
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/images"))
     given = parser.parse_args()
     thermal = math.sqrt(given.temperature)
     gains, bounds = [], []
-    for particles, share in PARTICLES.items():
-        count = max(round(share * given.samples), 2)
+    for particles in PARTICLES:
         scene = Scene(
             potential=given.potential,
             particles=particles,
             velocity=thermal,
             temperature=given.temperature,
             engine="reference",
-            tolerance=given.tolerance,
         )
-        is_drawn = particles <= LONGEST_DRAWN and given.only != "bounds"
-        for ratio in RATIOS if is_drawn else ():
-            gains.append(
-                measure_gain(scene.replace(velocity=ratio * thermal), count, given.workers)
-            )
+        for ratio in RATIOS if given.only != "bounds" else ():
+            warm = scene.replace(velocity=ratio * thermal)
+            gains.append(measure_gain(warm, given.samples, given.timestep))
             print(json.dumps(gains[-1]), flush=True)
         for window in WINDOWS if given.only != "figure" else ():
-            bounds.append(measure_bounds(scene, window, count, given.workers))
+            bounds.append(measure_bounds(scene, window, given.samples, 0.5 * given.timestep))
             print(json.dumps(bounds[-1]), flush=True)
     if gains:
         write_table(gains, given.output / "warm_gain.csv")

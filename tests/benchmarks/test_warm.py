@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.warm.detailed_balance import measure
+from benchmarks.warm.fixed_steps import carry
 from benchmarks.warm.gain import broken, measure_bounds, measure_gain
 from benchmarks.warm.throughput import compare
 from chaincor.lammps_inputs.scene import Scene
@@ -36,6 +37,26 @@ def test_thermal_speeds_come_back_thermal(potential):
 
 
 @pytest.mark.slow
+def test_thermal_speeds_of_long_chains_come_back_thermal_at_one_step():
+    # Of 100 log particles at 0.2 no sample is right, and none has to be.
+    found = measure(WARM.replace(potential="log", particles=100), 300, timestep=0.2)
+    assert found["failed"] == 0
+    assert found["ends"] == {"proved": 300}
+    assert min(found["p_after"], found["p_mean"], found["p_symmetry"]) > LEAST_P
+
+
+@pytest.mark.slow
+def test_samples_at_one_step_are_those_of_collisions_by_themselves():
+    seeds = range(1, 9)
+    alone = [collide(WARM.replace(seed=seed, tolerance=1e-8)) for seed in seeds]
+    carried = carry(WARM, len(seeds), 0.05)
+    expected = [found.kinematic_restitution for found in alone]
+    # Order 8 of chains of four: the step's error is far below the tolerance's.
+    np.testing.assert_allclose(carried.e, expected, rtol=0.0, atol=1e-6)
+    assert carried.contacts.tolist() == [found.contacts for found in alone]
+
+
+@pytest.mark.slow
 def test_thermal_speeds_come_back_thermal_from_lammps():
     found = measure(WARM.replace(engine="lammps"), 100, workers=2)
     assert found["failed"] == found["inexact"] == 0
@@ -57,7 +78,7 @@ def test_detailed_balance_tells_wrong_states_from_right_ones(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("window", [0.0, 4.0])
 def test_gains_are_within_the_bounds(window):
-    row = measure_bounds(WARM, window, 2000, workers=1)
+    row = measure_bounds(WARM, window, 2000, 0.1)
     assert row["samples"] == 2000
     assert broken(row) == []
     assert row["entropy_margin"] > 0.0
@@ -67,8 +88,8 @@ def test_gains_are_within_the_bounds(window):
 def test_chains_come_back_faster_where_they_are_slower_than_a_particle():
     thermal = math.sqrt(1e-3)
     chain = WARM.replace(particles=10)
-    slow = measure_gain(chain.replace(velocity=0.2 * thermal), 300, workers=1)
-    fast = measure_gain(chain.replace(velocity=10.0 * thermal), 300, workers=1)
+    slow = measure_gain(chain.replace(velocity=0.2 * thermal), 300, 0.2)
+    fast = measure_gain(chain.replace(velocity=10.0 * thermal), 300, 0.2)
     assert slow["low"] > 0.2
     assert fast["high"] < 0.02
     assert slow["mean_e"] - 4.0 * slow["standard_error"] > 1.0 > fast["mean_e"]

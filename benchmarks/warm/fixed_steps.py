@@ -1,0 +1,58 @@
+"""
+Warm chains at one step for all: a distribution needs no single collision to be right.
+
+Long chains amplify what steps miss, so that another step gives another number. Composed steps keep
+volumes in phase space, and can be reversed, as the motion does and can: numbers are then others of
+the same distribution. Where runs at three steps agree in it, this is seen, not assumed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor import Scene
+from chaincor.workflows.campaign.warm import group_scenes
+from chaincor.workflows.engines.in_house.batch.runner import Batch
+
+SCHEME = "order8"
+
+
+@dataclass(frozen=True)
+class Carried:
+    """
+    Collisions at one step.
+
+    Attributes
+    ----------
+    e : ndarray of shape (samples,)
+        Of speeds; nan where no end was found.
+    contacts : ndarray of shape (samples,)
+        How many there were.
+    endings : list of str
+        How each ended.
+    """
+
+    e: NDArray[np.float64]
+    contacts: NDArray[np.int64]
+    endings: list[str]
+
+
+def carry(
+    scene: Scene, samples: int, step: float, velocities: NDArray[np.float64] | None = None
+) -> Carried:
+    """Carry out the collisions of so many seeds; what is drawn is the same at any step."""
+    (group,) = group_scenes(scene.replace(seed=1), samples, velocities)
+    batch = Batch(scene.line, scene.bond, SCHEME)
+    share, parts = batch.share(step), []
+    for begin in range(0, samples, share):
+        part = group.part(begin, min(begin + share, samples))
+        runs = batch.follow(part.starts(), np.full(len(part), step))
+        e = np.where(runs.settled, runs.speeds / part.velocities, np.nan)
+        kinds = ["open" if ending is None else ending.kind for ending in runs.endings]
+        parts.append(Carried(e, runs.counts, kinds))
+    return Carried(
+        np.concatenate([part.e for part in parts]),
+        np.concatenate([part.contacts for part in parts]),
+        [kind for part in parts for kind in part.endings],
+    )
