@@ -25,16 +25,17 @@ def lines_of(scene, count):
         pytest.param("verlet", 0.01, marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.slow
 def test_it_is_the_motion_of_single_collisions(scheme, step):
     # More than lanes, so that some are filled again, and not a multiple of them.
-    lines = lines_of(WARM, 21)
+    # Warm chains come from afar, cold ones begin with their first contact.
+    scenes = [WARM.replace(seed=seed) for seed in range(1, 22)]
+    scenes += [WARM.without("temperature").replace(velocity=v) for v in (0.04, 0.08, 0.12)]
+    lines = [scene.line for scene in scenes]
     steps = np.full(len(lines), step)
     found = Batch(lines[0], WARM.bond, scheme).follow(StartStates.of(lines), steps)
     assert np.all(found.settled)
     assert np.all(found.proved)
-    for k in range(len(lines)):
-        scene = WARM.replace(seed=k + 1)
+    for k, scene in enumerate(scenes):
         single = stepping.run(scene, Numerics(scheme=scheme, timestep=step))
         # The same arithmetic in the same order: to the last bit.
         times, speeds = found.contacts[k][:, : found.counts[k]]
