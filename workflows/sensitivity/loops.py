@@ -197,9 +197,9 @@ def _build_follow(force: Callable, bend: Callable, named: Callable, register: Ca
         for n in range(times.shape[0]):
             for k in range(count):
                 at, pushes = strains[n, k], forces[n, k]
-                stretch(strain, velocity, drifts[k] * times[n])
+                drift = drifts[k] * times[n]
                 for i in range(bonds):
-                    at[i] = strain[i]
+                    at[i] = strain[i] = strain[i] + drift * (velocity[i + 1] - velocity[i])
                 forces_at(at, pushes, line)
                 kick_by(velocity, pushes, inverse, kicks[k] * times[n])
             stretch(strain, velocity, drifts[count] * times[n])
@@ -278,17 +278,15 @@ def _build_pull(force: Callable, bend: Callable, named: Callable, register: Call
         velocity[bonds] += time * strain[bonds - 1]
 
     @register
-    def lighten(light: Array, velocity: Array, forces: Array, kick: float) -> None:
-        bonds = forces.shape[0]
-        light[0] -= kick * velocity[0] * forces[0]
-        for i in range(1, bonds):
-            light[i] += kick * velocity[i] * (forces[i - 1] - forces[i])
-        light[bonds] += kick * velocity[bonds] * forces[bonds - 1]
-
-    @register
-    def weigh(weights: Array, velocity: Array, inverse: Array, kick: float) -> None:
-        for i in range(weights.shape[0]):
+    def weigh(weights: Array, velocity: Array, light: Array, inverse: Array, kick: float) -> None:
+        # Weights come in the place of forces, which tell what inverse masses do.
+        bonds, behind = weights.shape[0], 0.0
+        for i in range(bonds):
+            ahead = weights[i]
+            light[i] += kick * velocity[i] * (behind - ahead)
             weights[i] = kick * (inverse[i + 1] * velocity[i + 1] - inverse[i] * velocity[i])
+            behind = ahead
+        light[bonds] += kick * velocity[bonds] * behind
 
     @register
     def jump_back(
@@ -324,8 +322,7 @@ def _build_pull(force: Callable, bend: Callable, named: Callable, register: Call
             stretch_back(strain, velocity, drifts[count] * times[n])
             for k in range(count - 1, -1, -1):
                 weight, kick = weights[n, k], kicks[k] * times[n]
-                lighten(light, velocity, weight, kick)
-                weigh(weight, velocity, line.inverse, kick)
+                weigh(weight, velocity, light, line.inverse, kick)
                 soften(strains[n, k], weight, strain, line)
                 stretch_back(strain, velocity, drifts[k] * times[n])
 

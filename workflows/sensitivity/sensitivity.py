@@ -165,7 +165,7 @@ def sensitivity_of(
     SensitivityError
         If the motion cannot be linearised, or not told to a digit.
     """
-    step, variants = _first_step(scene, shortest), variants_of(scene)
+    step, variants = first_step(scene, shortest), variants_of(scene)
     best: tuple[Gradient, float] | None = None
     refusal: SensitivityError | None = None
     for _ in range(_MOST_HALVINGS):
@@ -215,7 +215,8 @@ def _told(scene: Scene, found: Gradient, variants: list[Variant], step: float) -
     )
 
 
-def _first_step(scene: Scene, shortest: float) -> float:
+def first_step(scene: Scene, shortest: float) -> float:
+    """Return the step to begin with, for bonds whose strain does not fall below `shortest`."""
     line, bond = scene.line, scene.bond
     sharpest = scene.fast_stiffness * max(1.0, float(bond.curvature(shortest)) / bond.stiffness)
     if line.soft:

@@ -20,11 +20,12 @@ from chaincor.workflows.sensitivity.loops import Leaps, Loops, Tape, loops_for
 Array = NDArray[np.float64]
 
 SCHEME = "order8"
-# Steps near moments of touching and parting are this part of the time from them, with what the
-# order of the scheme makes of that, and at least this part of the usual step.
-GRADE, SHORTEST = 0.25, 2.0**-14
-# Leaps of one step, contacts within it included.
-_MOST_LEAPS = 64
+# Where a soft contact sets in as a power of the time that is not whole, derivatives see one power
+# less than eta does: steps are shorter there than those of a collision.
+GRADING, SHORTEST_SHARE = 0.25, 2.0**-14
+# Numbers of a tape that a processor keeps beside it, and how many stretches there are even so: the
+# last one goes beyond the last contact.
+TAPE, LEAST_STRETCHES = 2.0**19, 4.0
 # A contact slower than this part of the impact velocity is one that a small change takes away.
 GRAZING = 1e-6
 
@@ -168,9 +169,15 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     given = line.contact_stiffness, line.contact_exponent
     parameters = LineParameters(loops.parameters, line.inverse_masses.copy(), line.gap, *given)
     drifts, kicks = stepper.scheme.fractions
-    # Of the states that are kept and the tape of a stretch neither is much larger.
-    steps = 8 + math.ceil(math.sqrt(2.0 * duration / step / len(kicks)))
-    moving.arrays = moving.arrays._replace(log=np.empty((2, _MOST_LEAPS * steps)))
+    # Of the states that are kept and the tape of a stretch neither is much larger; but each stretch
+    # costs calls, so that few are made where their tape fits into a cache.
+    wanted_steps = duration / step
+    cached = min(TAPE / (2.0 * len(kicks) * len(line.strains)), wanted_steps / LEAST_STRETCHES)
+    steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
+    room = np.empty((2, 2 * steps + motion.SPARE_GRADED_LEAPS))
+    moving.arrays = moving.arrays._replace(log=room)
+    if not line.smooth:
+        moving.ledger["grading"], moving.ledger["shortest_share"] = GRADING, SHORTEST_SHARE
     mark, wanted = (2.0, 2 * contacts) if line.soft else (1.0, contacts)
     met, stretches = 0, []
     if moving.ledger["contacts"] > 0:
@@ -179,14 +186,11 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         met = 1
     for name in ("argue_after", "argue_first", "patience"):
         moving.ledger[name] = math.inf
-    graded, gone = _Graded(moving, stepper, 0.0 if met else math.inf), 0.0
+    gone = 0.0
     while met < wanted:
         check_time()
         strain, velocity = (each.copy() for each in moving.along_x())
-        if line.smooth:
-            times, hits = _advanced(moving, stepper, steps)
-        else:
-            times, hits = graded.next_step()
+        times, hits = _advanced(moving, stepper, steps)
         ends = np.flatnonzero(hits)[: wanted - met]
         gone = gone + float(np.sum(times)) if met or len(ends) else 0.0
         met += len(ends)
@@ -199,52 +203,6 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
                 f"{wanted} are known; expected one whose contacts no step changes"
             )
     return Trace(line, loops, parameters, stretches)
-
-
-@dataclass
-class _Graded:
-    """
-    Steps that grow from moments of touching and parting, and shrink towards them.
-
-    A soft contact whose power is no whole number sets in as a power of the time, which no order of
-    a scheme resolves but by steps that are short against the time from it.
-
-    Attributes
-    ----------
-    moving : Motion
-        What is moved.
-    stepper : Stepper
-        The usual steps.
-    since, ahead : float
-        Time since the last such moment, and until the next, where that is known.
-    """
-
-    moving: Motion
-    stepper: Stepper
-    since: float
-    ahead: float = math.inf
-
-    def next_step(self) -> tuple[Array, Array]:
-        """Take a step; return the durations of its leaps, and which hit."""
-        moving, step = self.moving, self.stepper.step
-        shortest = SHORTEST * step
-        state, ledger = moving.arrays.now.copied(), moving.ledger.copy()
-        while True:
-            away = min(self.since, self.ahead)
-            size = min(step, max(GRADE * away, 2.0 * shortest))
-            times, hits = _advanced(moving, self.stepper.of_size(size), 1)
-            ends = np.flatnonzero(hits)
-            if not len(ends) or size <= 2.0 * shortest:
-                break
-            self.ahead = float(np.sum(times[: ends[0] + 1]))
-            moving.strain[:], moving.velocity[:] = state.strain, state.velocity
-            moving.ledger = ledger.copy()
-        if len(ends):
-            self.since, self.ahead = float(np.sum(times[ends[-1] + 1 :])), math.inf
-        else:
-            self.since += size
-            self.ahead = self.ahead - size if self.ahead > size - shortest else math.inf
-        return times, hits
 
 
 def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:

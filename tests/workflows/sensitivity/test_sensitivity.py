@@ -38,6 +38,14 @@ SCENES = {
         "contact_exponent": 2.0,
         "speed": 0.3,
     },
+    "rough": {
+        "potential": "lj",
+        "particles": 5,
+        "contact": "power",
+        "contact_stiffness": 1.0,
+        "contact_exponent": 1.5,
+        "speed": 0.3,
+    },
     "soft target": {
         "potential": "formula",
         "energy": "a*(r-1)^2+c*(r-1)^4",

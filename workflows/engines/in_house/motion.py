@@ -4,8 +4,8 @@ The loops that move the bodies of a line: exact steps with the contacts inside t
 Hard bodies exchange the momentum :math:`2 \mu w` where their gap closes with the speed w; at a
 rigid wall that reverses particle 1. Soft ones overlap for a while: a step is cut where they touch
 and where they part, as the force has no derivatives there. Next to such a moment the force grows as
-a power that need not be whole, which no order of a scheme resolves: steps away from it double from
-a small part of the usual one, and steps towards it halve.
+a power that need not be whole, which no order of a scheme resolves: steps are at most as long as
+they stay away from it, down to a small part of the usual one.
 """
 
 from collections.abc import Callable
@@ -26,8 +26,8 @@ DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
 # Room for the contacts of one step.
 SPARE_CONTACTS = 64
-# Room in a log for the leaps of one step.
-SPARE_LEAPS = 8
+# Room in a log for the leaps of one step; graded steps beside soft contacts are many.
+SPARE_LEAPS, SPARE_GRADED_LEAPS = 8, 256
 
 # A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
 # falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. So no digit tells whether all bonds are
@@ -43,8 +43,9 @@ FRONT_BLOCK = 8
 LIKELY = 0.05
 # Shortest step next to a moment of touching or parting, in parts of the usual one. The momentum
 # there is the integral of a power q of the time: what such a step misses falls as its power q + 1,
-# and steps that double miss about as much.
+# and steps as long as they stay away from it miss about as much.
 SHORTEST_SHARE = 2.0**-8
+GRADING = 1.0
 
 LEDGER = np.dtype(
     [
@@ -60,6 +61,7 @@ LEDGER = np.dtype(
         ("argue_first", "f8"),  # the same after the first contact
         ("patience", "f8"),  # and that is so many mean intervals between contacts
         ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
+        ("grading", "f8"),  # steps beside them, over how far their nearer end stays away
         ("strain_min", "f8"),  # smallest and largest strain met
         ("strain_max", "f8"),
         ("contact_min", "f8"),  # the same up to the last contact
@@ -241,29 +243,40 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
         near_rule = Rule(fractions, around(parameters, begin, end))
         kept_near = State(kept[0][begin : end - 1], kept[1][begin:end])
         threshold = FRONT_THRESHOLD * ledger.impact_velocity
-        shortest = ledger.shortest_share * step
+        shortest, grading = ledger.shortest_share * step, ledger.grading
+        towards = grading / (1.0 + grading)
         soft = False
         if not wall:
             soft = ledger.soft > 0
+        graded = soft and shortest < step
+        spare = SPARE_GRADED_LEAPS if graded else SPARE_LEAPS
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL
-            if 0 < log.shape[1] < ledger.leaps + SPARE_LEAPS:
+            if 0 < log.shape[1] < ledger.leaps + spare:
                 return DONE
             # After this the step is done, contacts within it included; the grid of steps is kept,
             # which keeps the motion reversible in time.
             since = ledger.steps * step
             bonds = ledger.active
             left = step
-            # Steps double from the moment at which soft bodies touched or parted.
-            limit = step
             while left > 0.0:
                 if ledger.contacts == contacts.shape[1]:
                     return CROWDED
-                ahead = min(left, limit)
+                ahead = left
                 sign = 1.0
                 if soft and ledger.touching:
                     sign = -1.0
+                if graded and ledger.contacts > 0:
+                    event = ledger.last_contact
+                    if ledger.touching:
+                        event = contacts[0, ledger.contacts - 1]
+                    away = since + (step - left) - event
+                    ahead = min(left, max(shortest, grading * away))
+                # A step must not end just before bodies part, either.
+                far = ahead
+                if graded and ledger.touching:
+                    far = ahead / towards
                 copy(strain, velocity, kept, bonds)
                 x0 = ledger.position
                 x, v, a = opening(x0, now, parameters)
@@ -276,23 +289,23 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
                 search = Search(x0, sign, around_bonds, wanted, kept_near, near, trial, near_rule)
                 # Where a contact is likely, the few particles that act on the gap are moved first:
                 # it costs less than to move all and to take that back.
-                reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
-                likely = reached < LIKELY * ahead * ledger.impact_velocity
+                reached = start[0] + far * (start[1] + 0.5 * far * start[2])
+                likely = reached < LIKELY * far * ledger.impact_velocity
                 x1 = x0
                 if likely:
-                    stop = probe(ahead, search)
+                    stop = probe(far, search)
                 else:
                     x1 = leap(x0, kept, now, trial, bonds, bonds, ahead, rule)
                     ledger.evaluations += ledger.step_evaluations
                     x, v, a = opening(x1, now, parameters)
                     stop = (sign * x, sign * v, sign * a)
-                time = find_contact(ahead, start, stop, search)
+                    far = ahead
+                time = find_contact(far, start, stop, search)
                 meets = time >= 0.0
                 moved = time if meets else ahead
-                if soft and meets and ledger.touching and time > shortest:
-                    # Towards parting by halves.
+                if soft and meets and ledger.touching and time > min(shortest, ahead):
                     meets = False
-                    moved = 0.5 * time
+                    moved = min(ahead, towards * time)
                 if log.shape[1] > 0:
                     if ledger.leaps == log.shape[1]:
                         return CROWDED
@@ -304,14 +317,10 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
                 ledger.position = x1
                 left -= moved
                 if not meets:
-                    if soft:
-                        limit = moved if moved != ahead else 2.0 * limit
                     continue
                 ledger.position = close(strain, x1, parameters)
                 moment = since + (step - left)
                 speed = closing_speed(velocity, parameters)
-                if soft:
-                    limit = shortest
                 if soft and ledger.touching:
                     part(ledger, contacts, velocity, masses)
                 else:

@@ -199,6 +199,7 @@ class Motion:
         ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * bond.stiffness / line.lightest)
         ledger["argue_after"] = math.inf
         ledger["shortest_share"] = 1.0 if line.smooth else motion.SHORTEST_SHARE
+        ledger["grading"] = motion.GRADING
         ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
         ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)
         ledger["strain_max"] = ledger["contact_max"] = max(float(np.max(bonds, initial=0.0)), 0.0)
