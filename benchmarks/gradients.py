@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 # Differences, in parts of the speed or of one, each 1.5 times smaller than the one before.
 _LARGEST, _SHRUNK, _COUNT = 4e-4, 1.5, 7
 # And begun anew so much closer, until they are good to this part of what is asked.
-_CLOSER, _SHARE = (0.03, 0.001), 0.3
+_CLOSER, _SHARE = (0.03, 1e-3, 1e-5), 0.3
 _BONDS: tuple[dict[str, Any], ...] = (
     {"potential": "lj"},
     {"potential": "toda", "toda_b": 8.0},
