@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.irregular import refine_irregularly
 from chaincor.workflows.accuracy.refining import Policy, Try, refine, that_ran
@@ -18,6 +17,9 @@ from chaincor.workflows.errors import CrossingError, RunError
 
 # Of the exact propagator, which only rounds: against itself in higher precision it is below this.
 MODAL_ERROR = 1e-13
+# Error over the difference of two runs, at h and 2h, that no third one checks: by theory 0.004; so
+# much is what 300 scenes that break and graze needed.
+SHARE_ALONE = 0.4
 # A guess is wrong by less than 500; what so small a step does not resolve, none of use will.
 _MOST_HALVINGS = 9
 # Steps for this error resolve whatever amplifies rounding.
@@ -63,7 +65,7 @@ def converge(scene: Scene, goal: float) -> Converged:
         eta = eta_of(scene, found.fine)
         return Converged(found.fine, eta, found.error, found.seconds, found.kinked)
     halving = _Halving(scene, scheme, goal)
-    step = guess_step(scene, scheme, goal / COARSER_SHARE[scheme])
+    step = guess_step(scene, scheme, goal / SHARE_ALONE)
     last = refine(step, halving.attempt, Policy(_MOST_HALVINGS))[-1]
     if last.refusal is not None:
         raise last.refusal
@@ -93,7 +95,7 @@ class _Halving:
         self.seconds += fine.seconds
         error, alike = math.inf, False
         if coarse is not None:
-            error = COARSER_SHARE[self.scheme] * abs(eta_of(scene, fine) - eta_of(scene, coarse))
+            error = SHARE_ALONE * abs(eta_of(scene, fine) - eta_of(scene, coarse))
             alike = len(fine.contact_times) == len(coarse.contact_times)
         return Try(step, error, fine, error <= self.goal and alike, 0.5 * step)
 

@@ -15,24 +15,13 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
 
-# With the number at step h and a run at 2h, theory gives |difference|/(2^p - 1). The shares
-# measured are larger, because near-grazing contacts make the convergence irregular. A scheme that
-# is not measured yet takes the whole difference. By choice they are at least what honest bars of
-# 300 scenes that break and graze needed.
-_LEAST_COARSER = {
-    "verlet": 1.5,
-    "order4": 0.6,
-    "order6": 0.45,
-    "order8": 0.4,
-    "extrapolated14": 0.032,
-    # By theory 6e-4; the worst of 400 scenes was 1.3e-3, most of them breaking, or hit late.
-    "extrapolated12": 0.005,
-    # By theory 0.016; the worst of 1400 scenes was 0.09, as its errors change sign.
-    "srkn14": 0.2,
-}
+# What a run at 2h differs by from the number at step h tells of its error: in theory
+# 1/(2^p - 1) of it. The shares measured are larger, because near-grazing contacts make the
+# convergence irregular; what such a share misses, another run beside it tells. A scheme that is not
+# measured yet takes the whole difference.
 COARSER_SHARE: dict[str, float] = {
     **dict.fromkeys(SCHEME_ORDERS, 1.0),
-    **measured("coarser_share", _LEAST_COARSER),
+    **measured("coarser_share"),
 }
 # With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
 # and, as phases of contacts make errors irregular, two that are no simple fraction.

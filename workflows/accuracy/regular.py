@@ -1,4 +1,4 @@
-"""Refining fixed steps whose order is trusted, until three agree or finer ones do not help."""
+"""Refining fixed steps of smooth bonds, until three agree or finer ones do not help."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import nudged_change
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, ending_error
+from chaincor.workflows.accuracy.error_bars import ending_error
 from chaincor.workflows.accuracy.in_house_runs import (
     Refined,
     differ,
@@ -20,23 +20,21 @@ from chaincor.workflows.accuracy.in_house_runs import (
 )
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import jitter_error
 
-# Fixed steps are proved by runs at so many times the step.
-COARSER = (2.0, 1.86)
 # Longer chains have contacts that graze the wall and make much of the last digit.
 LONG = 1500
-# Of more particles than this, grazing contacts and what follows from them may hide that steps are
-# too long for their order: of 1177 random scenes of 60 to 400 that took it for granted, two of over
-# 300 had too small a bar. Then a run at a step nearby has to agree as well, and where contacts come
-# or go with the step, the error is so many times the difference.
+# Chains of more particles than this are not met together with others.
 LONGEST_TRUSTED = 250
-_NEAR = 1.3
-_GRAZING_SHARE = 2.0
-# So do chains of unequal masses, two bodies and warm chains of any length: of 527 with one heavy
-# mass that took the order for granted, 51 had too small a bar. A step nearby then has to leave all
-# velocities in this part of their change at twice the step (of order 4: 0.12), or as they are.
+# Where contacts come or go with the step, and in bodies that amplify what steps miss, the error is
+# taken for so many times what the runs tell: by choice.
+_RESERVE = 2.0
+# Unequal masses, two bodies and warm chains amplify what steps miss: of 527 chains with one heavy
+# mass 51 had too small a bar while the order of the scheme was trusted. The near run then has to
+# leave all velocities in this part of their change at twice the step (of order 4: 0.12), or as they
+# are.
 _NEARER, _SAME = 0.15, 1e-9
 # Steps of this usual error resolve a long chain. Whether its contacts hinge on the last digit,
 # longer ones do not tell: those of lj chains of 3000 and 4000 particles (0.4 v*) do not at
@@ -48,7 +46,7 @@ _LEAST_STEP = 1e-5
 
 def first_step(scene: Scene, scheme: StepSchemeName, reachable: float) -> float:
     """Return the step that is tried first for an error: one usually does."""
-    return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / COARSER_SHARE[scheme])
+    return 0.5 * guess_step(scene, scheme, STEP_SHARE * reachable / usual_share(scheme))
 
 
 def refine_regularly(
@@ -94,7 +92,7 @@ class _Search:
         self.known = self.known or fine
         proofs = _proofs(scene, scheme, fine, last, goal)
         self.last = fine
-        error, regular = _step_error(scene, scheme, fine, proofs, goal - floor)
+        error, regular = _step_error(scene, scheme, fine, proofs, floor)
         resolved = step <= first_step(scene, scheme, _RESOLVED)
         if scene.particles > LONG and resolved and not regular and error > goal:
             # Where roundings account for what steps differ by, finer ones do not help either.
@@ -137,27 +135,17 @@ def _proofs(
 
 
 def _step_error(
-    scene: Scene, scheme: StepSchemeName, fine: Outcome, proofs: Sequence[Outcome], enough: float
+    scene: Scene, scheme: StepSchemeName, fine: Outcome, proofs: Sequence[Outcome], floor: float
 ) -> tuple[float, bool]:
-    """
-    Return the error of a run's step, and whether it goes by the order of its scheme.
-
-    Where an error of at most `enough` would end the search, what is not a uniform cold chain,
-    or is long, is asked once more.
-    """
-    share, apart = COARSER_SHARE[scheme], largest_difference(scene, fine, proofs)
-    regular = not differ(fine, proofs)
-    if scene.particles <= LONGEST_TRUSTED and scene.line.uniform:
-        return share * apart, regular
-    error = apart * (share if regular else max(share, _GRAZING_SHARE))
-    if error > enough or (scene.line.uniform and not regular):
-        return error, regular
-    assert fine.timestep is not None
-    near = run_in_house(scene, scheme, _NEAR * fine.timestep, fine)
-    if not scene.line.uniform and not _converge(fine, near, proofs[0]):
+    """Return the error of a run's step, and whether it falls as an order lets it."""
+    far, *nearer = (largest_difference(scene, fine, [run]) for run in proofs)
+    amplifies = not scene.line.uniform
+    if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
         return math.inf, False
-    off = largest_difference(scene, fine, [near])
-    return max(error, off), regular and off <= error
+    if not nearer or differ(fine, proofs):
+        return _RESERVE * max([far, *nearer]), False
+    error, falls = proved_error(scheme, far, nearer[0], floor)
+    return (_RESERVE if amplifies else 1.0) * float(error), bool(falls)
 
 
 def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:

@@ -7,8 +7,12 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import MODAL_ERROR, Converged, converge
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.accuracy.convergence import (
+    MODAL_ERROR,
+    SHARE_ALONE,
+    Converged,
+    converge,
+)
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -105,8 +109,7 @@ def _converge_far(scene: Scene) -> Converged:
 
 def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) -> Truth:
     outcome = found.outcome
-    # Modes have no steps; any share of no difference will do.
-    share = COARSER_SHARE.get(outcome.scheme, 1.0)
+    share = SHARE_ALONE
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(
         restitution=found.restitution,

@@ -189,7 +189,7 @@ def test_masses_that_are_alike_take_the_way_of_equal_ones(part, monkeypatch):
         found.append(meeting.meet(scene, 1e-6))
         counts.append(len(runs))
     equal, alike = found
-    assert counts == [3, 6], "a run and those at twice and 1.86 times its step"
+    assert counts == [3, 6], "a run and those at twice and 1.3 times its step"
     assert alike.outcome.scheme == equal.outcome.scheme
     # eta and the bar depend on masses smoothly, with derivatives of order 1.
     assert alike.outcome.timestep == pytest.approx(equal.outcome.timestep, rel=3.0 * part)

@@ -184,7 +184,9 @@ def test_what_finer_steps_do_not_help_is_left_to_be_met_alone(monkeypatch, field
     monkeypatch.setattr(
         ManyMeetings,
         "_compare",
-        lambda self, starts, step, v: steps.append(step) or compare(self, starts, step, v),
+        lambda self, starts, step, *given: (
+            steps.append(step) or compare(self, starts, step, *given)
+        ),
     )
     scene = Scene(potential="toda", temperature=1e-3, engine="reference", **fields)
     velocity = np.array([scene.velocity])

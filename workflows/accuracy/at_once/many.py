@@ -16,6 +16,7 @@ from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.goals import decade_within
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity, run_in_house
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, usual_step
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.batch.runner import Batch, serves
 from chaincor.workflows.engines.in_house.batch.states import (
@@ -38,8 +39,6 @@ _HOTTEST_BOND = 5.0
 _STEP_LADDER = 0.8
 # First steps are guessed for energies on a ladder of this ratio.
 _ENERGY_LADDER = math.log(1.1)
-# A run is compared with those at so many times its step, as of one collision by itself.
-_COARSER = (2.0, 1.86)
 # At twice this step, in units of 1/frequency, orders begin to hold; it decides costs only.
 _LARGEST_STEP = 0.33
 # Of those that need more, most never converge.
@@ -123,9 +122,8 @@ class ManyMeetings:
         """
         Carry collisions out.
 
-        Each is run at H, 2 H and 1.86 H. The largest difference of eta is its error bar, with no
-        discount for the order: so it holds what the collision makes of rounding, too, which is
-        another one in every run.
+        Each is run at H, 2 H and 1.3 H, which prove its error (``step_proof``). It holds what the
+        collision makes of rounding, too, which is another one in every run.
 
         Parameters
         ----------
@@ -154,7 +152,7 @@ class ManyMeetings:
             rung = int(np.min(rungs[left]))
             now = np.flatnonzero(left & (rungs == rung))
             step = self._step(rung)
-            runs, errors = self._compare(starts.chosen(now), step, velocities[now])
+            runs, errors = self._compare(starts.chosen(now), step, velocities[now], floor[now])
             met = errors + floor[now] <= self._goal
             done = now[met]
             found.met[done] = True
@@ -195,7 +193,7 @@ class ManyMeetings:
         sharpness = math.sqrt(max(1.0, float(bond.curvature(strain)) / bond.stiffness))
         if sharpness > SHARPEST_FIXED:
             return -1
-        step = 0.5 * usual_step(self.scheme, goal, scene.fast_stiffness)
+        step = 0.5 * usual_step(self.scheme, goal / usual_share(self.scheme), scene.fast_stiffness)
         smaller = math.log(step / sharpness / self._step(0)) / math.log(_STEP_LADDER)
         return max(math.ceil(smaller), 0)
 
@@ -206,20 +204,25 @@ class ManyMeetings:
         return np.asarray(arithmetic_error(self._scene.particles, heat))
 
     def _compare(
-        self, starts: StartStates, step: float, velocities: Array
+        self, starts: StartStates, step: float, velocities: Array, floor: Array
     ) -> tuple[ManyRuns, Array]:
-        """Run at three steps; return what the finest gave and by how much the others differ."""
+        """Run at three steps; return what the finest gave and what it errs by."""
         fine = self._runs.follow(starts, np.full(len(starts), step))
         errors = np.where(fine.settled & ~self._may_come_late(fine), 0.0, np.inf)
         sound = np.flatnonzero(np.isfinite(errors))
         chosen, of = starts.chosen(sound), fine.chosen(sound)
-        for times in _COARSER:
-            if len(sound) == 0:
-                break
+        if len(sound) == 0:
+            return fine, errors
+        apart, alike = [], np.ones(len(sound), bool)
+        for times in COARSER:
             steps = np.full(len(sound), times * step)
             coarse = self._runs.compare(chosen, steps, of.last_contact_times)
-            apart = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
-            errors[sound] = np.maximum(errors[sound], np.where(coarse.settled, apart, np.inf))
+            differences = np.abs(coarse.speeds**2 - of.speeds**2) / velocities[sound] ** 2
+            apart.append(np.where(coarse.settled, differences, np.inf))
+            alike &= coarse.counts == of.counts
+        far, near = apart
+        proved, _ = proved_error(self.scheme, far, near, floor[sound])
+        errors[sound] = np.where(alike, proved, np.maximum(far, near))
         return fine, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
@@ -299,7 +302,7 @@ def meet_alone(scene: Scene) -> Answer | None:
         return None
     runs, step, error = meetings._runs, float(met.timesteps[0]), float(met.step_error[0])
     assert isinstance(runs, _Alone)
-    fine, coarse = runs.outcomes[step], runs.outcomes[_COARSER[0] * step]
+    fine, coarse = runs.outcomes[step], runs.outcomes[COARSER[0] * step]
     tries = [{"timestep": step, "step_error": error}]
     details = {"choice": {"tries": tries}, "spread": spread_of(scene, fine, coarse)}
     return answer(scene, fine, error, details)

@@ -12,17 +12,13 @@ from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.error_bars import (
-    COARSER_SHARE,
-    LEAST_SHARE,
-    table_error,
-    with_floors,
-)
+from chaincor.workflows.accuracy.error_bars import LEAST_SHARE, table_error, with_floors
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.goals import goal_above
-from chaincor.workflows.accuracy.regular import COARSER, LONGEST_TRUSTED, first_step
+from chaincor.workflows.accuracy.regular import LONGEST_TRUSTED, first_step
 from chaincor.workflows.accuracy.step_guess import foresee_sharpness, is_smooth, sharpness
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.batch.runner import Batch
 from chaincor.workflows.engines.in_house.batch.states import ManyRuns
@@ -136,7 +132,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     """
     Meet the tolerances of scenes of one kind, as far as that is done at once.
 
-    Each is run at the step that usually meets its goal, at twice and at 1.86 times that. Where the
+    Each is run at the step that usually meets its goal, at twice and at 1.3 times that. Where the
     goal is not met so, or contacts come or go, it is to be met alone.
 
     Parameters
@@ -175,8 +171,8 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     eta, *others = (
         np.square(centre_of_mass_velocity(run.velocities) / speeds) for run in (fine, *coarse)
     )
-    apart = np.max(np.abs(np.array(others) - eta), axis=0)
-    errors = COARSER_SHARE[kind.scheme] * apart
+    apart = np.abs(np.array(others) - eta)
+    errors = proved_error(kind.scheme, apart[0], apart[1], floor)[0]
     agree = np.logical_and.reduce([run.settled & (run.counts == fine.counts) for run in coarse])
     agree &= fine.longest_silences <= quiet_time(kind.particles, scenes[0].slow_stiffness)
     energies, *apart = _compared(scenes[0], fine, coarse[0])

@@ -1,0 +1,57 @@
+r"""
+The error of a step h, proved by the same collision at two larger ones.
+
+Where the error falls with the power q of the step, eta at 1.3 h differs from that at h by
+:math:`1.3^q - 1` of it: by more than the error itself if q is larger than
+:math:`\ln 2/\ln 1.3 = 2.64`. That it is, the run at 2 h shows, which then differs by more than
+:math:`2^q - 1 = 5.2` times as much. Nothing is known of the order beforehand, so that a chain that
+grazes the wall, breaks or amplifies what steps miss is not trusted with that of its scheme.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from chaincor.lammps_inputs.schemes import StepSchemeName
+from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
+
+# A run is proved by runs at so many times its step: the far one and the near one.
+COARSER = (2.0, 1.3)
+_LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
+_STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
+
+
+def proved_error(
+    scheme: StepSchemeName, far: Any, near: Any, rounding: Any = 0.0
+) -> tuple[Any, Any]:
+    """
+    Return the error of eta at a step, and whether it falls as it must for the near run to tell.
+
+    Parameters
+    ----------
+    scheme : str
+        Of the steps.
+    far, near : float or ndarray
+        By how much eta differs at the larger steps of `COARSER`; inf where a run tells nothing.
+    rounding : float
+        By how much it differs for other roundings, whatever the steps.
+
+    Returns
+    -------
+    tuple of (float or ndarray, bool or ndarray)
+        The difference to the near run, where that bounds the error, but not less than what usually
+        remains of the far one: an error that changes its sign between two steps makes one
+        difference small. Else the larger difference.
+    """
+    falls = near <= _STEEPEST * far + rounding
+    usual = COARSER_SHARE[scheme] * far
+    return np.maximum(near, np.where(falls, usual, far))[()], falls
+
+
+def usual_share(scheme: StepSchemeName) -> float:
+    """Return the error that is told over the difference to the far run, by the scheme's order."""
+    order = STEP_SCHEMES[scheme].order
+    near, far = (k**order - 1.0 for k in reversed(COARSER))
+    return max(COARSER_SHARE[scheme], near / far)
