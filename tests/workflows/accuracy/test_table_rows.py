@@ -85,8 +85,9 @@ def test_both_engines_have_the_same_bar_of_the_table(tmp_path):
         collide(tabulated(tmp_path, 30, engine=engine)).error_parts.table
         for engine in ("reference", "lammps")
     ]
-    # LAMMPS's own table adds to it, by far less than the tolerance.
-    assert parts[1] == pytest.approx(parts[0], abs=1e-6, rel=0.01)
+    # LAMMPS's own table adds to it, by far less than the tolerance; and each engine sees the
+    # strains at the ends of its own steps, which miss up to 1 % of the longest (``bond_error``).
+    assert parts[1] == pytest.approx(parts[0], abs=1e-6, rel=0.05)
 
 
 @pytest.mark.slow

@@ -1,0 +1,73 @@
+"""
+Draw how large true errors are beside their bars, from studies whose judge shares no code.
+
+    python -m benchmarks.judge.histogram FILE [FILE ...] [-o docs/images/honest_bars.png]
+
+The files are those that ``benchmarks.judge.lines`` and ``benchmarks.judge.plain`` write. Scenes
+that are refused, open, or that the judge is not sure of are left out, and counted. An error that is
+below the judge's own is taken for that. Prints, for each engine, how many errors are within their
+bar, the median of bar over error, and the largest error over bar.
+"""
+
+import argparse
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.analysis.figures.style import BLUE, VERMILION, new_figure
+
+_COLOURS = {"lammps": BLUE, "reference": VERMILION}
+_NAMES = {"lammps": "LAMMPS", "reference": "in-house engine"}
+# Decades of error over bar; what is smaller is drawn in the first bin.
+_LEAST, _MOST, _BINS = -6.0, 1.0, 28
+
+
+def read_rows(files: list[Path]) -> list[dict[str, Any]]:
+    """Return the rows of all files."""
+    return [json.loads(line) for file in files for line in file.read_text().splitlines()]
+
+
+def errors_over_bars(rows: list[dict[str, Any]]) -> np.ndarray:
+    """Return each error, or what the judge cannot tell from none, over its bar."""
+    return np.array([max(row["bars"], row["judge_error"] / row["bar"]) for row in rows])
+
+
+def main() -> None:
+    """Print the figures of both engines and draw the histogram."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", type=Path, nargs="+")
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/honest_bars.png"))
+    given = parser.parse_args()
+    rows = read_rows(given.files)
+    judged = [row for row in rows if row["verdict"] in ("inside", "outside")]
+    left_out = Counter(row["verdict"] for row in rows) - Counter(r["verdict"] for r in judged)
+    figure, axes = new_figure(figsize=(6.5, 3.9))
+    edges = np.linspace(_LEAST, _MOST, _BINS + 1)
+    for engine, colour in _COLOURS.items():
+        own = [row for row in judged if row["engine"] == engine]
+        if not own:
+            continue
+        shares = errors_over_bars(own)
+        inside, median = sum(row["verdict"] == "inside" for row in own), 1.0 / np.median(shares)
+        label = f"{_NAMES[engine]}: {inside} of {len(own)} inside, median bar {median:.0f} errors"
+        print(f"{label}, largest error {max(row['bars'] for row in own):.2g} bars")
+        decades = np.clip(np.log10(shares), _LEAST, _MOST)
+        axes.hist(decades, edges, histtype="step", color=colour, lw=1.8, label=label)
+    axes.axvline(0.0, color="black", lw=1.0, ls="--")
+    axes.set_xlabel(r"$\log_{10}$ (true error of $\eta$ / its bar)")
+    axes.set_ylabel("scenes")
+    most = axes.get_ylim()[1]
+    axes.set_ylim(0.0, 1.35 * most)
+    axes.legend(loc="upper left")
+    rest = ", ".join(f"{count} {verdict}" for verdict, count in sorted(left_out.items()))
+    axes.set_title(f"{len(judged)} random scenes; left out: {rest or 'none'}", fontsize=9)
+    given.output.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(given.output, metadata={"Description": f"{__doc__}\n{given.files}"})
+    print(given.output)
+
+
+if __name__ == "__main__":
+    main()
