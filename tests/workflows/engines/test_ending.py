@@ -22,6 +22,7 @@ from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.follow import follow
 from chaincor.workflows.engines.in_house.motion_coast import LookAhead
 from chaincor.workflows.engines.pieces import find_pieces
+from chaincor.workflows.engines.whole_end import ENERGY_MARGIN, certain_at
 
 LJ = LennardJones()
 LONG = 1e9
@@ -342,3 +343,13 @@ def test_what_is_unlikely_in_a_long_chain_is_not_taken_for_impossible():
         state = (displacement, strains if verdict is None else 0.0 * strains, velocities)
         assert argue_end(*state, 0.0, LJ) is None
         assert argue_end(*state, 1e9, LJ) == verdict
+
+
+def test_two_particles_are_off_the_wall_when_no_energy_reaches_it():
+    # v0 = 0.1, now 0.06: 1.01 0.01 - 0.0036 = 0.0065 is inside, and as much as 0.0036 of it is the
+    # motion by which particle 1 would still approach. What is left bends the bond by sqrt(2 E),
+    # particle 1 by half of that, and the mean makes up for it at 0.06.
+    reach = 0.5 * (2.0 * ((1.0 + ENERGY_MARGIN) * 0.01 - 0.0072)) ** 0.5
+    for distance in (0.0, 0.01, 0.1):
+        found = certain_at(Harmonic(), 0.1, 0.12, distance, np.zeros(1), 3.0, 0.0)
+        assert found == pytest.approx(3.0 + max(reach - distance, 0.0) / 0.06, rel=1e-12)
