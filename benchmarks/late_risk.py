@@ -1,0 +1,121 @@
+"""How often a contact follows a silence, beside what the end's argument estimates.
+
+Random lj chains hit the wall and are followed for 400 crossings of sound after their last contact.
+A trial is a silence as long as an argument must hold: sound has crossed the chain and come back,
+and the end is not proved. It is sorted by the estimate of ``ending.return_risk`` then, and by the
+energy that is left in the chain for each bond, over that which breaks one; counted is whether a
+contact follows. Prints both tables, with the upper end of Wilson's interval of 95 %; ends with 1
+where that a rate exceeds its estimate is seen beyond doubt.
+
+Run: python -m benchmarks.late_risk [--scenes 2000] [--seed 1]
+"""
+
+import argparse
+import math
+import sys
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest
+
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.engines.ending import quiet_time, return_risk
+from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house.moving import Motion, Stepper
+from chaincor.workflows.engines.pieces import Pieces, find_pieces
+
+PARTICLES, SPEEDS = (4, 41), (0.3, 1.8)
+# Motions need not be exact to be drawn from; Verlet steps of a tenth of the stiffest bond's time.
+STEP = 0.02
+FOLLOWED = 400.0
+# Looks after the first are so many crossings of sound apart.
+LOOKS = 1.0
+
+
+class Trial(NamedTuple):
+    """An estimate, the energy for each bond over that which breaks one, and what came."""
+
+    risk: float
+    energy: float
+    contact: bool
+
+
+def trials_of(scene: Scene) -> list[Trial]:
+    """Return the silences of a collision."""
+    bond, n = scene.bond, scene.particles
+    stepper = Stepper.of(scene.line, bond, "verlet", STEP)
+    moving = Motion.at_start(scene, stepper.scheme)
+    for name in ("argue_after", "argue_first", "patience"):
+        moving.ledger[name] = math.inf
+    crossing, quiet = n / math.sqrt(bond.stiffness), quiet_time(n, bond.stiffness)
+    found: list[Trial] = []
+    asked: Trial | None = None
+    contacts = 1
+    while True:
+        goal = int(moving.ledger["steps"]) + math.ceil(LOOKS * crossing / STEP)
+        status = moving.advance(stepper, goal)
+        while status == motion.FULL:
+            moving.make_room()
+            status = moving.advance(stepper, goal)
+        if status != motion.DONE:
+            return found  # bonds that Verlet steps do not resolve
+        now, last = int(moving.ledger["steps"]) * STEP, float(moving.ledger["last_contact"])
+        if int(moving.ledger["contacts"]) != contacts:
+            if asked is not None:
+                found.append(asked._replace(contact=True))
+            contacts, asked = int(moving.ledger["contacts"]), None
+        if asked is None and now - last > quiet:
+            pieces = find_pieces(*moving.bodies(bond)[0][:3], bond)
+            risk = return_risk(pieces, bond)
+            if risk == 0.0:
+                return found
+            asked = Trial(risk, _energy(pieces) / bond.dissociation, False)
+        if asked is not None and now - last > FOLLOWED * crossing:
+            return [*found, asked]
+
+
+def _energy(pieces: Pieces) -> float:
+    """Return the internal energy for each bond of the first piece."""
+    return float(pieces.energies[0]) / max(1, int(pieces.sizes[0]) - 1)
+
+
+def table(name: str, rows: dict[str, list[Trial]]) -> bool:
+    """Print rates; return whether each may be as small as its estimate."""
+    print(f"| {name} | trials | estimate, on average | contacts | rate, at most |")
+    print("|---|---|---|---|---|")
+    held = True
+    for row, trials in rows.items():
+        count, met = len(trials), sum(trial.contact for trial in trials)
+        interval = binomtest(met, count).proportion_ci(method="wilson")
+        estimate = float(np.mean([trial.risk for trial in trials]))
+        print(f"| {row} | {count} | {estimate:.1e} | {met} | {interval.high:.1e} |")
+        held = held and interval.low <= estimate
+    return held
+
+
+def main() -> None:
+    """Print the tables; exit with 1 where an estimate is too low."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    rng, trials = np.random.default_rng(given.seed), []
+    for _ in range(given.scenes):
+        n, speed = int(rng.integers(*PARTICLES)), float(rng.uniform(*SPEEDS))
+        scene = Scene(potential="lj", particles=n, speed=speed, engine="reference")
+        trials += trials_of(scene)
+    print(f"{given.scenes} scenes, {len(trials)} silences whose end is not proved")
+    by_risk: dict[str, list[Trial]] = {}
+    by_energy: dict[str, list[Trial]] = {}
+    for trial in sorted(trials):
+        decade = max(-9, math.floor(math.log10(trial.risk) + 1e-9))
+        by_risk.setdefault(f"1e{decade}" if decade > -9 else "1e-9 or less", []).append(trial)
+    for trial in sorted(trials, key=lambda trial: trial.energy):
+        by_energy.setdefault(f"{math.floor(trial.energy * 5) / 5:.1f}", []).append(trial)
+    held = table("estimate from", by_risk)
+    table("energy a bond from", by_energy)
+    sys.exit(0 if held else 1)
+
+
+if __name__ == "__main__":
+    main()
