@@ -124,7 +124,8 @@ def test_lammps_gives_the_same_ensemble():
         bars = one.restitution_error + other.restitution_error
         assert abs(one.restitution - other.restitution) <= bars
         assert one.contacts == other.contacts
-    assert lammps.samples[0].scheme in ("order8", "verlet")
+    # Extrapolated steps are for cold chains.
+    assert lammps.samples[0].scheme in ("order6", "order8", "verlet")
 
 
 @pytest.mark.slow
