@@ -26,7 +26,8 @@ from chaincor.workflows.engines.rounding import jitter_error
 
 # Longer chains have contacts that graze the wall and make much of the last digit.
 LONG = 1500
-# Chains of more particles than this are not met together with others.
+# Chains of more particles than this that need finer steps than usual have their roundings looked
+# at, and are met one by one.
 LONGEST_TRUSTED = 250
 # Where contacts come or go with the step, and in bodies that amplify what steps miss, the error is
 # taken for so many times what the runs tell: of 141 chains with one heavy mass, at three steps
