@@ -15,6 +15,7 @@ from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.rounding import jitter_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.errors import CrossingError
 from chaincor.workflows.measured import measured
 from tests.reference_cases import CASES, case_name, case_scene
 
@@ -207,3 +208,10 @@ def test_what_late_contacts_may_bring_does_not_hinge_on_which_motion_had_one():
         bars.append(meeting.meet(scene, 1e-6).bar.total)
     # By the energy of the piece at the wall, which the motions' own errors change by 1e-4.
     assert bars[1] == pytest.approx(bars[0], rel=1e-3)
+
+
+def test_a_chain_that_is_thrown_back_faster_than_it_came_is_refused_by_name():
+    # The first step that is tried is so long that momenta overflow before any strain tells.
+    scene = Scene(potential="toda", toda_b=1.0, particles=10, speed=100.0, engine="reference")
+    with pytest.raises(CrossingError, match="two particles meet"):
+        collide(scene)

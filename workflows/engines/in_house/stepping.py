@@ -23,7 +23,7 @@ from chaincor.workflows.engines.in_house.loops.beside import meanwhile
 from chaincor.workflows.engines.in_house.motion_coast import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.recorder import Recorder
-from chaincor.workflows.engines.outcome import Outcome
+from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 from chaincor.workflows.errors import RunError
 
@@ -231,6 +231,8 @@ class _Collision:
         line = scene.line
         if status == motion.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
+            if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
+                raise self._unresolved()  # too long a step throws it back faster than it came
             masses = None if line.unit else line.chain_masses
             state = moving.gap, moving.strain
             certain = certain_at(scene.bond, speed, momentum, *state, now, last, masses)
