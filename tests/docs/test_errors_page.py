@@ -1,15 +1,19 @@
 """Every named error has its section on the page that messages point to, and no section is stale."""
 
 import importlib
+import math
 import pkgutil
 import re
 
+import numpy as np
 import pytest
 
 import chaincor.analysis
 import chaincor.lammps_inputs
 import chaincor.workflows
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import ChaincorError
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main
 from tests.docs.documents import ROOT
 
@@ -33,6 +37,20 @@ def test_each_error_has_a_section_with_cause_and_remedy():
     for name, text in sections.items():
         assert "**Cause.**" in text, name
         assert "**Remedy.**" in text, name
+
+
+def test_bonds_that_particles_can_cross_are_named_with_the_error_that_says_so():
+    page = (ROOT / "docs" / "errors.md").read_text()
+    section = page.split("### CrossingError\n")[1].split("\n### ")[0]
+    # Their energy is finite at length zero; of these bonds springs alone are followed on.
+    for name in NAMED_POTENTIALS:
+        keys = {"power": {"power_order": 4, "power_c": 1.0}, "harmonic": {"velocity": 0.1}}
+        bond = Scene(potential=name, **keys.get(name, {})).bond
+        with np.errstate(divide="ignore"):
+            crosses = math.isfinite(float(bond.energy(np.array(-1.0))))
+        if crosses and bond.crossing_strain == -1.0:
+            assert f"`{name}`" in section
+    assert "other bonds it refuses, too" in section
 
 
 def test_a_message_names_its_section(capsys):

@@ -203,7 +203,7 @@ def test_what_is_printed_names_what_was_hit():
         assert text[name].count("of the relative motion") == 2
         assert "\ntarget                 velocity -0." in text[name]
     assert "onto a free target: 1 particle, masses 7" in text["one heavy particle"]
-    assert "soft contact: K d^q of the overlap d, K = 1, q = 1.5" in text["soft"]
+    assert "soft contact: force K d^q of the overlap d, K = 1, q = 1.5" in text["soft"]
     assert "bonds shorter by 0.02 at first" in text["compressed"]
     plain = describe(collide(Scene(particles=4, **IN_HOUSE)))
     assert "of the initial momentum" in plain

@@ -30,7 +30,9 @@ Examples:
 @click.command(cls=SceneCommand, epilog=_EXAMPLES)
 @scene_options()
 @click.option(
-    "--animate", metavar="FILE", help="draw the motion, followed in-house, as .gif or .mp4"
+    "--animate",
+    metavar="FILE",
+    help="draw the motion, computed again by the in-house engine, as .gif or .mp4",
 )
 @click.option("--watch", "watched", is_flag=True, help="play the motion in the terminal")
 @click.option(
@@ -43,7 +45,7 @@ Examples:
     "--samples",
     type=click.IntRange(min=1),
     metavar="N",
-    help="of a warm scene: run N seeds, and print the mean eta and its standard error",
+    help="with a temperature: run N seeds, and print the mean eta and its standard error",
 )
 @click.option(
     "--precision",
@@ -81,7 +83,7 @@ def run(
     """
     Run one collision and print its restitution with an error bar.
 
-    Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, to 1e-6.
+    Without options: a Lennard-Jones chain of 100 particles at 0.4 v*, by LAMMPS, eta to 1e-6.
     """
     from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
     from chaincor.workflows.campaign.progress import show_elapsed

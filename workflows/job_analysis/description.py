@@ -87,7 +87,8 @@ def _of_bodies(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     for name, velocity, energy in bodies:
         text = f"velocity {velocity:.6g}"
         if energy is not None:
-            text += f", translation {energy.translation:.6g}, vibration {energy.vibration:.6g}"
+            text += f", energy of translation {energy.translation:.6g}"
+            text += f", of vibration {energy.vibration:.6g}"
         found.append((name, text))
     return found
 

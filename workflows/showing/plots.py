@@ -55,7 +55,7 @@ class Plots:
 
     Each picture goes into the `ax` given, or into a figure of its own: a notebook shows that below
     the cell; in a script ``ax.figure.savefig("lines.png")`` keeps it, and ``plt.show()`` shows it
-    where pyplot was imported before. What shows the motion carries the collision out again.
+    if pyplot was imported before. Pictures of the motion compute the collision again.
     """
 
     def __init__(self, result: "Collision") -> None:
@@ -75,7 +75,7 @@ class Plots:
         ax : matplotlib.axes.Axes, optional
             Axes to draw into.
         magnification : float, optional
-            Factor on the displacements; by default as large as shows them well.
+            Factor on the displacements; by default so large that they can be seen.
 
         Returns
         -------
@@ -107,9 +107,9 @@ class Plots:
         """
         Draw the energy of each mode of the chain after the collision.
 
-        Of a chain that broke kinetic energies are drawn, since others mean nothing. Of a cold chain
-        of equal masses and springs before a hard wall there is besides what Basile and Dumont
-        expect of contacts that are all alike.
+        For a chain that broke, kinetic energies are drawn: the potential energy of a broken bond is
+        in no mode. For a cold chain of equal masses and springs at a hard wall, the picture also
+        shows the theory of Basile and Dumont, in which all contacts are alike.
 
         Parameters
         ----------
@@ -147,8 +147,8 @@ class Plots:
         """
         Draw translation and vibration in time, as shares of the energy at impact.
 
-        With a free target both are sums over the two bodies; what a soft contact stores meanwhile
-        is the part that is missing.
+        With a free target each is the sum over the two bodies. While the bodies of a soft contact
+        overlap, the two do not add up to 1: the contact stores the rest.
 
         Parameters
         ----------

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 _ENDINGS = {
     "proved": "energy and momentum rule out another contact",
     "argued": "the collision is very likely over, but this is not proved",
-    "open": "a piece still approaches the {}; contacts to come are in the error bar",
+    "open": "another contact may still come; the error bar allows for it",
 }
 
 
@@ -59,13 +59,12 @@ def heading(result: "Collision") -> list[str]:
 def rows(result: "Collision") -> list[tuple[str, str]]:
     """Return what came out, each with its name; `terms` explains the names."""
     relative = "" if result.target_particles is None else ", of the relative motion"
-    other = "wall" if result.target_particles is None else "target"
     eta = with_error(result.restitution, result.restitution_error)
     found = [
         ("restitution (energy)", f"eta = {eta}{relative}"),
         ("restitution (speed)", f"e   = {result.kinematic_restitution:.6g}{relative}"),
         ("contacts", f"{result.contacts}, the last at t = {result.last_contact_time:.6g}"),
-        ("end", f"{result.ending}: {_ENDINGS[result.ending].format(other)}"),
+        ("end", f"{result.ending}: {_ENDINGS[result.ending]}"),
         *_bodies_after(result),
         ("bond lengths", _bond_lengths(result)),
         ("energy drift", f"{result.energy_drift:.1e}"),
@@ -74,7 +73,7 @@ def rows(result: "Collision") -> list[tuple[str, str]]:
     if result.fragments > 1:
         found.append(("fragments", f"{result.fragments} at the last contact: bonds broke"))
     if result.crossed:
-        found.append(("crossed", "particles passed through each other on paper"))
+        found.append(("crossed", "particles passed through each other, which atoms cannot"))
     return found
 
 
@@ -112,7 +111,7 @@ def _bodies_before(result: "Collision") -> list[str]:
         lines.append(f"onto a free target: {_count(result.target_particles)}, masses {masses}")
     if result.contact is not None:
         lines.append(
-            f"soft contact: K d^q of the overlap d, K = {result.contact_stiffness:.6g}, "
+            f"soft contact: force K d^q of the overlap d, K = {result.contact_stiffness:.6g}, "
             f"q = {result.contact_exponent:.6g}"
         )
     if result.initial is not None:
@@ -129,7 +128,7 @@ def _bodies_after(result: "Collision") -> list[tuple[str, str]]:
     """Say where momentum and energy went; nothing for a plain scene, whose eta says it."""
     if result.velocity_after is None:
         return []
-    text = "velocity {:.6g}, translation {:.6g}, vibration {:.6g}"
+    text = "velocity {:.6g}, energy of translation {:.6g}, of vibration {:.6g}"
     chain = (result.velocity_after, result.translational_energy, result.vibrational_energy)
     rows = [("chain", text.format(*chain))]
     if result.target_particles is not None:

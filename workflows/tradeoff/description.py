@@ -51,7 +51,7 @@ def describe_study(study: Tradeoff) -> str:
     if stock:
         lines += ["", "the stock reflecting wall (median, rms, worst over phases):"]
         lines += [
-            f"    dt {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
+            f"    H {m.setting.timestep:<8.4g} {m.median_error:.1e}  {m.rms_error:.1e}  "
             f"{m.worst_error:.1e}  {format_seconds(m.time):>8}"
             for m in stock
         ]

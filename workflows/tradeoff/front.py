@@ -139,8 +139,7 @@ def give_advice(scene: Scene, rows: list[CheapestRow], tolerance: float) -> str:
 
 def describe(setting: Setting) -> str:
     """Describe a setting in a few words."""
-    name = "dt" if setting.series.scheme == "verlet" else "H"
-    return f"{setting.series.label}, {name} {setting.timestep:.3g}"
+    return f"{setting.series.label}, H {setting.timestep:.3g}"
 
 
 def format_seconds(seconds: float) -> str:

@@ -112,8 +112,7 @@ def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def _bars_name(budget: ErrorBudget) -> str:
-    step = "dt" if budget.scheme == "verlet" else "H"
-    return f"{budget.name}\n{budget.scheme}, {step} {budget.timestep:.3g}"
+    return f"{budget.name}\n{budget.scheme}, H {budget.timestep:.3g}"
 
 
 def _draw(study: Tradeoff, folder: Path) -> None:

@@ -24,6 +24,14 @@ def test_each_word_leads_to_its_term(capsys, word):
     assert term in ALL_TERMS
 
 
+def test_no_other_name_hides_a_term(capsys):
+    assert not set(other_names()) & set(ALL_TERMS)
+    # A row of `analyze`, and an end that `run` prints.
+    assert chaincor(capsys, "explain", "vibration")[1].startswith("vibration: share of the energy")
+    said = " ".join(chaincor(capsys, "explain", "open")[1].split())
+    assert "open (another contact may still come; the error bar allows for it)" in said
+
+
 @pytest.mark.parametrize("name", sorted(named_errors()))
 def test_each_error_has_cause_and_remedy(capsys, name):
     status, out, _ = chaincor(capsys, "explain", name)

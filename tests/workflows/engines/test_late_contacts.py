@@ -158,4 +158,4 @@ def test_an_open_end_widens_the_bar_and_says_so(monkeypatch):
     # What the contact that was not waited for changes is in the bar.
     assert 1e-2 < abs(result.restitution - LATE[28][3]) <= result.restitution_error
     said = describe(result)
-    assert "end                    open: a piece still approaches the wall" in said
+    assert "end                    open: another contact may still come; the error bar" in said

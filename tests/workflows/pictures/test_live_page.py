@@ -114,6 +114,9 @@ def test_the_page_computes_from_its_file(opened):
     browser.wait(IDLE)
     assert re.match(r"0\.[\d\u2009]+ ± \d·10⁻", text_of(browser, "eta"))
     assert text_of(browser, "ending").startswith("Proved that")
+    said = r"Time step ([\d.e-]+); the run before, with ([\d.e-]+), gives the error bar"
+    step, before = re.match(said, text_of(browser, "progress")).groups()
+    assert float(before) == pytest.approx(2.0 * float(step), rel=1e-2)  # three digits are shown
     assert text_of(browser, "command") == (
         "chaincor run --engine reference --potential toda --toda-b 4 --particles 6 --speed 0.5"
     )

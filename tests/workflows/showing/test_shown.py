@@ -18,7 +18,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.showing.table import ResultTable
-from chaincor.workflows.showing.terms import TERMS
+from chaincor.workflows.showing.terms import ALL_TERMS, TERMS
 from chaincor.workflows.showing.text import closing, describe, heading, rows
 
 SCENES = {
@@ -87,6 +87,19 @@ def test_the_table_holds_what_the_command_prints(result):
     printed = [*heading(result), *(text for row in rows(result) for text in row), *closing(result)]
     assert cells.texts == printed
     assert [TERMS[name] for name, _ in rows(result)] == cells.titles
+
+
+def test_an_open_end_says_no_more_than_is_known(plain):
+    # Pieces may recede, and late contacts be in doubt by the last digits alone.
+    doubted = dataclasses.replace(plain, ending="open")
+    assert dict(rows(doubted))["end"] == (
+        "open: another contact may still come; the error bar allows for it"
+    )
+
+
+def test_a_step_is_called_h_whatever_the_scheme(plain):
+    assert ", H = 0.01" in closing(dataclasses.replace(plain, scheme="verlet", timestep=0.01))[0]
+    assert "H, the time step" in ALL_TERMS["setting"]
 
 
 def test_text_from_a_scene_is_no_html(plain):

@@ -110,7 +110,7 @@ function arrange() {
     find(`${key}-hint`).textContent = limits[key](scene).join(" to ").replaceAll("-", "\u2212");
     scene[key] = Number(find(key).value);
   }
-  find("speed-unit").textContent = linear ? "\u221a(k/m) bond lengths" : "v*";
+  find("speed-unit").textContent = linear ? "bond lengths \u00d7 \u221a(k/m)" : "v*";
   find("speed-hint").textContent = linear
     ? "0.0001 to 10; with springs \u03b7 is the same at every speed"
     : "0.0001 to 10; at v* a bond is compressed so far that it no longer acts as a spring";

@@ -95,7 +95,7 @@ const curvePicture = new Picture("curve", {
     const high = Math.max(1, ...etas.map((eta) => Math.ceil(10 * eta) / 10));
     const most = shown.linear ? 0.5 : 2;
     axes.span(0, most, Math.max(0, low), high + 0.02);
-    axes.axes(shown.linear ? "impact speed (\u221a(k/m) bond lengths)" : "impact speed / v*",
+    axes.axes(shown.linear ? "impact speed (bond lengths \u00d7 \u221a(k/m))" : "impact speed / v*",
       "restitution \u03b7 (energy)");
     const points = known.slice().sort((a, b) => a.speed - b.speed);
     if (shown.flat && points.length)

@@ -122,10 +122,10 @@ function sayCommand(scene) {
   const drawn = scene && firstStateOf(scene), link = find("first-state");
   find("command").textContent = scene ? commandOf(scene, drawn) : "";
   find("command-label").textContent = !scene ? "" : drawn
-    ? "The same collision by the program, once the first state is saved as state.csv:"
+    ? "The same collision by the program chaincor, once the first state is saved as state.csv:"
     : scene.temperature
-      ? "The program draws another first state from this seed, and so computes another collision:"
-      : "The same collision by the program:";
+      ? "The program chaincor draws another first state from this seed, and so computes another collision:"
+      : "The same collision by the program chaincor:";
   URL.revokeObjectURL(link.href);
   link.hidden = !drawn;
   link.href = drawn ? URL.createObjectURL(new Blob([drawn], { type: "text/csv" })) : "";
@@ -148,8 +148,8 @@ function show(run, done) {
       : withBar(run.restitution, run.error);
   const share = `${(100 * run.restitution).toFixed(1)} %`, loose = run.fragments - 1;
   find("verdict").textContent = unknown
-    ? `Runs with steps halved differ by ${run.error.toPrecision(1)}: this motion is chaotic, and the ` +
-      "page gives no number. The pictures show one of many motions."
+    ? `Halving the time step changes \u03b7 by ${run.error.toPrecision(1)}: this motion is chaotic, and ` +
+      "the page gives no number. The pictures show one of many motions."
     : `${share} of the ${scene.target_particles ? "energy of relative motion" : "translational energy"} ` +
       `comes back, after ${count} ${count === 1 ? "contact" : "contacts"}, the last at t = ${last.toFixed(2)}. ` +
       (loose > 0 ? `The chain breaks at ${loose} ${loose === 1 ? "bond" : "bonds"}. ` : "");
@@ -157,9 +157,9 @@ function show(run, done) {
   find("ending").dataset.kind = run.ending;
   find("kinematic").textContent = unknown ? "" : `e = \u221a\u03b7 = ${Math.sqrt(run.restitution).toFixed(4)}`;
   find("progress").textContent = done
-    ? `Time step ${run.step.toPrecision(3)}; a second run with ` +
-      `${(2 * run.step).toPrecision(3)} gives the error bar. Computed in ${run.seconds.toFixed(2)} s.`
-    : "A second run, with half the time step, for the error bar \u2026";
+    ? `Time step ${run.step.toPrecision(3)}; the run before, with ` +
+      `${(2 * run.step).toPrecision(3)}, gives the error bar. Computed in ${run.seconds.toFixed(2)} s.`
+    : "Another run, with half the time step, for the error bar \u2026";
   const unit = run.unit === null ? "" : `; v* = ${run.unit.toPrecision(9)}`;
   find("facts").textContent = `v\u2080 = ${run.speed.toPrecision(6)}${unit}.` +
     (run.masses.length > 2 ? ` Bond lengths, looked at after each time step up to the last contact: ` +

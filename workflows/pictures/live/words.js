@@ -17,8 +17,8 @@ const ENDINGS = {
   proved: () => "Proved that it was the last contact: the energy left cannot bring the chain back.",
   argued: () => "Very likely the last contact, but not proved: the energy left could bring the chain " +
     "back if nearly all of it met in one bond.",
-  open: (run) => `Not proved that it was the last contact: none came in the time ${run.watched.toFixed(0)} ` +
-    "since, and the page looks no further. A later contact may still change the number.",
+  open: (run) => `Not proved that it was the last contact: in the time of ${run.watched.toFixed(0)} after it ` +
+    "there was no other, and the page follows the chain no longer. A later one may still change \u03b7.",
 };
 
 /** What the finished curve is. */
@@ -27,8 +27,8 @@ function curveText() {
   const open = shown.curve.filter((p) => p.ending === "open").length;
   return [
     shown.flat ? "With springs \u03b7 is the same at every speed." : `${shown.curve.length} speeds.`,
-    open ? `Hollow points: a later contact may still change the number (${open}).` : "",
-    refused ? `Crosses: speeds that the page refuses (${refused}).` : "",
+    open ? `Hollow points (${open}): a later contact may still change \u03b7 there.` : "",
+    refused ? `Crosses (${refused}): speeds that the page refuses.` : "",
     shown.curve.some((p) => p.error > 0.002) ? "Bars: error bars of chaotic motions." : "",
   ].filter(Boolean).join(" ");
 }
