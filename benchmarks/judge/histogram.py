@@ -3,9 +3,9 @@ Draw how large true errors are beside their bars, from studies whose judge share
 
     python -m benchmarks.judge.histogram FILE [FILE ...] [-o docs/images/honest_bars.png]
 
-The files are those that ``benchmarks.judge.lines`` and ``benchmarks.judge.plain`` write. Scenes
-that are refused, open, or that the judge is not sure of are left out, and counted. An error that is
-below the judge's own is taken for that. Prints, for each engine, how many errors are within their
+The files are those that ``benchmarks.judge.lines`` writes. Scenes that are refused, open, or whose
+number the judge knows no better than the bar are left out, and counted. An error that is below the
+judge's own is taken for that. Prints, for each engine, how many errors are within their
 bar, the median of bar over error, and the largest error over bar.
 """
 
@@ -42,6 +42,9 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/images/honest_bars.png"))
     given = parser.parse_args()
     rows = read_rows(given.files)
+    for row in rows:
+        if row["verdict"] == "inside" and row["judge_error"] > row["bar"]:
+            row["verdict"] = "judge unsure"
     judged = [row for row in rows if row["verdict"] in ("inside", "outside")]
     left_out = Counter(row["verdict"] for row in rows) - Counter(r["verdict"] for r in judged)
     figure, axes = new_figure(figsize=(6.5, 3.9))

@@ -246,6 +246,11 @@ def test_the_job_is_complete(tmp_path):
     assert (again.particles, again.scheme, again.tolerance) == (5, "order8", None)
 
 
+def test_jobs_before_a_hard_wall_use_no_function_that_releases_of_2022_lack(tmp_path):
+    write_job(Scene(particles=5), tmp_path / "job")
+    assert "ternary(" not in (tmp_path / "job" / "in.chain").read_text()
+
+
 def test_a_harmonic_job_needs_no_table(tmp_path):
     files = write_job(Scene(potential="harmonic", particles=5), tmp_path)
     assert "bond.table" not in [file.name for file in files]
