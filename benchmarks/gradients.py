@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -168,14 +169,9 @@ def difference(
         # Chains that break have other contacts so far off: there nothing converges.
         if off <= wanted:
             break
-        best, off = min(
-            (best, off), _extrapolated(changed, size * _LARGEST * closer, step), key=_off
-        )
+        nearer = _extrapolated(changed, size * _LARGEST * closer, step)
+        best, off = min((best, off), nearer, key=itemgetter(1))
     return best, off
-
-
-def _off(found: tuple[float, float]) -> float:
-    return found[1]
 
 
 def _extrapolated(

@@ -16,8 +16,8 @@ import sys
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
+from chaincor.analysis.distribution import wilson_interval
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import quiet_time, return_risk
 from chaincor.workflows.engines.in_house import motion
@@ -86,10 +86,10 @@ def table(name: str, rows: dict[str, list[Trial]]) -> bool:
     held = True
     for row, trials in rows.items():
         count, met = len(trials), sum(trial.contact for trial in trials)
-        interval = binomtest(met, count).proportion_ci(method="wilson")
+        low, high = wilson_interval(met, count)
         estimate = float(np.mean([trial.risk for trial in trials]))
-        print(f"| {row} | {count} | {estimate:.1e} | {met} | {interval.high:.1e} |")
-        held = held and interval.low <= estimate
+        print(f"| {row} | {count} | {estimate:.1e} | {met} | {high:.1e} |")
+        held = held and low <= estimate
     return held
 
 

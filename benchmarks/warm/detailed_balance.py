@@ -43,7 +43,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from benchmarks.warm.fixed_steps import Carried, carry
+from benchmarks.warm.fixed_steps import Carried, carry, same_probability
 from chaincor import Scene, collide_many
 
 
@@ -95,7 +95,7 @@ def measure(
         ),
         "up": up,
         "down": down,
-        "p_symmetry": float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0,
+        "p_symmetry": same_probability(up, down),
         "correlation": float(np.corrcoef(before, after)[0, 1]),
         "seconds": time.perf_counter() - started,
         "processor_seconds": time.process_time() - cpu,

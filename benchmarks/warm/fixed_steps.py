@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from chaincor import Scene
 from chaincor.workflows.campaign.warm import group_scenes
@@ -56,3 +57,8 @@ def carry(
         np.concatenate([part.contacts for part in parts]),
         [kind for part in parts for kind in part.endings],
     )
+
+
+def same_probability(up: int, down: int) -> float:
+    """Return how likely samples that change sides do so as unequally as these, by McNemar."""
+    return float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0

@@ -40,7 +40,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from benchmarks.warm.fixed_steps import carry
+from benchmarks.warm.fixed_steps import carry, same_probability
 from chaincor import Scene, collide
 from chaincor.analysis.distribution import Distribution, share_above
 from chaincor.analysis.figures.style import BLUE, GREEN, VERMILION, new_figure
@@ -97,11 +97,6 @@ def measure_gain(scene: Scene, samples: int, step: float) -> dict[str, Any]:
             f"moved_{times}": float(np.mean(np.abs(e - finest) > 1e-3)),
         }
     return row
-
-
-def same_probability(up: int, down: int) -> float:
-    """Return how likely samples that change sides do so as unequally as these, by McNemar."""
-    return float(stats.binomtest(up, up + down).pvalue) if up + down else 1.0
 
 
 def measure_bounds(scene: Scene, window: float, samples: int, step: float) -> dict[str, Any]:

@@ -151,10 +151,9 @@ def _step_error(
     amplifies = not scene.line.uniform
     if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
         return math.inf, False
-    if not nearer or differ(fine, proofs):
-        return _RESERVE * max([far, *nearer]), False
-    error, falls = proved_error(scheme, far, nearer[0], floor)
-    return (_RESERVE if amplifies else 1.0) * float(error), bool(falls)
+    alike = not differ(fine, proofs)
+    error, falls = proved_error(scheme, far, nearer[0] if nearer else far, floor, alike)
+    return (_RESERVE if amplifies or not alike else 1.0) * float(error), bool(falls)
 
 
 def _converge(fine: Outcome, near: Outcome, coarse: Outcome) -> bool:

@@ -24,7 +24,7 @@ _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
 
 
 def proved_error(
-    scheme: StepSchemeName, far: Any, near: Any, rounding: Any = 0.0
+    scheme: StepSchemeName, far: Any, near: Any, rounding: Any, alike: Any
 ) -> tuple[Any, Any]:
     """
     Return the error of eta at a step, and whether it falls as it must for the near run to tell.
@@ -35,8 +35,10 @@ def proved_error(
         Of the steps.
     far, near : float or ndarray
         By how much eta differs at the larger steps of `COARSER`; inf where a run tells nothing.
-    rounding : float
+    rounding : float or ndarray
         By how much it differs for other roundings, whatever the steps.
+    alike : bool or ndarray
+        Whether all three runs have as many contacts.
 
     Returns
     -------
@@ -45,7 +47,7 @@ def proved_error(
         remains of the far one: an error that changes its sign between two steps makes one
         difference small. Else the larger difference.
     """
-    falls = near <= _STEEPEST * far + rounding
+    falls = alike & (near <= _STEEPEST * far + rounding)
     usual = COARSER_SHARE[scheme] * far
     return np.maximum(near, np.where(falls, usual, far))[()], falls
 

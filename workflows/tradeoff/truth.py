@@ -109,7 +109,6 @@ def _converge_far(scene: Scene) -> Converged:
 
 def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) -> Truth:
     outcome = found.outcome
-    share = SHARE_ALONE
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(
         restitution=found.restitution,
@@ -125,8 +124,8 @@ def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) ->
     spread = deviation_from(bare, scene, coarse)
     return replace(
         bare,
-        last_contact_time_error=share * spread.last_contact_time + rounding,
-        mode_energies_error=share * spread.mode_energies + rounding,
+        last_contact_time_error=SHARE_ALONE * spread.last_contact_time + rounding,
+        mode_energies_error=SHARE_ALONE * spread.mode_energies + rounding,
     )
 
 

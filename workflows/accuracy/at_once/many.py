@@ -221,8 +221,7 @@ class ManyMeetings:
             apart.append(np.where(coarse.settled, differences, np.inf))
             alike &= coarse.counts == of.counts
         far, near = apart
-        proved, _ = proved_error(self.scheme, far, near, floor[sound])
-        errors[sound] = np.where(alike, proved, np.maximum(far, near))
+        errors[sound] = proved_error(self.scheme, far, near, floor[sound], alike)[0]
         return fine, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
