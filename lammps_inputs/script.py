@@ -90,7 +90,7 @@ class ScriptedBar:
         The same where nothing but these runs is known.
     table, rounding, ending : float
         Parts of the error that are known beforehand.
-    yardstick, yardstick_error : float or None
+    reference_solution, reference_error : float or None
         Restitution of an in-house run, and its error; None where there was none.
     least : float
         What the error due to the step is called at least.
@@ -102,8 +102,8 @@ class ScriptedBar:
     table: float
     rounding: float
     ending: float
-    yardstick: float | None = None
-    yardstick_error: float = 0.0
+    reference_solution: float | None = None
+    reference_error: float = 0.0
     least: float = 0.0
 
     def numbers(self) -> dict[str, Any]:

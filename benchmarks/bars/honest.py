@@ -2,7 +2,7 @@
 Are the error bars honest? Random scenes against a much tighter run.
 
     python -m benchmarks.bars.honest [--scenes 300] [--seed 1] [--workers 2] [--engine NAME]
-        [--kind named|user|formula|company] [--csv FILE]
+        [--kind named|user|formula|batch] [--csv FILE]
 
 Bonds of users (kinked, without tension, smooth, tables of few digits), morse bonds and bonds by
 formula are judged by an integrator that shares nothing with the engines, see ``judge.kinks``.
@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.bars.formula_scenes import FormulaCase, random_formula
 from benchmarks.bars.user_scenes import UserCase, random_case
-from benchmarks.scenes.company import collide_in_company, draw_together
+from benchmarks.scenes.batches import collide_in_batch, draw_together
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
@@ -87,13 +87,13 @@ def try_scene(scene: Scene) -> Trial:
     return _try(scene, judged)
 
 
-def draw_company(random: np.random.Generator, _engine: str | None = None) -> Scene:
+def draw_batch(random: np.random.Generator, _engine: str | None = None) -> Scene:
     """Draw a scene that may be carried out with others."""
     seed, index = (int(number) for number in random.integers(0, 2**31, 2))
     return draw_together(seed, index, "reference")
 
 
-def try_in_company(scene: Scene) -> Trial:
+def try_in_batch(scene: Scene) -> Trial:
     """As `try_scene`; the seconds are 0 where it was carried out alone after all."""
 
     def judged(bar):
@@ -105,7 +105,7 @@ def try_in_company(scene: Scene) -> Trial:
 
     def carried_out(asked: Scene) -> Collision:
         nonlocal together
-        result, together = collide_in_company(asked)
+        result, together = collide_in_batch(asked)
         return result
 
     trial = _try(scene, judged, carried_out)
@@ -174,7 +174,7 @@ def report(trials: list[Trial], kind: str = "named") -> bool:
             f"speed={t.speed} v0={t.velocity:.3g} tol={t.tolerance:.1g} {t.scheme} "
             f"reported={t.reported:.1e} true={t.true:.1e} judge={t.judge_error:.0e}"
         )
-    if kind == "company":
+    if kind == "batch":
         together = sum(t.seconds > 0.0 for t in trials)
         print(f"carried out together with others: {together}")
     refused = [t for t in trials if t.refusal]
@@ -197,7 +197,7 @@ _KINDS: dict[str, tuple[Callable, Callable]] = {
     "named": (random_scene, try_scene),
     "user": (random_case, try_case),
     "formula": (random_formula, try_case),
-    "company": (draw_company, try_in_company),
+    "batch": (draw_batch, try_in_batch),
 }
 
 
@@ -220,7 +220,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--engine", choices=["lammps", "reference"], help="one engine only")
     parser.add_argument(
-        "--kind", choices=list(_KINDS), default="named", help="of bonds, or of company"
+        "--kind", choices=list(_KINDS), default="named", help="of bonds, or of a batch"
     )
     parser.add_argument("--csv", type=Path)
     arguments = parser.parse_args()

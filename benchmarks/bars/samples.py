@@ -11,7 +11,12 @@ import numpy as np
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
-from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes, jitter
+from chaincor.workflows.accuracy.convergence import (
+    Converged,
+    converge,
+    exact_modes,
+    find_rounding_sensitivity,
+)
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
@@ -203,17 +208,17 @@ def _slow_samples(random: Random, count: int, *, short: bool) -> list[float]:
     return samples
 
 
-def rounding_sensitivity(random: Random, count: int) -> Samples:
+def coordinate_rounding(random: Random, count: int) -> Samples:
     """Error of slow harmonic chains in LAMMPS over n eps/v0, where drifts are long."""
     return {"": _slow_samples(random, count, short=False)}
 
 
-def short_drift_sensitivity(random: Random, count: int) -> Samples:
+def short_drift_rounding(random: Random, count: int) -> Samples:
     """Error of slow harmonic chains in LAMMPS over n eps/v0, where a drift is short."""
     return {"": _slow_samples(random, count, short=True)}
 
 
-def extrapolated_sensitivity(random: Random, count: int) -> Samples:
+def extrapolated_rounding(random: Random, count: int) -> Samples:
     """Error of slow harmonic chains in LAMMPS, extrapolated, over n eps/v0 and the weights' sum."""
     samples: list[float] = []
     for _ in range(count):
@@ -228,7 +233,7 @@ def extrapolated_sensitivity(random: Random, count: int) -> Samples:
     return {"": samples}
 
 
-def jitter_sensitivity(random: Random, count: int) -> Samples:
+def nudge_reserve(random: Random, count: int) -> Samples:
     """Change of eta by one more nudge of the speed over the larger of two others."""
     samples: list[float] = []
     while len(samples) < count:
@@ -239,7 +244,7 @@ def jitter_sensitivity(random: Random, count: int) -> Samples:
         ulps = float(random.integers(7, 40))
         nudge = 1.0 + ulps * sys.float_info.epsilon
         try:
-            usual = jitter(scene)
+            usual = find_rounding_sensitivity(scene)
             step = guess_step(scene, "order8", 1e-9)
             one, other = (
                 eta_of(each, run_in_house(each, "order8", step))

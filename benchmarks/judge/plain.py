@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from benchmarks.scenes.company import collide_in_company, draw_together
+from benchmarks.scenes.batches import collide_in_batch, draw_together
 from benchmarks.scenes.late import (
     draw_breaking,
     draw_forgetful,
@@ -226,7 +226,7 @@ def try_scene(index: int, *, seed: int, draw: str, tolerance: float, engine: str
     begun = time.process_time()
     try:
         if draw == "together":
-            found, row["together"] = collide_in_company(scene)
+            found, row["together"] = collide_in_batch(scene)
         elif scene.explicit or scene.tolerance is not None:
             found = collide(scene)
         else:

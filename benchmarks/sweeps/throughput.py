@@ -45,7 +45,7 @@ def measure(given: argparse.Namespace) -> None:
     scenes = [Scene(potential=given.potential[0], speed=s, **common) for s in speeds.tolist()]
     warm = [Scene(potential=given.potential[0], speed=0.1 + 1e-4 * k, **common) for k in range(64)]
     if given.measure == "alone":
-        each = mock.patch.object(work, "companies", _each_alone)
+        each = mock.patch.object(work, "batches", _each_alone)
         each.start()
     workers = given.workers
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder) / "a.sqlite") as store:

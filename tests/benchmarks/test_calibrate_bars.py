@@ -6,7 +6,7 @@ import pytest
 from benchmarks.bars.calibrate import CONSTANTS, SCHEMES, Constant, draw
 from benchmarks.bars.scheme_costs import best_table
 from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_SHARE
-from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, ROUNDING_SENSITIVITY
+from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, COORDINATE_ROUNDING
 from chaincor.workflows.measured import measured, measurements
 
 # Another seed than any file's: scenes that the constant was not made by.
@@ -15,7 +15,7 @@ SEED = 99
 QUICK = {
     "proof_share": (3, PROOF_SHARE),
     "coarser_share": (4, COARSER_SHARE),
-    "rounding_sensitivity": (3, ROUNDING_SENSITIVITY),
+    "coordinate_rounding": (3, COORDINATE_ROUNDING),
     "arithmetic_floor": (10, ARITHMETIC_FLOOR),
     "unseen_stretch": (3, measured("unseen_stretch")),
 }
@@ -53,9 +53,9 @@ def test_a_constant_is_its_quantile_times_its_reserve():
 
 
 def test_a_choice_counts_where_it_is_larger_than_what_was_measured():
-    found = measurements()["jitter_sensitivity"]["value"]
-    assert measured("jitter_sensitivity", 2.0 * found) == 2.0 * found
-    assert measured("jitter_sensitivity", 0.5 * found) == found
+    found = measurements()["nudge_reserve"]["value"]
+    assert measured("nudge_reserve", 2.0 * found) == 2.0 * found
+    assert measured("nudge_reserve", 0.5 * found) == found
     each = measurements()["coarser_share"]["value"]
     larger = measured("coarser_share", each | {"verlet": 9.0})
     assert larger == each | {"verlet": 9.0}

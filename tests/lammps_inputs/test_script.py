@@ -110,8 +110,8 @@ BAR = ScriptedBar(
     table=1e-12,
     rounding=2e-12,
     ending=0.0,
-    yardstick=0.8,
-    yardstick_error=1e-11,
+    reference_solution=0.8,
+    reference_error=1e-11,
     least=1e-10,
 )
 

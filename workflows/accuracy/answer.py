@@ -24,7 +24,7 @@ class Answer:
         The run that gives the number.
     bar : ErrorBar
         Its error.
-    jitter : float
+    rounding_sensitivity : float
         Change of the in-house eta when all roundings change, as far as it was looked for.
     reason : str or None
         Why the tolerance is not met, where it was compared with one and is not.
@@ -34,21 +34,23 @@ class Answer:
 
     outcome: Outcome
     bar: ErrorBar
-    jitter: float = 0.0
+    rounding_sensitivity: float = 0.0
     reason: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
 
 def answer(
-    scene: Scene, outcome: Outcome, step: float, details: dict[str, Any], jitter: float = 0.0
+    scene: Scene, outcome: Outcome, step: float, details: dict[str, Any], sensitivity: float = 0.0
 ) -> Answer:
     """
     Gather the error bar of a run, not yet compared with a tolerance.
 
-    `step` is its error due to the finite step; for `jitter` see
+    `step` is its error due to the finite step; for `sensitivity` see
     :func:`chaincor.workflows.accuracy.error_bars.error_bar`.
     """
-    return Answer(outcome, error_bar(outcome, scene, step, jitter), jitter, details=details)
+    return Answer(
+        outcome, error_bar(outcome, scene, step, sensitivity), sensitivity, details=details
+    )
 
 
 def reason_missed(found: Answer, tolerance: float) -> str | None:

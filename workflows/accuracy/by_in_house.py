@@ -5,7 +5,7 @@ import math
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import jitter, modal_error
+from chaincor.workflows.accuracy.convergence import find_rounding_sensitivity, modal_error
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -36,12 +36,14 @@ _MOST_STEPPED = 7.5e10
 _ROUGH_SPHERES = 1e-3
 
 
-def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None = None) -> Answer:
+def meet_in_house(
+    scene: Scene, goal: float, sensitivity: float, known: Outcome | None = None
+) -> Answer:
     """
     Run a scene with the engine that does most with least: exact where it can be.
 
-    `noise` is the jitter of eta, where that matters; `known` the collision followed to its end at
-    some step, else that is done here.
+    `sensitivity` is the rounding sensitivity of eta, where that matters; `known` the collision
+    followed to its end at some step, else that is done here.
     """
     if modal.serves(scene):
         outcome = modal.run(scene)
@@ -49,8 +51,8 @@ def meet_in_house(scene: Scene, goal: float, noise: float, known: Outcome | None
         return answer(scene, outcome, modal_error(scene), details)
     if not scene.line.plain or sharpness(scene) <= SHARPEST_FIXED:
         if is_smooth(scene):
-            return meet_with_fixed_steps(scene, goal, noise, known)
-        return _meet_irregularly(scene, goal, noise)
+            return meet_with_fixed_steps(scene, goal, sensitivity, known)
+        return _meet_irregularly(scene, goal, sensitivity)
     deviation = hard_sphere.deviation(scene)
     reached = deviation + rounding_error("reference", scene)
     senseless = (scene.particles * math.log(sharpness(scene))) ** 3 > _MOST_STEPPED
@@ -74,16 +76,16 @@ def _as_spheres(scene: Scene, deviation: float) -> Answer:
     return answer(scene, hard_sphere.run(scene), deviation, {"spread": {}})
 
 
-def _meet_irregularly(scene: Scene, goal: float, noise: float) -> Answer:
+def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
     """Refine without trust in an order: bonds of users may have kinks."""
     found = refine_irregularly(scene, goal, _IRREGULAR, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
-        noise = noise or jitter(scene)
+        sensitivity = sensitivity or find_rounding_sensitivity(scene)
     details = {
         "choice": {"tries": found.tries},
         "spread": spread_of(scene, found.fine, found.proofs[0]),
     }
-    return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, noise)
+    return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, sensitivity)
 
 
 def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:

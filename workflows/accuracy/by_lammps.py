@@ -38,8 +38,8 @@ from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import (
+    amplified_rounding,
     coarsening,
-    jitter_error,
     rounding_error,
     rounding_of_steps,
 )
@@ -57,7 +57,8 @@ from chaincor.workflows.measured import measured
 _TABLE_SHARE = 0.01
 # LAMMPS, which has only fixed steps, would need millions of them for bonds sharper than this.
 SHARPEST_LAMMPS = 300.0
-# The yardstick for choosing a step must be sharper than the tolerance; its own error is in the bar.
+# The reference solution for choosing a step must be sharper than the tolerance; its own error is in
+# the bar.
 TRUTH_SHARE = 0.03
 # What a tolerance may choose, once it is measured: what a script can have, and steps that need
 # Python.
@@ -104,20 +105,22 @@ class Choice:
 def choose(
     scene: Scene,
     goal: float,
-    noise: float,
+    sensitivity: float,
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
 ) -> Choice:
     """
-    Choose numerics for a goal, with the in-house integrator alone; for `noise` see below.
+    Choose numerics for a goal, with the in-house integrator alone.
+
+    For `sensitivity` see :func:`meet_with_lammps`.
 
     `schemes` are those that may be chosen.
     """
-    floor = max(rounding_error("lammps", scene), jitter_error("lammps", noise, scene))
+    floor = max(rounding_error("lammps", scene), amplified_rounding("lammps", sensitivity, scene))
     # Below the rounding floor a finer step buys nothing.
     reachable = max(goal - floor, floor)
-    truth = _yardstick(scene, reachable)
+    truth = _reference_solution(scene, reachable)
     scouting = scouting_from(truth, scene)
-    usual = _usual_schemes(scene, reachable, schemes, noise)
+    usual = _usual_schemes(scene, reachable, schemes, sensitivity)
     numerics = choose_numerics(scene, reachable, truth, scouting, usual)
     return Choice(numerics, truth, scouting, floor, reachable)
 
@@ -125,19 +128,19 @@ def choose(
 def meet_with_lammps(
     scene: Scene,
     goal: float,
-    noise: float,
+    sensitivity: float,
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
 ) -> Answer:
     """
     Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
 
-    The number is from a step h, its error from a run at 2h and from the choice of h. `noise` is the
-    jitter of the in-house eta, where that matters; `schemes` may be chosen.
+    The number is from a step h, its error from a run at 2h and from the choice of h. `sensitivity`
+    is the rounding sensitivity of the in-house eta, where that matters; `schemes` may be chosen.
     """
     started = time.perf_counter()
-    choice = choose(scene, goal, noise, schemes)
+    choice = choose(scene, goal, sensitivity, schemes)
     chosen = time.perf_counter() - started
-    proving = _Proving(scene, goal, noise, choice)
+    proving = _Proving(scene, goal, sensitivity, choice)
     policy = Policy(
         _MOST_REFINEMENTS,
         retried=(TimestepError, LostAtomsError, CrossingError),
@@ -149,7 +152,7 @@ def meet_with_lammps(
     assert last.bar.total is not None
     if last.bar.total > goal and proving.numerics.scheme not in COMPOSITIONS:
         # More exact at a price: rounding is not amplified.
-        return meet_with_lammps(scene, goal, noise, SCRIPTED_SCHEMES)
+        return meet_with_lammps(scene, goal, sensitivity, SCRIPTED_SCHEMES)
     details = scouting_details(choice.scouting)
     details["spread"] = spread_of(scene, last.fine, last.coarse)
     details["choice"] = {
@@ -158,7 +161,7 @@ def meet_with_lammps(
         "in_house_error": choice.truth.error,
         "tries": told(ran),
     }
-    return answer(scene, last.fine, max(ran[-1].error, LEAST_SHARE * goal), details, noise)
+    return answer(scene, last.fine, max(ran[-1].error, LEAST_SHARE * goal), details, sensitivity)
 
 
 class _Proof(NamedTuple):
@@ -172,8 +175,8 @@ class _Proof(NamedTuple):
 class _Proving:
     """Runs of LAMMPS at ever smaller steps, or with ever better tables, each at twice its step."""
 
-    def __init__(self, scene: Scene, goal: float, noise: float, choice: Choice) -> None:
-        self._scene, self._goal, self._noise, self._choice = scene, goal, noise, choice
+    def __init__(self, scene: Scene, goal: float, sensitivity: float, choice: Choice) -> None:
+        self._scene, self._goal, self._sensitivity, self._choice = scene, goal, sensitivity, choice
         self.numerics = self._within_time(choice.numerics)
 
     def _within_time(self, numerics: Numerics) -> Numerics:
@@ -198,7 +201,7 @@ class _Proving:
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
-        bar = error_bar(fine, scene, error, self._noise)
+        bar = error_bar(fine, scene, error, self._sensitivity)
         assert bar.total is not None
         done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * choice.floor
         done |= truth.kinked and step <= _least_step(scene, choice.scouting)
@@ -217,7 +220,7 @@ class _Proving:
         return Try(step, error, _Proof(fine, coarse, bar), done, smaller.timestep)
 
 
-def _yardstick(scene: Scene, tolerance: float) -> Converged:
+def _reference_solution(scene: Scene, tolerance: float) -> Converged:
     """Return the in-house eta that steps are chosen by."""
     goal = TRUTH_SHARE * tolerance
     if serves(scene):
@@ -336,10 +339,12 @@ def usual_scheme(scene: Scene, tolerance: float) -> StepSchemeName:
 
 
 def _usual_schemes(
-    scene: Scene, tolerance: float, schemes: Sequence[StepSchemeName], noise: float = 0.0
+    scene: Scene, tolerance: float, schemes: Sequence[StepSchemeName], sensitivity: float = 0.0
 ) -> list[StepSchemeName]:
     """Return those of the schemes that serve, the usually cheapest for a tolerance first."""
-    serving = [scheme for scheme in schemes if serves_in_lammps(scene, scheme, tolerance, noise)]
+    serving = [
+        scheme for scheme in schemes if serves_in_lammps(scene, scheme, tolerance, sensitivity)
+    ]
     table = measured("lammps_schemes")
     usual = [name for name in serving if tolerance > table.get(name, math.inf)]
     # As the table has them, loose to tight.
@@ -350,16 +355,16 @@ def _usual_schemes(
 
 
 def serves_in_lammps(
-    scene: Scene, scheme: StepSchemeName, tolerance: float, noise: float = 0.0
+    scene: Scene, scheme: StepSchemeName, tolerance: float, sensitivity: float = 0.0
 ) -> bool:
     """
     Return whether a scheme may be chosen for a tolerance.
 
     Extrapolated steps are for cold chains at a wall, which they were measured with, and where the
-    rounding that they amplify leaves room; for `noise` see :func:`meet_with_lammps`.
+    rounding that they amplify leaves room; for `sensitivity` see :func:`meet_with_lammps`.
     """
     if scheme in COMPOSITIONS:
         return True
     rounding = rounding_of_steps(scene, scheme, largest_step(scheme, scene.fast_stiffness))
-    jitter = jitter_error("lammps", coarsening(scheme) * noise, scene)
-    return scene.line.plain and max(rounding, jitter) <= _ROUNDING_SHARE * tolerance
+    amplified = amplified_rounding("lammps", coarsening(scheme) * sensitivity, scene)
+    return scene.line.plain and max(rounding, amplified) <= _ROUNDING_SHARE * tolerance

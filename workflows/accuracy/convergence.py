@@ -23,7 +23,7 @@ SHARE_ALONE = 0.4
 # A guess is wrong by less than 500; what so small a step does not resolve, none of use will.
 _MOST_HALVINGS = 9
 # Steps for this error resolve whatever amplifies rounding.
-_JITTER_GOAL = 1e-9
+_SENSITIVITY_GOAL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def modal_error(scene: Scene) -> float:
     Light particles between heavy ones, and long bodies that bounce often, amplify rounding: what
     some changes of all roundings change, with a reserve of three.
     """
-    return 0.0 if scene.line.plain else 3.0 * modal.jitter(scene)
+    return 0.0 if scene.line.plain else 3.0 * modal.rounding_sensitivity(scene)
 
 
 def nudged_change(
@@ -150,7 +150,7 @@ def nudged_change(
     return worst
 
 
-def jitter(scene: Scene) -> float:
+def find_rounding_sensitivity(scene: Scene) -> float:
     """
     Return how much eta changes when all roundings change.
 
@@ -164,7 +164,7 @@ def jitter(scene: Scene) -> float:
         plain = stepping.run(scene, Numerics(scheme="order8", timestep=step), follow=follow)
         return Try(step, 0.0, nudged_change(scene, "order8", step, plain), done=True)
 
-    step = guess_step(scene, "order8", _JITTER_GOAL)
+    step = guess_step(scene, "order8", _SENSITIVITY_GOAL)
     found = that_ran(refine(step, attempt, Policy(_MOST_HALVINGS + 1)))[-1].found
     assert found is not None
     return found

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import coarsening, jitter_error, rounding_of
+from chaincor.workflows.engines.rounding import amplified_rounding, coarsening, rounding_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
@@ -84,18 +84,22 @@ def ending_error(outcome: Outcome, scene: Scene) -> float:
     return (2.0 * mean + gained) * gained / scene.impact_velocity**2
 
 
-def error_bar(outcome: Outcome, scene: Scene, step: float | None, jitter: float = 0.0) -> ErrorBar:
+def error_bar(
+    outcome: Outcome, scene: Scene, step: float | None, sensitivity: float = 0.0
+) -> ErrorBar:
     """
     Gather the error bar of a run.
 
-    `step` is the error due to the finite step, `jitter` the change of the in-house eta when all
-    roundings change, where they were measured.
+    `step` is the error due to the finite step, `sensitivity` the change of the in-house eta when
+    all roundings change, where they were measured.
     """
     if outcome.engine == "lammps":
-        jitter *= coarsening(outcome.scheme)
+        sensitivity *= coarsening(outcome.scheme)
     elif outcome.scheme in STEP_SCHEMES:
-        jitter *= STEP_SCHEMES[outcome.scheme].amplification
-    rounding = max(rounding_of(outcome, scene), jitter_error(outcome.engine, jitter, scene))
+        sensitivity *= STEP_SCHEMES[outcome.scheme].amplification
+    rounding = max(
+        rounding_of(outcome, scene), amplified_rounding(outcome.engine, sensitivity, scene)
+    )
     return ErrorBar(
         step=step,
         table=table_error(outcome, scene),

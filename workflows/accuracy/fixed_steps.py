@@ -16,7 +16,7 @@ from chaincor.workflows.accuracy.regular import LONG, LONGEST_TRUSTED, refine_re
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import jitter_error, rounding_error, rounding_matters
+from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.measured import measured
 
@@ -34,37 +34,42 @@ def usual_scheme(goal: float) -> StepSchemeName:
     return next(name for name, least in _SCHEMES.items() if goal > least)
 
 
-def _plain_scheme(scene: Scene, goal: float, noise: float) -> StepSchemeName:
+def _plain_scheme(scene: Scene, goal: float, sensitivity: float) -> StepSchemeName:
     """Return the usual scheme, or one that amplifies rounding less where there is much of it."""
     scheme = usual_scheme(goal)
     if scheme == _PLAINEST:
         return scheme
     if scene.line.uniform:
         return _PLAINEST if scene.particles > LONG else scheme
-    amplified = noise * STEP_SCHEMES[scheme].amplification
-    return _PLAINEST if jitter_error("reference", amplified, scene) > STEP_SHARE * goal else scheme
+    amplified = sensitivity * STEP_SCHEMES[scheme].amplification
+    return (
+        _PLAINEST
+        if amplified_rounding("reference", amplified, scene) > STEP_SHARE * goal
+        else scheme
+    )
 
 
 def meet_with_fixed_steps(
-    scene: Scene, goal: float, noise: float, followed: Outcome | None = None
+    scene: Scene, goal: float, sensitivity: float, followed: Outcome | None = None
 ) -> Answer:
     """
     Start from the usual step of a scheme and refine until three steps agree.
 
-    For `noise` and `followed` see :func:`chaincor.workflows.accuracy.by_in_house.meet_in_house`.
+    For `sensitivity` and `followed` see
+    :func:`chaincor.workflows.accuracy.by_in_house.meet_in_house`.
     """
-    scheme = _plain_scheme(scene, goal, noise)
-    found = _meet_with_scheme(scene, goal, scheme, noise, followed)
+    scheme = _plain_scheme(scene, goal, sensitivity)
+    found = _meet_with_scheme(scene, goal, scheme, sensitivity, followed)
     assert found.bar.step is not None
     reachable = max(goal, rounding_error("reference", scene))
     if scheme != _PLAINEST and found.bar.rounding > reachable >= found.bar.step:
-        plainest = _meet_with_scheme(scene, goal, _PLAINEST, found.jitter, followed)
+        plainest = _meet_with_scheme(scene, goal, _PLAINEST, found.rounding_sensitivity, followed)
         return min(found, plainest, key=lambda each: each.bar.total or math.inf)
     return found
 
 
 def _meet_with_scheme(
-    scene: Scene, goal: float, scheme: StepSchemeName, noise: float, followed: Outcome | None
+    scene: Scene, goal: float, scheme: StepSchemeName, sensitivity: float, followed: Outcome | None
 ) -> Answer:
     """Refine the steps of one scheme, and ask what comes after them and what roundings make."""
     floor = rounding_error("reference", scene)
@@ -83,19 +88,19 @@ def _meet_with_scheme(
     # broke amplifies rounding, too; where a step makes or takes a contact, roundings may as well,
     # and in long chains that need finer steps than usual.
     refined = scene.particles > LONGEST_TRUSTED and len(found.tries) > 1
-    matters = noise > 0.0 or refined or rounding_matters("reference", scene, goal)
+    matters = sensitivity > 0.0 or refined or rounding_matters("reference", scene, goal)
     hard = not scene.line.uniform and len(found.tries) > _USUAL_TRIES
     if (scene.line.uniform and matters) or silent or found.grazes or found.stalled or hard:
         amplification = STEP_SCHEMES[scheme].amplification  # which the bar multiplies with
         changed = found.nudged or nudged_change(scene, scheme, step, fine)
-        noise = max(noise, changed / amplification)
+        sensitivity = max(sensitivity, changed / amplification)
         sure = not scene.line.uniform and fine.ending.kind == "proved"
-        if silent and max(amplification * noise, error) > goal and not sure:
+        if silent and max(amplification * sensitivity, error) > goal and not sure:
             # Where roundings decide how hard it is, they may decide whether another one comes.
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
     details = {"choice": {"tries": found.tries}, "spread": spread_of(scene, fine, proof)}
-    return answer(scene, fine, max(error, LEAST_SHARE * goal), details, noise)
+    return answer(scene, fine, max(error, LEAST_SHARE * goal), details, sensitivity)
 
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:

@@ -7,11 +7,11 @@ from chaincor.workflows.accuracy.answer import Answer, reason_missed
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings, meet_alone
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
-from chaincor.workflows.accuracy.convergence import jitter
+from chaincor.workflows.accuracy.convergence import find_rounding_sensitivity
 from chaincor.workflows.accuracy.goals import goal_above
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
-from chaincor.workflows.engines.rounding import jitter_error, rounding_error, rounding_matters
+from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters
 from chaincor.workflows.engines.time_limit import time_limit
 
 # Where one goal is missed: rounding may take more of a short step than was foreseen, by up to one
@@ -33,34 +33,38 @@ def meet(scene: Scene, tolerance: float) -> Answer:
         usual = meet_alone(scene)
         if usual is not None:
             return usual
-    goal, noise = goal_of(scene, tolerance)
+    goal, sensitivity = goal_of(scene, tolerance)
     in_house = scene.engine != "lammps"
     loosest = goal * 10.0**_MOST_LOOSER
-    best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, noise)
+    best = found = (meet_in_house if in_house else meet_with_lammps)(scene, goal, sensitivity)
     for _ in range(_MOST_LOOSER):
         # What contacts after an open end could change, no step makes less; and where refinement
         # stalled above the roundings, a smaller bar at looser steps would be luck.
         assert found.bar.step is not None
         stalled = found.bar.step > max(goal, found.bar.rounding)
         # Nor is it less where steps that amplify no rounding leave more than the loosest goal.
-        hopeless = loosest < found.bar.rounding <= jitter_error(scene.engine, found.jitter, scene)
+        hopeless = (
+            loosest
+            < found.bar.rounding
+            <= amplified_rounding(scene.engine, found.rounding_sensitivity, scene)
+        )
         short = time_limit().was_short  # for looser goals, too
         if _bar(found) - found.bar.ending <= goal or stalled or hopeless or short:
             break
         goal *= 10.0
         # What roundings make of a collision they make of it at any step: none is lucky.
-        noise = max(noise, found.jitter)
+        sensitivity = max(sensitivity, found.rounding_sensitivity)
         if in_house:
-            found = meet_in_house(scene, goal, noise, found.outcome)
+            found = meet_in_house(scene, goal, sensitivity, found.outcome)
         else:
-            found = meet_with_lammps(scene, goal, noise)
+            found = meet_with_lammps(scene, goal, sensitivity)
         best = min(best, found, key=_bar)
     return replace(best, reason=reason_missed(best, tolerance))
 
 
 def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
     """
-    Return the goal that numerics are chosen for, and the jitter of the in-house eta.
+    Return the goal that numerics are chosen for, and the rounding sensitivity of the in-house eta.
 
     The latter where numerics hinge on it, else 0: cold chains at a wall are nudged in-house with
     the steps that resolve them, as coarse ones may tell of far more.
@@ -70,7 +74,7 @@ def goal_of(scene: Scene, tolerance: float) -> tuple[float, float]:
         matters = scene.engine == "lammps" and rounding_matters("lammps", scene, goal)
     else:  # light particles between heavy ones amplify more than equal ones ever do
         matters = True
-    return goal, jitter(scene) if matters and _steps_are_fixed(scene) else 0.0
+    return goal, find_rounding_sensitivity(scene) if matters and _steps_are_fixed(scene) else 0.0
 
 
 def _bar(found: Answer) -> float:

@@ -22,7 +22,7 @@ from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import jitter_error
+from chaincor.workflows.engines.rounding import amplified_rounding
 
 # Longer chains have contacts that graze the wall and make much of the last digit.
 LONG = 1500
@@ -98,7 +98,7 @@ class _Search:
         resolved = step <= first_step(scene, scheme, _RESOLVED)
         if scene.particles > LONG and resolved and not regular and error > goal:
             # Where roundings account for what steps differ by, finer ones do not help either.
-            enough = error / jitter_error("reference", 1.0, scene)
+            enough = error / amplified_rounding("reference", 1.0, scene)
             changed = nudged_change(scene, scheme, step, fine, enough)
             self.nudged = changed if changed >= enough else 0.0
         done = error + floor <= goal or error < 0.3 * floor or step < _LEAST_STEP

@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.thermal_state import GENERATOR
 from chaincor.workflows.accuracy import meet
 from chaincor.workflows.accuracy.answer import Answer, spread_of
-from chaincor.workflows.accuracy.at_once.together import companies, meet_together
+from chaincor.workflows.accuracy.at_once.together import batches, meet_together
 from chaincor.workflows.accuracy.error_bars import PROOF_SHARE, PROOF_STEPS, error_bar, proof_error
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, refuse_endless
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -136,5 +136,5 @@ def tasks_of(
     """
     numbers = range(len(scenes)) if places is None else places
     whole = Task(numbers, scenes, [0.0] * len(scenes))
-    shared = [whole.part(company) for company in companies(scenes, parts)]
+    shared = [whole.part(batch) for batch in batches(scenes, parts)]
     return [task._replace(costs=expected_of_task(task.scenes)) for task in shared]

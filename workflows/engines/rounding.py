@@ -13,19 +13,19 @@ from chaincor.workflows.measured import measured
 # |error of eta| / (n eps/v0). It is larger where a drift of one stage is so short that its rounding
 # is no longer random: below so many n eps. By choice at least what finer steps and slower chains
 # than are drawn needed.
-ROUNDING_SENSITIVITY: float = measured("rounding_sensitivity", 6.0)
-SHORT_DRIFT_SENSITIVITY: float = measured("short_drift_sensitivity", 15.0)
+COORDINATE_ROUNDING: float = measured("coordinate_rounding", 6.0)
+SHORT_DRIFT_ROUNDING: float = measured("short_drift_rounding", 15.0)
 SHORT_DRIFT = 1e3
 # The mixture of an extrapolated step amplifies rounding, by its worst case times this.
-EXTRAPOLATED_SENSITIVITY: float = measured("extrapolated_sensitivity")
+EXTRAPOLATED_ROUNDING: float = measured("extrapolated_rounding")
 # Long chains that break amplify rounding. The in-house engine, whose strains are rounded to eps,
 # tells how much by two nudges of the speed, coordinates being rounded n/v0 times more coarsely:
-# error over jitter. By choice at least what chains of 1000 needed.
-JITTER_SENSITIVITY: float = measured("jitter_sensitivity", 6.0)
+# error over that. By choice at least what chains of 1000 needed.
+NUDGE_RESERVE: float = measured("nudge_reserve", 6.0)
 # At tolerances below so many times the plain rounding, its amplification must be looked at. A
 # choice, not a measurement: amplifications are known up to 1e7, but from about 1e5 on no two steps
 # agree any more, and the step's error says so.
-_JITTER_MATTERS = 1e5
+_AMPLIFICATION_MATTERS = 1e5
 # The arithmetic itself, a particle: the squared mean of n velocities over hundreds of contacts.
 ARITHMETIC_FLOOR: float = measured("arithmetic_floor")
 
@@ -46,13 +46,13 @@ def rounding_error(engine: str, scene: Scene, stage: float | None = None) -> flo
         return arithmetic
     grain = n * sys.float_info.epsilon
     short = stage is not None and v0 * stage < SHORT_DRIFT * grain
-    sensitivity = SHORT_DRIFT_SENSITIVITY if short else ROUNDING_SENSITIVITY
-    return arithmetic + sensitivity * grain / v0 * heat_of(scene) ** 0.5
+    share = SHORT_DRIFT_ROUNDING if short else COORDINATE_ROUNDING
+    return arithmetic + share * grain / v0 * heat_of(scene) ** 0.5
 
 
 def rounding_matters(engine: str, scene: Scene, goal: float) -> bool:
     """Return whether the rounding that a collision may amplify comes near a goal."""
-    return goal < _JITTER_MATTERS * rounding_error(engine, scene)
+    return goal < _AMPLIFICATION_MATTERS * rounding_error(engine, scene)
 
 
 def arithmetic_error(particles: int, heat: Any) -> Any:
@@ -95,17 +95,17 @@ def coarsening(scheme: str) -> float:
     """Return how many times more rounding costs in LAMMPS than with composed steps."""
     if scheme in COMPOSITIONS:
         return 1.0
-    sensitivity = EXTRAPOLATED_SENSITIVITY * STEP_SCHEMES[scheme].amplification
-    return max(1.0, sensitivity / ROUNDING_SENSITIVITY)
+    extrapolated = EXTRAPOLATED_ROUNDING * STEP_SCHEMES[scheme].amplification
+    return max(1.0, extrapolated / COORDINATE_ROUNDING)
 
 
-def jitter_error(engine: str, jitter: float, scene: Scene) -> float:
+def amplified_rounding(engine: str, sensitivity: float, scene: Scene) -> float:
     """
     Return the error of eta due to rounding that the collision amplifies.
 
-    `jitter` is the change of the in-house eta when all roundings change, to which a reserve is
+    `sensitivity` is the change of the in-house eta when all roundings change, to which a reserve is
     added; for ``lammps``, times how much more coarsely coordinates are rounded than strains.
     """
     n = scene.all_particles
     coarser = n * scene.slow_stiffness**0.5 / scene.impact_velocity if engine == "lammps" else 1.0
-    return JITTER_SENSITIVITY * jitter * coarser
+    return NUDGE_RESERVE * sensitivity * coarser

@@ -29,7 +29,7 @@ from chaincor.workflows.accuracy.table_rows import rows_error
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
 from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.engines.rounding import jitter_error, rounding_of_steps
+from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # The number's step and twice that, as where the engine meets a tolerance.
@@ -148,8 +148,8 @@ def _as_given(scene: Scene, table_range: tuple[float, float] | None) -> ScriptPl
 def _for_tolerance(
     scene: Scene, tolerance: float, table_range: tuple[float, float] | None
 ) -> ScriptPlan:
-    goal, noise = goal_of(scene, tolerance)
-    choice = choose(scene, goal, noise, SCRIPTED_SCHEMES)
+    goal, sensitivity = goal_of(scene, tolerance)
+    choice = choose(scene, goal, sensitivity, SCRIPTED_SCHEMES)
     truth, numerics = choice.truth, choice.numerics
     scouting = scouting_from(truth, scene, flown_on(scene))
     numerics = replace(numerics, bond_range=None)
@@ -163,7 +163,7 @@ def _for_tolerance(
         shrink = (STEP_SHARE * goal / expected) ** (1.0 / STEP_SCHEMES[numerics.scheme].order)
         numerics = replace(numerics, timestep=shrink * numerics.timestep)
     table = _tabulate(scene, numerics, scouting, table_range)
-    bar = _bar(scene, numerics, table, truth, goal, noise)
+    bar = _bar(scene, numerics, table, truth, goal, sensitivity)
     return ScriptPlan(numerics, table, scouting, bar, tolerance)
 
 
@@ -173,7 +173,7 @@ def _bar(
     table: BondTable | None,
     truth: Converged,
     goal: float,
-    noise: float,
+    sensitivity: float,
 ) -> ScriptedBar:
     """Return the error bar that the engine gives a run that meets a tolerance."""
     scheme, share = numerics.scheme, COARSER_SHARE[numerics.scheme]
@@ -187,11 +187,11 @@ def _bar(
         table=_table_part(table, scene, truth.outcome, goal),
         rounding=max(
             rounding_of_steps(scene, scheme, numerics.timestep),
-            jitter_error("lammps", noise, scene),
+            amplified_rounding("lammps", sensitivity, scene),
         ),
         ending=ending_error(truth.outcome, scene),
-        yardstick=truth.restitution,
-        yardstick_error=truth.error,
+        reference_solution=truth.restitution,
+        reference_error=truth.error,
         least=max(LAMMPS_OVER_IN_HOUSE * expected, LEAST_SHARE * goal),
     )
 

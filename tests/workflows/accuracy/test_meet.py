@@ -12,7 +12,7 @@ from chaincor.workflows.accuracy.answer import Answer
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.rounding import jitter_error
+from chaincor.workflows.engines.rounding import amplified_rounding
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import CrossingError
@@ -113,16 +113,20 @@ def test_the_scheme_is_that_of_the_measured_table(engine, table, tolerance):
 
 
 @pytest.mark.parametrize(
-    ("rounding", "jitter", "asked"),
+    ("rounding", "rounding_sensitivity", "asked"),
     [(1e-3, 1e-3, 1), (1e-3, 1e-5, 3), (1e-7, 1e-7, 3)],
     ids=["no scheme can", "another scheme may", "looser ones may"],
 )
-def test_looser_goals_are_tried_where_they_can_help(monkeypatch, rounding, jitter, asked):
+def test_looser_goals_are_tried_where_they_can_help(
+    monkeypatch, rounding, rounding_sensitivity, asked
+):
     scene = Scene(potential="lj", particles=5, engine="reference")
     outcome = stepping.run(scene, Numerics(scheme="order8", timestep=0.1))
-    # jitter_error multiplies.
-    jitter /= jitter_error("reference", 1.0, scene)
-    found = Answer(outcome, ErrorBar(step=1e-10, table=0.0, rounding=rounding), jitter)
+    # amplified_rounding multiplies.
+    rounding_sensitivity /= amplified_rounding("reference", 1.0, scene)
+    found = Answer(
+        outcome, ErrorBar(step=1e-10, table=0.0, rounding=rounding), rounding_sensitivity
+    )
     goals = []
     monkeypatch.setattr(meeting, "meet_in_house", lambda *given: goals.append(given[1]) or found)
     assert meeting.meet(scene, 1e-9).bar is found.bar

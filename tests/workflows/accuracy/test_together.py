@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, companies, kind_of
+from chaincor.workflows.accuracy.at_once.together import LEAST_TOGETHER, batches, kind_of
 from chaincor.workflows.campaign.work import collide_together
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house.batch import runner
@@ -140,13 +140,13 @@ def test_an_output_is_written_alone(tmp_path):
     assert kind_of(scene) is None
 
 
-def test_everyone_is_in_one_company_of_a_kind():
+def test_everyone_is_in_one_batch_of_a_kind():
     asked = scenes("lj", 20) + scenes("lj", 21) + scenes("toda", 20) + scenes("lj", 22, count=3)
     asked += scenes("lj", 20, tolerance=1e-4)
-    found = companies(asked, 2)
-    assert sorted(place for company in found for place in company) == list(range(len(asked)))
-    for company in found:
-        assert len({kind_of(asked[place]) for place in company}) == 1
-        assert len(company) == 1 or len(company) >= LEAST_TOGETHER - 8
-    alone = [company for company in found if len(company) == 1]
+    found = batches(asked, 2)
+    assert sorted(place for batch in found for place in batch) == list(range(len(asked)))
+    for batch in found:
+        assert len({kind_of(asked[place]) for place in batch}) == 1
+        assert len(batch) == 1 or len(batch) >= LEAST_TOGETHER - 8
+    alone = [batch for batch in found if len(batch) == 1]
     assert len(alone) == 3, "too few of a kind to be carried out together"

@@ -74,7 +74,7 @@ def test_a_few_samples_are_what_collide_gives():
         assert sample.restitution_error <= 1e-6
 
 
-def test_workers_and_company_change_no_bit():
+def test_workers_and_batches_change_no_bit():
     one = collide_many(WARM, 40, workers=1)
     assert collide_many(WARM, 40, workers=3).samples == one.samples
     assert collide_many(WARM.replace(seed=11), 7, workers=2).samples == one.samples[10:17]

@@ -81,7 +81,7 @@ def kind_of(scene: Scene) -> Kind | None:
     return Kind(id(scene.bond), scene.particles, usual_scheme(goal))
 
 
-def companies(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
+def batches(scenes: Sequence[Scene], parts: int) -> list[list[int]]:
     """
     Share collisions out: those to be carried out together, and each of the others by itself.
 

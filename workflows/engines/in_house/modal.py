@@ -138,7 +138,7 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
     )
 
 
-def jitter(scene: Scene) -> float:
+def rounding_sensitivity(scene: Scene) -> float:
     """
     Return how much eta changes, at most, when all roundings change; scenes are those of
     :func:`run`.

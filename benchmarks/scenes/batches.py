@@ -36,11 +36,11 @@ def draw_together(seed: int, index: int, engine: str) -> Scene:
     return Scene(**fields, speed=float(speed), tolerance=tolerance)
 
 
-def collide_in_company(scene: Scene) -> tuple[Collision, bool]:
+def collide_in_batch(scene: Scene) -> tuple[Collision, bool]:
     """Return the result of a scene as a sweep gets it, and whether it was together with others."""
     others = [scene.replace(speed=factor * (scene.speed or 1.0)) for factor in (0.9, 0.95, 1.05)]
-    company = [other for other in others if kind_of(other) == kind_of(scene)]
+    batch = [other for other in others if kind_of(other) == kind_of(scene)]
     found = None
     if kind_of(scene) is not None:
-        found = collide_together([*company, scene])[-1]
+        found = collide_together([*batch, scene])[-1]
     return (collide(scene), False) if found is None else (found, True)
