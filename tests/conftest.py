@@ -1,14 +1,17 @@
 """Options and settings that all tests share."""
 
+import faulthandler
 import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from tests.waiting import HANGS
 
 # A shell that starts the suite in the background has it ignore Ctrl-C, and with it every process
 # that a test starts and interrupts.
@@ -18,6 +21,36 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # The machine's load must not decide whether a property holds.
 settings.register_profile("chaincor", deadline=None, max_examples=60, derandomize=True)
 settings.load_profile("chaincor")
+
+# A test, or what comes between two and after all: nothing but what waits for ever takes so long.
+TEST_HANGS, END_HANGS = 3.0 * HANGS, HANGS
+_STDERR = pytest.StashKey[int]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # Of this process itself; while a test runs, what is written to file descriptor 2 is captured.
+    config.stash[_STDERR] = os.dup(2)
+
+
+def _end_after(seconds: float, config: pytest.Config) -> None:
+    """Let this process, if it still runs then, show where each of its threads is, and end."""
+    faulthandler.dump_traceback_later(seconds, exit=True, file=config.stash[_STDERR])
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Let no worker of pytest-xdist wait for ever, in a test or for the next, unseen."""
+    _end_after(TEST_HANGS, item.config)
+    try:
+        return (yield)
+    finally:
+        _end_after(END_HANGS, item.config)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Let no thread, child or exit handler keep a process from ending, the controller included."""
+    _end_after(END_HANGS, session.config)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
