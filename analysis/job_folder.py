@@ -84,6 +84,13 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     ------
     InputError
         If there is no dump, or more than one to choose from.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, collide, find_job
+    >>> result = collide(Scene(potential="harmonic", particles=10, dump="motion.dump"))
+    >>> find_job(".").dump.name
+    'motion.dump'
     """
     return _job_of(Path(folder), _files_by_kind(Path(folder)), data, dump)
 
@@ -233,6 +240,13 @@ def analyze_job(
     ------
     InputError
         If the files do not fit together or do not show a collision.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, analyze_job, collide, find_job
+    >>> result = collide(Scene(potential="harmonic", particles=10, dump="motion.dump"))
+    >>> analyze_job(find_job(".")).contacts
+    9
     """
     view = view or view_of(job)
     units = view.units

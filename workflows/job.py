@@ -55,7 +55,9 @@ def write_job(
     Examples
     --------
     >>> from chaincor import Scene, write_job
-    >>> write_job(Scene(particles=10), "first", plain=True, explain=True)
+    >>> files = write_job(Scene(particles=10), "first", plain=True, explain=True)
+    >>> sorted(path.name for path in files)
+    ['bond.table', 'chain.data', 'in.chain', 'scene.toml']
     """
     return _write_files(job_files(scene_given(scene), **wishes), Path(folder), replace_existing)
 

@@ -127,6 +127,13 @@ class Collision(Bodies, Motion):
         Harmonic energies E_j of the free chain's modes; j = 0 is the translation.
     velocities, displacements : ndarray of shape (n,)
         Final state; displacement is u_i = x_i - (i - 1).
+
+    Examples
+    --------
+    >>> from chaincor import Scene, collide
+    >>> result = collide(Scene(potential="harmonic", particles=3, engine="reference"))
+    >>> result.contact_times.round(2), result.scheme, result.to_dict()["tolerance_met"]
+    (array([0.  , 2.16, 4.75]), 'modal', True)
     """
 
     restitution: float

@@ -76,6 +76,13 @@ def collide_many(
         If it is expected to take longer than `most_seconds`; nothing was begun.
     MissingLibraryError, WorkerStartError
         If no collision at all can be run.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, collide_many
+    >>> warm = Scene(particles=10, temperature=1e-4, engine="reference")
+    >>> collide_many(warm, samples=20)
+    <Ensemble of 20 collisions: mean eta 0.7617 +- 0.01, P(e > 1) 0 (0 to 0.161)>
     """
     started = time.perf_counter()
     workers = workers_given(workers)

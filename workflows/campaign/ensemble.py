@@ -93,6 +93,13 @@ class Ensemble:
         Wall-clock time of everything.
     versions : dict
         Versions of chaincor and of the libraries behind the numbers.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, collide_many
+    >>> ensemble = collide_many(Scene(particles=5, temperature=1e-4, engine="reference"), 10)
+    >>> ensemble.samples[0].seed, ensemble.failures, bool(ensemble.eta.mean < 1.0)
+    (1, (), True)
     """
 
     samples: tuple[Sample, ...]

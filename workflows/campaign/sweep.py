@@ -63,6 +63,13 @@ def sweep(
         If a point is no scene; nothing was begun.
     StoreError
         If pandas is missing (``pip install chaincor[export]``), or the store cannot be used.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, sweep
+    >>> frame = sweep(Scene(particles=5, engine="reference"), speed=[0.1, 0.4], progress=False)
+    >>> frame["restitution"].round(4).tolist()
+    [0.6051, 0.5805]
     """
     scene = scene_given(scene)
     require_pandas()

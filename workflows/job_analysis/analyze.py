@@ -69,6 +69,14 @@ def analyze(
     ------
     InputError
         If the files do not fit together or do not show a collision.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, analyze, collide
+    >>> result = collide(Scene(potential="harmonic", particles=10, dump="motion.dump"))
+    >>> analysis = analyze(".")
+    >>> round(analysis.restitution, 4), analysis.contacts
+    (0.9071, 9)
     """
     if not isinstance(folder, str | os.PathLike):
         raise InputError(f"{folder!r} was given; expected the folder of a LAMMPS job")

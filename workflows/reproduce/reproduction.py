@@ -65,7 +65,8 @@ def reproduce(
     Examples
     --------
     >>> from chaincor import reproduce
-    >>> [row["verdict"] for row in reproduce("report")["verdicts"]]
+    >>> report = reproduce("report")  # doctest: +SKIP
+    >>> [row["verdict"] for row in report["verdicts"]]  # doctest: +SKIP
     """
     folder = Path(folder)
     make_folder(folder)

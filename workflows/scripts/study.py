@@ -180,6 +180,15 @@ def timestep_study(
         If an option makes no sense, or the script does not use a variable.
     ScriptRunError
         If the finest run fails, or fewer than four rungs run.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, timestep_study, write_job
+    >>> scene = Scene(potential="harmonic", particles=5, scheme="verlet", timestep=0.1)
+    >>> files = write_job(scene, "job", plain=True)
+    >>> study = timestep_study("job/in.chain", observable="^restitution = (.*)$", phases=3)
+    >>> study.ladders[0].numbers[0].verdict.kind
+    'bounded'
     """
     started = time.perf_counter()
     asked = _asked(quantities, observable)
@@ -283,8 +292,10 @@ def _seeds_varied(vary: str | None, seeds: int | None) -> tuple[str | None, int 
 
 def _kind(script: ScriptText, vary: str | None) -> str:
     """Return what is varied: a variable, a setting, the step, the last digit or processes."""
-    name = (vary or STEP).partition("=")[0]
-    if vary is not None and _has_variable(script, name):
+    if vary is None:
+        return "step"
+    name = vary.partition("=")[0]
+    if _has_variable(script, name):
         return "variable"
     used = any(each.mentions(name) for each in included(script))
     if name == STEP:

@@ -107,6 +107,13 @@ def to_pandas(store: Store | Path | str) -> "pandas.DataFrame":
     ------
     StoreError
         If pandas is missing, or the file is not a store.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, collide, to_pandas
+    >>> rows = collide([Scene(particles=5, engine="reference")], store="five.sqlite")
+    >>> to_pandas("five.sqlite")[["particles", "contacts"]].values.tolist()
+    [[5, 4]]
     """
     with nullcontext(store) if isinstance(store, Store) else Store(store, read_only=True) as opened:
         return _frame(opened)

@@ -64,6 +64,15 @@ class Store:
         If the file is not a store this version can use.
     StoreWriteError
         If the machine does not let it be written.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, Store, collide
+    >>> scene = Scene(particles=5, engine="reference")
+    >>> with Store("results.sqlite") as store:
+    ...     rows = collide([scene], store=store, progress=False)
+    ...     len(store), round(store.get(scene).restitution, 4)
+    (1, 0.5805)
     """
 
     def __init__(self, path: Path | str, *, read_only: bool = False) -> None:

@@ -141,6 +141,14 @@ def check_table(
     ------
     InputError
         If the file cannot be read, has no such section, or an option makes no sense.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, check_table, write_job
+    >>> files = write_job(Scene(particles=5), "job")
+    >>> report = check_table("job/bond.table")
+    >>> report.rows, report.faults, bool(report.error < 1e-7)
+    (201, (), True)
     """
     if tolerance is not None and not 0.0 < tolerance < math.inf:
         raise InputError(f"the tolerance is {tolerance}; expected a positive part of the force")

@@ -161,6 +161,13 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     -------
     Validation
         The comparison.
+
+    Examples
+    --------
+    >>> from chaincor import Scene, validate
+    >>> validation = validate(Scene(particles=5))
+    >>> validation.agrees, validation.comparisons[1].quantity
+    (True, 'contacts')
     """
     scene = scene_given(scene)
     asked = tolerance or scene.tolerance or DEFAULT_TOLERANCE
