@@ -5,7 +5,7 @@ Long chains in-house: what a second core gives, and how the time grows with the 
     python -m benchmarks.long_chains --growth 2000 4000 8000 16000
     python -m benchmarks.long_chains --run 100000
 
-The first compares leaps of chains in motion (lj, 0.4 v*, extrapolated14), in turn on each number of
+The first compares steps of chains in motion (lj, 0.4 v*, extrapolated14), in turn on each number of
 cores, by the shortest time of many: the ratio to one core, the processor time that it takes more,
 and whether all bits are equal. The second and the third run whole collisions to 1e-6 on all cores
 and print time, bar and the exponent of the time between neighbours; 4000 particles take a quarter
@@ -33,7 +33,7 @@ def scene_of(particles: int) -> Scene:
     return Scene(potential="lj", particles=particles, speed=0.4, engine="reference")
 
 
-def leap_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
+def step_once(scene: Scene, stepper: Stepper, steps: int) -> tuple[float, float, Motion]:
     """Return seconds, processor seconds and the chain after steps with all bonds in motion."""
     chain = Motion.at_start(scene, stepper.scheme)
     chain.ledger.active = scene.particles - 1
@@ -62,7 +62,7 @@ def compare(particles: int, cores: list[int], repeats: int) -> None:
     for _ in range(repeats + 1):  # the first loads the loops
         for count in cores:
             os.environ["OMP_NUM_THREADS"] = str(count)
-            *times, chains[count] = leap_once(scene, stepper, steps)
+            *times, chains[count] = step_once(scene, stepper, steps)
             best[count] = min(best[count], (times[0], times[1]))
     first = cores[0]
     for count in cores:

@@ -21,7 +21,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import converge
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal, stepping
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion
 from chaincor.workflows.engines.lammps import engine as lammps
 

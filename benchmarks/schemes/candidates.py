@@ -31,7 +31,7 @@ class Candidate(Protocol):
     order: int
     evaluations: int
 
-    def leap(self, state: State, step: float, forces: Forces) -> State:
+    def take_step(self, state: State, step: float, forces: Forces) -> State:
         """Return the state after a step."""
 
 
@@ -48,7 +48,7 @@ class Split:
         """One a kick."""
         return len(self.kicks)
 
-    def leap(self, state: State, step: float, forces: Forces) -> State:
+    def take_step(self, state: State, step: float, forces: Forces) -> State:
         """Return the state after a step."""
         x, strain, velocity = state
         for drift, kick in zip(self.drifts, (*self.kicks, 0.0), strict=True):
@@ -72,13 +72,13 @@ class Mixed:
         """One a Verlet step."""
         return sum(self.counts)
 
-    def leap(self, state: State, step: float, forces: Forces) -> State:
+    def take_step(self, state: State, step: float, forces: Forces) -> State:
         """Return the state after a step."""
         x, strain, velocity = state
         ends = []
         for count in self.counts:
             part = Split(2, (0.5, *[1.0] * (count - 1), 0.5), (1.0,) * count)
-            ends.append(part.leap(state, step / count, forces))
+            ends.append(part.take_step(state, step / count, forces))
         changes = [
             sum(
                 weight * (end[k] - state[k]) for weight, end in zip(self.weights, ends, strict=True)
@@ -95,7 +95,7 @@ class Nystrom:
     order: int = 12
     evaluations: int = len(nystrom.NODES)
 
-    def leap(self, state: State, step: float, forces: Forces) -> State:
+    def take_step(self, state: State, step: float, forces: Forces) -> State:
         """Return the state after a step."""
         x, strain, velocity = state
         pushes = np.empty((self.evaluations, len(velocity)))

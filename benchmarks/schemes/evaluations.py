@@ -4,9 +4,10 @@ How many force evaluations schemes need for an error of eta.
     python -m benchmarks.schemes.evaluations [--scene NAME ...]
 
 Chains of 100 are carried to their last contact, with contacts located on the map of the step
-itself. Counted are the leaps of a run, one for every step and every contact; the search for
-contacts, which moves few particles in-house, is not. Between two steps of a ladder errors are
-interpolated; of all steps that reach an error the coarsest counts from which on all finer ones do.
+itself. Counted are the substeps of a run, one for every step and one more for every contact; the
+search for contacts, which moves few particles in-house, is not. Between two steps of a ladder
+errors are interpolated; of all steps that reach an error the coarsest counts from which on all
+finer ones do.
 """
 
 import argparse
@@ -47,26 +48,26 @@ def collide(candidate: Candidate, scene: Scene, step: float, last: float) -> tup
         return x, float(velocity[0]), -float(scene.bond.force(strain[:1])[0])
 
     def probe(time: float, start: State) -> tuple[float, float, float]:
-        return first(candidate.leap(start, time, forces))
+        return first(candidate.take_step(start, time, forces))
 
     find_contact = build_contact_search(probe=probe, register=lambda function: function)
-    leaps = 0
+    substeps = 0
     for _ in range(math.ceil(last / step)):
         left = step
         while left > 0.0:
-            leaps += 1
-            end = candidate.leap(state, left, forces)
+            substeps += 1
+            end = candidate.take_step(state, left, forces)
             if not np.isfinite(end[0]):
-                return np.nan, leaps
+                return np.nan, substeps
             time = find_contact(left, first(state), first(end), state)
             if time < 0.0:
                 state = end
                 break
-            _, strain, velocity = candidate.leap(state, time, forces)
+            _, strain, velocity = candidate.take_step(state, time, forces)
             velocity[0] = abs(velocity[0])
             state = (0.0, strain, velocity)
             left -= time
-    return float((state[2].mean() / v0) ** 2), leaps * candidate.evaluations
+    return float((state[2].mean() / v0) ** 2), substeps * candidate.evaluations
 
 
 def climb(candidate: Candidate, scene: Scene, eta: float, last: float) -> list[float]:

@@ -22,7 +22,7 @@ def free_flight(candidate, step, time):
         return force[:-1] - force[1:]
 
     for _ in range(round(time / step)):
-        state = candidate.leap(state, step, forces)
+        state = candidate.take_step(state, step, forces)
     return np.concatenate(state[1:])
 
 

@@ -9,8 +9,8 @@ from chaincor.workflows.accuracy.convergence import Converged, converge, exact_m
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.end_watch import look_interval
 from chaincor.workflows.engines.ending import quiet_time
+from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.in_house.modal import serves
-from chaincor.workflows.engines.in_house.motion_coast import bonds_in_flight
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.errors import RunError
 

@@ -41,7 +41,7 @@ class Rule(NamedTuple):
     Attributes
     ----------
     fractions : Splitting or Mixture
-        Of the scheme, as its `leap` knows them.
+        Of the scheme, as its `take_step` knows them.
     parameters : NamedTuple
         Of the potential, as its force kernel knows them.
     """
@@ -95,18 +95,18 @@ class StepScheme:
         Order of the error of a run against H.
     fractions : Splitting or Mixture
         Numbers that the step needs.
-    build_leap : callable
-        ``build_leap(stages)`` returns the map over one step of a potential's `Stages` (see
-        ``in_house.stages``), ``leap(position, old, new, trial, bonds, wanted, step, rule)``: it
-        writes the `State` after a step from `old` into `new` and returns the new distance of
-        particle 1 from the wall; `trial` is scratch. Of the `bonds` in motion the first `wanted`
-        are needed: each stage before the last moves one more.
+    build_step : callable
+        ``build_step(stages)`` returns the map over one step away from the contact, made of a
+        potential's `Stages` (see ``in_house.stages``), ``take_step(position, old, new, trial,
+        bonds, wanted, step, rule)``: it writes the `State` after a step from `old` into `new` and
+        returns the new distance of particle 1 from the wall; `trial` is scratch. Of the `bonds` in
+        motion the first `wanted` are needed: each stage before the last moves one more.
     """
 
     name: str
     order: int
     fractions: Any
-    build_leap: Callable
+    build_step: Callable
 
     @property
     def extrapolated(self) -> bool:
@@ -142,11 +142,11 @@ class StepScheme:
         return step * float(np.min(np.abs(self.fractions.kicks)))
 
 
-def build_split_leap(stages: Any) -> Callable:
+def build_split_step(stages: Any) -> Callable:
     """Return the map of drifts and kicks, see `StepScheme`."""
     first, further, drift = stages.start, stages.stage, stages.drift
 
-    def leap(
+    def take_step(
         position: float,
         old: Any,
         new: Any,
@@ -171,14 +171,14 @@ def build_split_leap(stages: Any) -> Callable:
         drift(strain, velocity, min(bonds, wanted), drifts[-1] * step)
         return position
 
-    return leap
+    return take_step
 
 
-def build_mixed_leap(stages: Any) -> Callable:
+def build_extrapolated_step(stages: Any) -> Callable:
     """Return the extrapolated map, see `StepScheme`."""
     first, further, copy, mix = stages.start, stages.stage, stages.copy, stages.mix
 
-    def leap(
+    def take_step(
         position: float,
         old: Any,
         new: Any,
@@ -211,7 +211,7 @@ def build_mixed_leap(stages: Any) -> Callable:
             moved += weight * distance
         return position + moved
 
-    return leap
+    return take_step
 
 
 def _composed(name: str) -> StepScheme:
@@ -220,7 +220,7 @@ def _composed(name: str) -> StepScheme:
     kicks = np.array(composition.weights)
     padded = np.concatenate(([0.0], kicks, [0.0]))
     drifts = 0.5 * (padded[:-1] + padded[1:])
-    return StepScheme(name, composition.order, Splitting(drifts, kicks), build_split_leap)
+    return StepScheme(name, composition.order, Splitting(drifts, kicks), build_split_step)
 
 
 def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
@@ -228,13 +228,13 @@ def _extrapolated(counts: tuple[int, ...]) -> StepScheme:
     order = 2 * len(counts)
     weights = [math.prod(m * m / (m * m - k * k) for k in counts if k != m) for m in counts]
     mixture = Mixture(np.array(weights), np.array(counts, dtype=float))
-    return StepScheme(f"extrapolated{order}", order, mixture, build_mixed_leap)
+    return StepScheme(f"extrapolated{order}", order, mixture, build_extrapolated_step)
 
 
 _SRKN14 = Splitting(np.array(SRKN14_DRIFTS), np.array(SRKN14_KICKS))
 _SCHEMES = (
     *map(_composed, COMPOSITIONS),
-    StepScheme("srkn14", SRKN14_ORDER, _SRKN14, build_split_leap),
+    StepScheme("srkn14", SRKN14_ORDER, _SRKN14, build_split_step),
     *map(_extrapolated, _EXTRAPOLATED.values()),
 )
 STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

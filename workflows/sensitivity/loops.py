@@ -44,14 +44,14 @@ _DIFFERENCE = 1e-5
 _KIND = Kind("two", unit=False)
 
 
-class Leaps(NamedTuple):
+class Substeps(NamedTuple):
     """
     What a stretch of the motion was made of.
 
     Attributes
     ----------
     times : ndarray of shape (L,)
-        Duration of each leap.
+        Duration of each substep.
     hits : ndarray of shape (L,)
         1 where a hard contact ends it, 2 where soft bodies touch or part then, else 0.
     drifts, kicks : ndarray of shape (K + 1,) and (K,)
@@ -73,7 +73,7 @@ class Tape(NamedTuple):
     strains : ndarray of shape (L, K, N - 1)
         At each kick.
     impacts : ndarray of shape (L, 3)
-        Of leaps that end with a hard contact its speed, and the accelerations of both particles.
+        Of substeps that end with a hard contact its speed, and the accelerations of both particles.
     weights : ndarray of shape (L, K, N - 1)
         The forces then; on the way back what eta changes by with each.
     """
@@ -90,12 +90,12 @@ class Loops(NamedTuple):
     Attributes
     ----------
     follow : callable
-        ``follow(strain, velocity, leaps, tape, parameters)``: carries the state, in place, and
+        ``follow(strain, velocity, substeps, tape, parameters)``: carries the state, in place, and
         writes the tape.
     push : callable
-        ``push(strain, velocity, leaps, tape, parameters)``: carries a change of it, in place.
+        ``push(strain, velocity, substeps, tape, parameters)``: carries a change of it, in place.
     pull : callable
-        ``pull(strain, velocity, lightness, leaps, tape, parameters)``: carries the derivative of
+        ``pull(strain, velocity, lightness, substeps, tape, parameters)``: carries the derivative of
         a number by the state back, in place, and adds to that by the inverse masses.
     impulse : callable
         ``impulse(strains, weights, parameters)``: the sum of weights times forces of the bonds,
@@ -188,9 +188,9 @@ def _build_follow(force: Callable, bend: Callable, named: Callable, register: Ca
     kick_by = register(kicked)
 
     def follow(
-        strain: Array, velocity: Array, leaps: tuple, tape: tuple, parameters: tuple
+        strain: Array, velocity: Array, substeps: tuple, tape: tuple, parameters: tuple
     ) -> None:
-        times, hits, drifts, kicks = leaps
+        times, hits, drifts, kicks = substeps
         strains, impacts, forces = tape
         line = named(parameters)
         p, inverse, bonds, count = line.gap, line.inverse, strain.shape[0], kicks.shape[0]
@@ -246,8 +246,10 @@ def _build_push(force: Callable, bend: Callable, named: Callable, register: Call
         velocity[p] -= given * inverse[p]
         velocity[p + 1] += given * inverse[p + 1]
 
-    def push(strain: Array, velocity: Array, leaps: tuple, tape: tuple, parameters: tuple) -> None:
-        times, hits, drifts, kicks = leaps
+    def push(
+        strain: Array, velocity: Array, substeps: tuple, tape: tuple, parameters: tuple
+    ) -> None:
+        times, hits, drifts, kicks = substeps
         strains, impacts, forces = tape
         line = named(parameters)
         count = kicks.shape[0]
@@ -310,9 +312,14 @@ def _build_pull(force: Callable, bend: Callable, named: Callable, register: Call
         velocity[p + 1] -= share * by_given
 
     def pull(
-        strain: Array, velocity: Array, light: Array, leaps: tuple, tape: tuple, parameters: tuple
+        strain: Array,
+        velocity: Array,
+        light: Array,
+        substeps: tuple,
+        tape: tuple,
+        parameters: tuple,
     ) -> None:
-        times, hits, drifts, kicks = leaps
+        times, hits, drifts, kicks = substeps
         strains, impacts, weights = tape
         line = named(parameters)
         count = kicks.shape[0]

@@ -278,7 +278,9 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
         if not len(end):
             end = last_velocity
             velocities = 2.0 * line.separation(end) / before**2 * weights
-        loops.pull(strains, velocities, light, tuple(stretch.leaps), tuple(tape), tuple(parameters))
+        loops.pull(
+            strains, velocities, light, tuple(stretch.substeps), tuple(tape), tuple(parameters)
+        )
         for k, variant in enumerate(variants):
             more, less = (
                 loops.impulse(tape.strains, tape.weights, tuple(parameters._replace(bond=bond)))
@@ -287,7 +289,7 @@ def gradient(traced: Trace, variants: list[Variant]) -> Gradient:
             impulses[k] += (more - less) / variant.width
         # Each strain and velocity is rounded at each stage.
         rounded = np.append(strains * stretch.strain, velocities * stretch.velocity)
-        stages = stretch.leaps.times.size * stretch.leaps.drifts.size
+        stages = stretch.substeps.times.size * stretch.substeps.drifts.size
         rounding += stages * _ROUNDED * float(rounded @ rounded)
         if line.soft:
             at, given = tape.strains[..., line.gap], tape.weights[..., line.gap]

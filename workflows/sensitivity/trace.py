@@ -15,7 +15,7 @@ from chaincor.workflows.engines.in_house.line_kinds import LineParameters
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import SensitivityError
-from chaincor.workflows.sensitivity.loops import Leaps, Loops, Tape, loops_for
+from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
 
 Array = NDArray[np.float64]
 
@@ -39,13 +39,13 @@ class Stretch:
     ----------
     strain, velocity : ndarray of shape (N - 1,) and (N,)
         Before them, along x, with the gap.
-    leaps : Leaps
+    substeps : Substeps
         What they are made of.
     """
 
     strain: Array
     velocity: Array
-    leaps: Leaps
+    substeps: Substeps
 
 
 @dataclass(frozen=True)
@@ -72,17 +72,17 @@ class Trace:
 
     @cached_property
     def _room(self) -> Tape:
-        most = max(len(stretch.leaps.times) for stretch in self.stretches)
-        shape = most, len(self.stretches[0].leaps.kicks), len(self.line.strains)
+        most = max(len(stretch.substeps.times) for stretch in self.stretches)
+        shape = most, len(self.stretches[0].substeps.kicks), len(self.line.strains)
         return Tape(np.empty(shape), np.zeros((most, 3)), np.empty(shape))
 
     def follow(self, stretch: Stretch) -> tuple[Tape, Array, Array]:
         """Return the tape of a stretch, good until the next is followed, and its last state."""
         strain, velocity = stretch.strain.copy(), stretch.velocity.copy()
-        tape = Tape(*(each[: len(stretch.leaps.times)] for each in self._room))
-        told = tuple(stretch.leaps), tuple(tape), tuple(self.parameters)
+        tape = Tape(*(each[: len(stretch.substeps.times)] for each in self._room))
+        told = tuple(stretch.substeps), tuple(tape), tuple(self.parameters)
         self.loops.follow(strain, velocity, *told)
-        speeds = tape.impacts[stretch.leaps.hits == 1.0, 0]
+        speeds = tape.impacts[stretch.substeps.hits == 1.0, 0]
         slowest = GRAZING * abs(self.line.separation(self.line.velocities))
         if np.any(speeds <= slowest):
             raise SensitivityError(
@@ -115,7 +115,7 @@ class Trace:
         for stretch in self.stretches:
             check_time()
             tape, last_strain, last_velocity = self.follow(stretch)
-            told = tuple(stretch.leaps), tuple(tape), tuple(self.parameters)
+            told = tuple(stretch.substeps), tuple(tape), tuple(self.parameters)
             self.loops.push(strain, velocity, *told)
         rates, gap = np.diff(last_velocity), self.line.gap
         delay = -strain[gap] / rates[gap]
@@ -126,7 +126,7 @@ class Trace:
         """Return those of all particles in a state."""
         shape = 1, 1, len(strain)
         tape = Tape(np.empty(shape), np.zeros((1, 3)), np.empty(shape))
-        kick = Leaps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
+        kick = Substeps(np.ones(1), np.zeros(1), np.zeros(2), np.ones(1))
         gained = np.zeros(len(strain) + 1)
         self.loops.follow(strain.copy(), gained, tuple(kick), tuple(tape), tuple(self.parameters))
         return gained
@@ -174,14 +174,14 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
     wanted_steps = duration / step
     cached = min(TAPE / (2.0 * len(kicks) * len(line.strains)), wanted_steps / LEAST_STRETCHES)
     steps = 8 + math.ceil(max(math.sqrt(2.0 * wanted_steps / len(kicks)), cached))
-    room = np.empty((2, 2 * steps + motion.SPARE_GRADED_LEAPS))
+    room = np.empty((2, 2 * steps + motion.SPARE_GRADED_SUBSTEPS))
     moving.arrays = moving.arrays._replace(log=room)
     if not line.smooth:
         moving.ledger["grading"], moving.ledger["shortest_share"] = GRADING, SHORTEST_SHARE
     mark, wanted = (2.0, 2 * contacts) if line.soft else (1.0, contacts)
     met, stretches = 0, []
     if moving.ledger["contacts"] > 0:
-        meeting = Leaps(np.zeros(1), np.full(1, mark), drifts, kicks)
+        meeting = Substeps(np.zeros(1), np.full(1, mark), drifts, kicks)
         stretches.append(Stretch(line.strains.copy(), line.velocities.copy(), meeting))
         met = 1
     for name in ("argue_after", "argue_first", "patience"):
@@ -196,7 +196,7 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
         met += len(ends)
         if met == wanted:
             times, hits = times[: ends[-1] + 1], hits[: ends[-1] + 1]
-        stretches.append(Stretch(strain, velocity, Leaps(times, mark * hits, drifts, kicks)))
+        stretches.append(Stretch(strain, velocity, Substeps(times, mark * hits, drifts, kicks)))
         if met < wanted and gone > duration + (steps + 1) * step:
             raise SensitivityError(
                 f"with the step {step:.3g} the collision has {met} contacts by t = {gone:.6g}, and "
@@ -206,9 +206,9 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
 
 
 def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:
-    """Take steps; return of each leap its duration, and whether a contact ends it."""
+    """Take steps; return of each substep its duration, and whether a contact ends it."""
     ledger, fractions = moving.ledger, tuple(stepper.scheme.fractions)
-    ledger["leaps"] = 0
+    ledger["substeps"] = 0
     goal = int(ledger["steps"]) + steps
     told = stepper.step, fractions, stepper.parameters
     status = stepper.kernels.advance(ledger, moving.arrays.unnamed(), goal, *told)
@@ -219,5 +219,5 @@ def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Arra
             f"steps of {stepper.step:.3g} do not resolve the bonds; expected bonds that are not "
             "compressed to nothing: lower the speed"
         )
-    times, hits = moving.arrays.log[:, : ledger["leaps"]].copy()
+    times, hits = moving.arrays.log[:, : ledger["substeps"]].copy()
     return times, hits

@@ -20,7 +20,7 @@ from chaincor.workflows.engines.ending import (
 )
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.in_house.follow import follow
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.pieces import find_pieces
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN, certain_at
 

@@ -11,8 +11,8 @@ from chaincor.workflows.accuracy.fixed_steps import with_doubts
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house import motion_coast, stepping
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house import look_ahead, stepping
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion
 from chaincor.workflows.showing.text import describe
 
@@ -84,7 +84,7 @@ def test_a_long_broken_chain_is_followed_again_from_its_last_contact(monkeypatch
     begun = []
     after = Motion.after_last_contact
     monkeypatch.setattr(Motion, "after_last_contact", lambda self: begun.append(1) or after(self))
-    monkeypatch.setattr(motion_coast, "_MOST_SAMPLED", 47)
+    monkeypatch.setattr(look_ahead, "_MOST_SAMPLED", 47)
     found = stepping.run(scene, numerics)
     assert begun == [1]
     assert np.array_equal(found.contact_times, whole.contact_times)
@@ -95,7 +95,7 @@ def test_one_that_takes_all_cores_is_not_followed_again(monkeypatch):
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     numerics = Numerics(scheme="order8", timestep=0.05)
     whole = stepping.run(scene, numerics)
-    monkeypatch.setattr(motion_coast, "LEAST_ACTIVE", 47)
+    monkeypatch.setattr(look_ahead, "LEAST_ACTIVE", 47)
     monkeypatch.setattr(LookAhead, "_follow_again", lambda *_: pytest.fail("it was"))
     found = stepping.run(scene, numerics)
     assert found.ending.kind == "argued"

@@ -11,7 +11,7 @@ from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import motion
 from chaincor.workflows.engines.in_house.finish import strain_error, unfinished_error
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
 # Steps of order 8 in units of the stiffest bond's 1/frequency: good to some parts in 1e7.
@@ -88,8 +88,8 @@ def follow(
             return Flight(time, look_ahead.doubt_about(ending))
         settled = look_ahead.settle()
         if settled is not None:
-            coast, ending = settled
-            return Flight(coast.time, look_ahead.doubt_about(ending))
+            ahead, ending = settled
+            return Flight(ahead.time, look_ahead.doubt_about(ending))
         if time > watch.followed_until(last_contact):
             raise unfinished_error(scene, time)
         # At least one step: right after a contact, looks would be no time apart.

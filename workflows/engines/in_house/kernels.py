@@ -19,7 +19,7 @@ from chaincor.workflows.engines.in_house.compile import (
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind, Source
-from chaincor.workflows.engines.in_house.motion import build_coast, build_motion
+from chaincor.workflows.engines.in_house.motion import build_coarse_steps, build_motion
 from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
 
@@ -33,7 +33,7 @@ class Kernels:
     ----------
     advance : callable
         Carries a line over many steps; see ``motion``.
-    coast : callable
+    take_coarse_steps : callable
         Carries it over coarse steps; see ``motion``.
     parameters : NamedTuple
         Of the potential's kernel.
@@ -42,11 +42,11 @@ class Kernels:
     load_move : callable or None
         Returns the loop over a block of a long chain, see ``blocks``; None where not compiled.
     loaded : Event
-        Set once `advance` and `coast` have been called in this process.
+        Set once `advance` and `take_coarse_steps` have been called in this process.
     """
 
     advance: Callable
-    coast: Callable
+    take_coarse_steps: Callable
     parameters: tuple[float, ...]
     compiled: bool
     load_move: Callable[[], Callable] | None = None
@@ -61,42 +61,43 @@ def kernels_for(bond: Potential, scheme: StepScheme, kind: Kind = PLAIN) -> Kern
     function is tried, and if that cannot be compiled NumPy steps the chain. Steps are of the
     scheme's kind; of what the kind of line does not have, its loops know nothing.
     """
-    return _kernels_for(bond, scheme.build_leap, kind)
+    return _kernels_for(bond, scheme.build_step, kind)
 
 
 @lru_cache(maxsize=KEPT)
-def _kernels_for(bond: Potential, build_leap: Callable, kind: Kind) -> Kernels:
+def _kernels_for(bond: Potential, build_step: Callable, kind: Kind) -> Kernels:
     force = scalar_force(bond)
     if force is not None:
         of = force.function, force.keep, kind
-        load_move = partial(_compile, build_move, *of, build_leap)
-        advance, coast = _compile(build_motion, *of, build_leap), _compile(build_coast, *of)
-        return Kernels(advance, coast, force.parameters, True, load_move)
+        load_move = partial(_compile, build_move, *of, build_step)
+        advance = _compile(build_motion, *of, build_step)
+        take_coarse_steps = _compile(build_coarse_steps, *of)
+        return Kernels(advance, take_coarse_steps, force.parameters, True, load_move)
 
     def first_force(strain: float, _parameters: tuple[float, ...]) -> float:
         return float(bond.force(np.array([strain]))[0])
 
     made = Source(first_force, as_it_is, kind), array_stages(bond, kind)
-    advance = build_motion(*made, build_leap(made[1]))
-    return Kernels(advance, build_coast(*made), bond.parameters, compiled=False)
+    advance = build_motion(*made, build_step(made[1]))
+    return Kernels(advance, build_coarse_steps(*made), bond.parameters, compiled=False)
 
 
 def made_for(
-    function: Callable, keep: Keep, kind: Kind, build_leap: Callable | None = None
+    function: Callable, keep: Keep, kind: Kind, build_step: Callable | None = None
 ) -> tuple[LoopCompiler, tuple]:
     """
     Return the compiler of loops for a force and a kind of line, and what they are made from.
 
-    That is a `Source`, its `Stages`, and with a scheme's `build_leap` its leap.
+    That is a `Source`, its `Stages`, and with a scheme's `build_step` its step.
     """
     # Per function, not per bond: toda bonds of any steepness share their loops.
     name = "" if kind == PLAIN else f".{kind.contact}"
     compiler = LoopCompiler.for_force(ScalarForce(function, (), keep), name)
     source = Source(compiler.register(function), compiler.register, kind)
     stages = looped_stages(source)
-    if build_leap is None:
+    if build_step is None:
         return compiler, (source, stages)
-    return compiler, (source, stages, compiler.register(build_leap(stages)))
+    return compiler, (source, stages, compiler.register(build_step(stages)))
 
 
 @lru_cache(maxsize=3 * KEPT)

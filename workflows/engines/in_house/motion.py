@@ -26,8 +26,8 @@ DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
 
 # Room for the contacts of one step.
 SPARE_CONTACTS = 64
-# Room in a log for the leaps of one step; graded steps beside soft contacts are many.
-SPARE_LEAPS, SPARE_GRADED_LEAPS = 8, 256
+# Room in a log for the substeps of one step; graded steps beside soft contacts are many.
+SPARE_SUBSTEPS, SPARE_GRADED_SUBSTEPS = 8, 256
 
 # A bond so far ahead of the front is out of reach within one step: over k bonds a disturbance
 # falls by about H^(2k)/(2k)!, which is 4e-36 at H = 1. So no digit tells whether all bonds are
@@ -75,7 +75,7 @@ LEDGER = np.dtype(
         ("active", "i8"),  # bonds that have begun to move
         ("evaluations", "i8"),  # of all bond forces
         ("step_evaluations", "i8"),  # of one step
-        ("leaps", "i8"),  # in the log
+        ("substeps", "i8"),  # in the log
     ]
 )
 
@@ -100,7 +100,8 @@ class Arrays(NamedTuple):
     window : ndarray of shape (2,)
         First and last but one of the particles near the contact.
     log : ndarray of shape (2, capacity)
-        Of each leap its duration, and whether a contact ends it. Mostly without room, and not kept.
+        Of each substep, a step or a part of one, its duration, and whether a contact ends it.
+        Mostly without room, and not kept.
     """
 
     now: State
@@ -132,7 +133,7 @@ class Search(NamedTuple):
     rule: Rule
 
 
-def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
+def build_motion(source: Source, stages: Stages, take_step: Callable) -> Callable:
     """
     Put the loops of the stepping engine together.
 
@@ -142,7 +143,7 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
         What they are made from.
     stages : Stages
         Of the same line.
-    leap : callable
+    take_step : callable
         One step of them without a contact, as in ``schemes``.
 
     Returns
@@ -151,7 +152,7 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
         ``advance(ledger, arrays, goal, step, fractions, parameters)``: take steps until `goal` of
         them are done or something needs the caller. `arrays` are those of `Arrays.unnamed`,
         `fractions` of the scheme, unnamed as well, `parameters` those of the line. With a log it
-        also comes back, with `DONE`, when there may be no room for the leaps of another step.
+        also comes back, with `DONE`, when there may be no room for the substeps of another step.
     """
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
     register, wall = source.register, source.kind.contact == "wall"
@@ -162,7 +163,7 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
     def probe(time: float, search: Search) -> PathPoint:
         # The gap after a step of any size; of the bonds only those next to it matter.
         position, sign, bonds, wanted, kept, near, trial, rule = search
-        position = leap(position, kept, near, trial, bonds, wanted, time, rule)
+        position = take_step(position, kept, near, trial, bonds, wanted, time, rule)
         x, v, a = opening(position, near, rule.parameters)
         return sign * x, sign * v, sign * a
 
@@ -249,11 +250,11 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
         if not wall:
             soft = ledger.soft > 0
         graded = soft and shortest < step
-        spare = SPARE_GRADED_LEAPS if graded else SPARE_LEAPS
+        spare = SPARE_GRADED_SUBSTEPS if graded else SPARE_SUBSTEPS
         while ledger.steps < goal:
             if contacts.shape[1] - ledger.contacts < SPARE_CONTACTS:
                 return FULL
-            if 0 < log.shape[1] < ledger.leaps + spare:
+            if 0 < log.shape[1] < ledger.substeps + spare:
                 return DONE
             # After this the step is done, contacts within it included; the grid of steps is kept,
             # which keeps the motion reversible in time.
@@ -295,7 +296,7 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
                 if likely:
                     stop = probe(far, search)
                 else:
-                    x1 = leap(x0, kept, now, trial, bonds, bonds, ahead, rule)
+                    x1 = take_step(x0, kept, now, trial, bonds, bonds, ahead, rule)
                     ledger.evaluations += ledger.step_evaluations
                     x, v, a = opening(x1, now, parameters)
                     stop = (sign * x, sign * v, sign * a)
@@ -307,12 +308,12 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
                     meets = False
                     moved = min(ahead, towards * time)
                 if log.shape[1] > 0:
-                    if ledger.leaps == log.shape[1]:
+                    if ledger.substeps == log.shape[1]:
                         return CROWDED
-                    log[0, ledger.leaps], log[1, ledger.leaps] = moved, meets
-                    ledger.leaps += 1
+                    log[0, ledger.substeps], log[1, ledger.substeps] = moved, meets
+                    ledger.substeps += 1
                 if likely or moved != ahead or meets:
-                    x1 = leap(x0, kept, now, trial, bonds, bonds, moved, rule)
+                    x1 = take_step(x0, kept, now, trial, bonds, bonds, moved, rule)
                     ledger.evaluations += ledger.step_evaluations
                 ledger.position = x1
                 left -= moved
@@ -346,7 +347,7 @@ def build_motion(source: Source, stages: Stages, leap: Callable) -> Callable:
     return advance
 
 
-class Glide(NamedTuple):
+class CoarseSteps(NamedTuple):
     """
     A flight in coarse steps, or a part of one.
 
@@ -369,24 +370,24 @@ class Glide(NamedTuple):
     last: bool
 
 
-def build_coast(source: Source, stages: Stages) -> Callable:
+def build_coarse_steps(source: Source, stages: Stages) -> Callable:
     """
     Return the loop over coarse steps, which the stages of a line are made to.
 
     Returns
     -------
     callable
-        ``coast(ledger, state, glide, parameters)``: takes the Verlet steps of a `Glide` and
-        returns how many, fewer than asked for where the gap gets too small or a strain is not
-        allowed; the state is half a step off then. State and glide are unnamed.
+        ``take_coarse_steps(ledger, state, asked, parameters)``: takes Verlet steps as `CoarseSteps`
+        asks for, and returns how many, fewer where the gap gets too small or a strain is not
+        allowed; the state is half a step off then. State and request are unnamed.
     """
     stage, drift = stages.stage, stages.drift
     named, gap_of = read_parameters(source).named, build_contact(source).gap
     count_outside, extremes = stages.count_outside, stages.extremes
 
-    def coast(ledger: Any, state: tuple, glide: tuple, parameters: Parameters) -> int:
+    def take_coarse_steps(ledger: Any, state: tuple, asked: tuple, parameters: Parameters) -> int:
         strain, velocity = state
-        steps, step, clearance, first, last = glide
+        steps, step, clearance, first, last = asked
         parameters = named(parameters)
         bonds = strain.shape[0]
         ahead = 0.5 * step if first else step  # the drifts of neighbouring steps merge
@@ -408,4 +409,4 @@ def build_coast(source: Source, stages: Stages) -> Callable:
             drift(strain, velocity, bonds, 0.5 * step)
         return steps
 
-    return coast
+    return take_coarse_steps

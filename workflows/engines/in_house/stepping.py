@@ -19,8 +19,8 @@ from chaincor.workflows.engines.in_house.finish import (
     strain_error,
     unfinished_error,
 )
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.in_house.loops.beside import meanwhile
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.recorder import Recorder
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
@@ -83,7 +83,7 @@ def run(
     look_ahead = LookAhead(scene, moving, stepper, _at_start(scene, stepper))
     if not stepper.kernels.loaded.is_set():
         # Without a step to take, this only loads or compiles the loops, which is not integration.
-        with meanwhile(_warm_up_coast, scene, numerics):
+        with meanwhile(_warm_up_coarse_steps, scene, numerics):
             moving.advance(stepper, 0)
         look_ahead.warm_up()
         stepper.kernels.loaded.set()
@@ -135,7 +135,7 @@ def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> tuple[Ending, f
     return collision.run(None, True, motion.ARGUE)
 
 
-def _warm_up_coast(scene: Scene, numerics: Numerics) -> None:
+def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
     """Load or compile the loop over coarse steps alone."""
     stepper = Stepper.of(scene.line, scene.bond, numerics.scheme, numerics.timestep)
     first = _at_start(scene, stepper)
@@ -251,10 +251,10 @@ class _Collision:
             return Ending("argued"), now, int(ledger["evaluations"])
         settled = self.look_ahead.settle()
         if settled is not None:
-            coast, ending = settled
-            self.frames.record_until(coast.time)
-            evaluations = int(coast.moving.ledger["evaluations"])
-            return self.look_ahead.doubt_about(ending), coast.time, evaluations
+            ahead, ending = settled
+            self.frames.record_until(ahead.time)
+            evaluations = int(ahead.moving.ledger["evaluations"])
+            return self.look_ahead.doubt_about(ending), ahead.time, evaluations
         ledger["argue_after"] = watch.next_look(now, last) - last
         return None
 

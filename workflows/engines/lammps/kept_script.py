@@ -25,7 +25,7 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house.motion_coast import bonds_in_flight
+from chaincor.workflows.engines.in_house.coarse_run import bonds_in_flight
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.course import PATIENCE
 from chaincor.workflows.engines.lammps.meeting import grading

@@ -31,11 +31,11 @@ RUNS = {
 def in_blocks(monkeypatch):
     """Return a function that sets how chains are cut, however short they are."""
 
-    def cut(count, leaps=4, aligned=1):
+    def cut(count, substeps=4, aligned=1):
         monkeypatch.setattr(moving, "cores", lambda: count)
         monkeypatch.setattr(running, "LEAST_ACTIVE", 80)
         monkeypatch.setattr(running, "LEAST_MARGINS", 1)
-        monkeypatch.setattr(running, "LEAPS", leaps)
+        monkeypatch.setattr(running, "SUBSTEPS", substeps)
         monkeypatch.setattr(running, "ALIGNED", aligned)
         # The loop over the whole chain soon comes back, to be replaced.
         monkeypatch.setattr(interrupts, "WORK_AT_ONCE", 30_000)
@@ -49,8 +49,8 @@ def moved(monkeypatch):
     counts = []
     cut = running._Blocks._cut
 
-    def noted(blocks, leaps):
-        found = cut(blocks, leaps)
+    def noted(blocks, substeps):
+        found = cut(blocks, substeps)
         counts.append(len(found))
         return found
 
@@ -72,8 +72,8 @@ def test_no_bit_depends_on_cores(scene, scheme, step, in_blocks, moved):
     in_blocks(1)
     whole = stepping.run(scene, numerics)
     assert moved == []
-    for count, leaps, aligned in ((2, 3, 1), (3, 2, 7), (3, 5, 64)):
-        in_blocks(count, leaps, aligned)
+    for count, substeps, aligned in ((2, 3, 1), (3, 2, 7), (3, 5, 64)):
+        in_blocks(count, substeps, aligned)
         assert_same(stepping.run(scene, numerics), whole)
         assert len(moved) > 20
         assert max(moved) > 1
@@ -111,9 +111,9 @@ def test_what_is_not_foreseen_is_left_to_the_loop_over_the_whole(in_blocks, move
     go_ahead, calls = running._Head.go_ahead, []
 
     def crowded_now_and_then(head, state, goal):
-        status, leaps = go_ahead(head, state, goal)
+        status, substeps = go_ahead(head, state, goal)
         calls.append(status)
-        return (motion.CROWDED if len(calls) % 3 == 0 else status), leaps
+        return (motion.CROWDED if len(calls) % 3 == 0 else status), substeps
 
     monkeypatch.setattr(running._Head, "go_ahead", crowded_now_and_then)
     assert_same(stepping.run(LJ, numerics), whole)

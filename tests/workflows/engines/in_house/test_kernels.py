@@ -99,13 +99,13 @@ def test_loops_say_what_arrays_say(bonds):
 @pytest.mark.parametrize("scheme", STEP_SCHEMES.values(), ids=lambda scheme: scheme.name)
 def test_near_the_wall_a_step_needs_no_more_particles_than_it_has_stages(scheme):
     bond = LennardJones()
-    leap = scheme.build_leap(array_stages(bond))
+    take_step = scheme.build_step(array_stages(bond))
     old = random_state(np.random.default_rng(7), 39)
     rule = Rule(scheme.fractions, bond.parameters)
 
     def after(bonds, size):
         new, trial = [State(np.full(size, np.nan), np.full(size + 1, np.nan)) for _ in range(2)]
-        x = leap(0.1, old, new, trial, 39, bonds, 0.1, rule)
+        x = take_step(0.1, old, new, trial, 39, bonds, 0.1, rule)
         return x, new.strain[:bonds], new.velocity[:bonds]
 
     whole, near = after(39, 39), after(1, scheme.reach)
@@ -139,25 +139,26 @@ def test_weights(scheme):
 
 
 # The coarse motion, whose loops compile in a second; all others are kept in the same way.
-COAST_TWO = """
+TWO_COARSE_STEPS = """
 import sys
 import numba, pydantic, numpy as np
 sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.motion import LEDGER, build_coast
+from chaincor.workflows.engines.in_house.motion import LEDGER, build_coarse_steps
 from chaincor.workflows.engines.in_house.stages import looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
     compiler = LoopCompiler.for_force(force)
     source = Source(compiler.register(force.function), compiler.register)
-    coast = compiler.compile(build_coast(source, looped_stages(source)))
+    take_coarse_steps = compiler.compile(build_coarse_steps(source, looped_stages(source)))
     ledger = np.zeros(1, LEDGER).view(np.recarray)[0]
     ledger.position, ledger.strain_min, ledger.strain_max = 1.0, -0.5, 0.5
     strain, velocity = np.full(4, -0.1), np.zeros(5)
-    assert coast(ledger, (strain, velocity), (3, 0.1, 0.0, True, True), force.parameters) == 3
-    print(velocity.tobytes().hex(), coast.compiled)
+    asked = 3, 0.1, 0.0, True, True
+    assert take_coarse_steps(ledger, (strain, velocity), asked, force.parameters) == 3
+    print(velocity.tobytes().hex(), take_coarse_steps.compiled)
 """
 
 
@@ -168,7 +169,7 @@ def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "loops")}
     first, second = (
         subprocess.run(
-            [sys.executable, "-c", COAST_TWO, str(tmp_path / "bytecode")],
+            [sys.executable, "-c", TWO_COARSE_STEPS, str(tmp_path / "bytecode")],
             env=environment, capture_output=True, text=True, check=True,
         ).stdout.split()
         for _ in range(2)

@@ -14,7 +14,7 @@ from chaincor.workflows.engines.in_house.batch.loop import build_carry
 from chaincor.workflows.engines.in_house.compile import KEPT, Keep, scalar_force
 from chaincor.workflows.engines.in_house.kernels import made_for
 from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind
-from chaincor.workflows.engines.in_house.motion import build_coast
+from chaincor.workflows.engines.in_house.motion import build_coarse_steps
 from chaincor.workflows.engines.schemes import StepScheme
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def look_ahead_for(bond: Potential) -> Callable:
 @lru_cache(maxsize=KEPT)
 def _compile_look_ahead(function: Callable, keep: Keep) -> Callable:
     compiler, made = made_for(function, keep, PLAIN)
-    coast = compiler.register(build_coast(*made))
+    take_coarse_steps = compiler.register(build_coarse_steps(*made))
 
     def look_ahead(
         ledgers: Any,
@@ -64,7 +64,7 @@ def _compile_look_ahead(function: Callable, keep: Keep) -> Callable:
         parameters: Any,
     ) -> None:
         for k in range(counts.shape[0]):
-            glide = (counts[k], steps[k], clearances[k], True, True)
-            done[k] = coast(ledgers[k], (strains[k], velocities[k]), glide, parameters)
+            asked = (counts[k], steps[k], clearances[k], True, True)
+            done[k] = take_coarse_steps(ledgers[k], (strains[k], velocities[k]), asked, parameters)
 
     return compiler.compile(look_ahead)

@@ -30,15 +30,18 @@ from chaincor.workflows.engines.in_house.batch.states import (
     chain_energies,
     each_sum,
 )
+from chaincor.workflows.engines.in_house.coarse_run import (
+    coarse_ceiling,
+    coarse_step,
+    required_clearance,
+)
 from chaincor.workflows.engines.in_house.compile import scalar_force
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
 from chaincor.workflows.engines.in_house.line_kinds import Kind
-from chaincor.workflows.engines.in_house.motion_coast import coarse_ceiling
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.in_house.stepping import follow_on
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE, steps_at_once
-from chaincor.workflows.engines.look_ahead import coarse_step, required_clearance
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
 from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.schemes import STEP_SCHEMES

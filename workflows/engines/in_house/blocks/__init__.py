@@ -1,1 +1,1 @@
-"""Long chains on several cores: blocks that overlap, and meet once in many leaps."""
+"""Long chains on several cores: blocks that overlap, and meet once in many substeps."""

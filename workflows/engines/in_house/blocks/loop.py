@@ -1,4 +1,4 @@
-"""The loop that carries one block of a chain through many leaps."""
+"""The loop that carries one block of a chain through many substeps."""
 
 from collections.abc import Callable
 
@@ -15,13 +15,14 @@ from chaincor.workflows.engines.schemes import Rule
 LOW, HIGH, CONTACT_LOW, CONTACT_HIGH, ACTIVE, OUTSIDE = range(6)
 
 
-def build_move(source: Source, stages: Stages, leap: Callable) -> Callable:
+def build_move(source: Source, stages: Stages, take_step: Callable) -> Callable:
     """
-    Return the loop that carries one block of a chain through many leaps.
+    Return the loop that carries one block of a chain through many substeps.
 
     A block is computed with a margin on either side. Where the margin ends the bond beyond is
-    missing, and what that spoils moves inward by the reach of a scheme at each leap: with a margin
-    of as many reaches as there are leaps, the block itself is what the whole chain makes of it.
+    missing, and what that spoils moves inward by the reach of a scheme at each substep: with a
+    margin of as many reaches as there are substeps, the block itself is what the whole chain makes
+    of it.
 
     Parameters
     ----------
@@ -29,16 +30,16 @@ def build_move(source: Source, stages: Stages, leap: Callable) -> Callable:
         Of a chain before a hard wall.
     stages : Stages
         Of the same line.
-    leap : callable
+    take_step : callable
         One step of them away from the wall, as in ``schemes``.
 
     Returns
     -------
     callable
         ``move(old, new, last, scratch, block, log, limits, fractions, parameters, found)``: carry
-        bonds `first` to `end` of the state `old` through the leaps of a log into `new`, and as they
-        were at the last contact into `last`. States are unnamed, `scratch` is three of them. The
-        `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed with, and
+        bonds `first` to `end` of the state `old` through the substeps of a log into `new`, and as
+        they were at the last contact into `last`. States are unnamed, `scratch` is three of them.
+        The `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed with, and
         whether it ends with the bonds in motion; `limits` has the strains met so far, those
         allowed, and the strain from which a bond has begun to move. What it tells goes into
         `found`.
@@ -75,7 +76,7 @@ def build_move(source: Source, stages: Stages, leap: Callable) -> Callable:
         found[OUTSIDE] = 0.0
         copy(old_strain, old_velocity, here, bonds)
         for k in range(log.shape[1]):
-            leap(0.0, here, there, trial, bonds, bonds, log[0, k], rule)
+            take_step(0.0, here, there, trial, bonds, bonds, log[0, k], rule)
             here, there = there, here
             strain, velocity = here
             mine = strain[own : end - begin]

@@ -1,12 +1,13 @@
 """
 A long chain on several cores.
 
-What the wall does to a chain travels by the reach of a scheme in each leap. The head of the chain
-is therefore carried through some leaps ahead of all others, by the loop of whole chains, which
-finds the contacts and thereby how long each leap is. Then blocks of the chain go through these
-leaps side by side, each with a margin on either side that makes up for what it does not know of
-its neighbours: cores meet once in many leaps. All particles go through the arithmetic of the loop
-over the whole chain, so that no bit depends on the number of cores or of blocks.
+What the wall does to a chain travels by the reach of a scheme in each substep: a step, or what a
+contact leaves of it. The head of the chain is therefore carried through some substeps ahead of all
+others, by the loop of whole chains, which finds the contacts and thereby how long each substep is.
+Then blocks of the chain go through these substeps side by side, each with a margin on either side
+that makes up for what it does not know of its neighbours: cores meet once in many substeps. All
+particles go through the arithmetic of the loop over the whole chain, so that no bit depends on the
+number of cores or of blocks.
 """
 
 import math
@@ -26,8 +27,8 @@ from chaincor.workflows.engines.interrupts import steps_at_once
 if TYPE_CHECKING:
     from chaincor.workflows.engines.in_house.moving import Stepper
 
-# Leaps after which cores meet.
-LEAPS = 16
+# Substeps after which cores meet.
+SUBSTEPS = 16
 # Blocks begin at multiples of so many bonds: more than a vector loop does at once, so that bonds
 # which it leaves over, to be done one by one, are those that it leaves over in the whole chain.
 ALIGNED = 64
@@ -45,7 +46,7 @@ _Scratch = tuple[_Pair, _Pair, _Pair]
 
 def pays(active: int, steps: int) -> bool:
     """Return whether several cores pay for so many bonds in motion, and steps to take."""
-    return active >= LEAST_ACTIVE and steps >= LEAPS
+    return active >= LEAST_ACTIVE and steps >= SUBSTEPS
 
 
 def load(stepper: "Stepper") -> Callable:
@@ -85,18 +86,18 @@ def advance(
     status = motion.DONE
     with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
         while status == motion.DONE and ledger["steps"] < goal:
-            status, leaps = head.go_ahead(states[0], goal)
+            status, substeps = head.go_ahead(states[0], goal)
             known = status != motion.CROWDED
-            if known and leaps.shape[1] > 0:
-                known = blocks.move(states[0], states[1], leaps, helpers)
+            if known and substeps.shape[1] > 0:
+                known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
                 # Seldom, and then the loop over the whole chain tells it by name.
                 whole = arrays._replace(now=states[0]).unnamed()
-                until = min(goal, int(ledger["steps"]) + LEAPS)
+                until = min(goal, int(ledger["steps"]) + SUBSTEPS)
                 status = stepper.advance(ledger, whole, until)
-            elif leaps.shape[1] > 0:
+            elif substeps.shape[1] > 0:
                 head.commit(ledger)
-                blocks.commit(ledger, leaps)
+                blocks.commit(ledger, substeps)
                 states.reverse()
     if states[0] is not state:
         np.copyto(state.strain, states[0].strain)
@@ -117,8 +118,8 @@ class _Head:
 
     def __init__(self, ledger: np.record, arrays: motion.Arrays, stepper: "Stepper") -> None:
         self._stepper, self._of_chain = stepper, ledger
-        self._log = np.empty((2, LEAPS + motion.SPARE_LEAPS))
-        # The last leap still knows all that the search for a contact in it does.
+        self._log = np.empty((2, SUBSTEPS + motion.SPARE_SUBSTEPS))
+        # The last substep still knows all that the search for a contact in it does.
         self._bonds = (self._log.shape[1] + 1) * stepper.scheme.reach
         own = [State(np.empty(self._bonds), np.empty(self._bonds + 1)) for _ in range(4)]
         now, last, kept, trial = own
@@ -129,18 +130,18 @@ class _Head:
         self._ledger = ledger.copy()
 
     def go_ahead(self, state: State, goal: int) -> tuple[int, NDArray[np.float64]]:
-        """Return why it came back, and the leaps until then."""
+        """Return why it came back, and the substeps until then."""
         ledger = self._ledger
         for name in (*_OF_HEAD, _COUNTED):
             ledger[name] = self._of_chain[name]
-        ledger["active"], ledger["leaps"] = self._bonds, 0
+        ledger["active"], ledger["substeps"] = self._bonds, 0
         # Where it is cut off, strains mean nothing.
         ledger["strain_min"] = ledger["strain_floor"] = -math.inf
         ledger["strain_max"] = ledger["strain_ceiling"] = math.inf
         self._now.strain[:] = state.strain[: self._bonds]
         self._now.velocity[:] = state.velocity[: self._bonds + 1]
         status = self._stepper.advance(ledger, self._arrays, goal)
-        return status, self._log[:, : int(ledger["leaps"])]
+        return status, self._log[:, : int(ledger["substeps"])]
 
     def commit(self, ledger: np.record) -> None:
         """Let the chain know what its head does."""
@@ -163,10 +164,10 @@ class _Blocks:
         self,
         old: State,
         new: State,
-        leaps: NDArray[np.float64],
+        substeps: NDArray[np.float64],
         helpers: ThreadPoolExecutor,
     ) -> bool:
-        """Carry all blocks through leaps; return False where a strain is not allowed."""
+        """Carry all blocks through substeps; return False where a strain is not allowed."""
         ledger, stepper = self._ledger, self._stepper
         fractions = tuple(stepper.scheme.fractions)
         limits = (
@@ -176,10 +177,10 @@ class _Blocks:
             float(ledger["strain_ceiling"]),
             motion.FRONT_THRESHOLD * float(ledger["impact_velocity"]),
         )
-        blocks = self._cut(leaps.shape[1])
+        blocks = self._cut(substeps.shape[1])
         states = tuple(old), tuple(new), tuple(self._last)
         self._found = np.zeros((len(blocks), loop.OUTSIDE + 1))
-        self._make_room(blocks, leaps.shape[1])
+        self._make_room(blocks, substeps.shape[1])
         todo = iter(range(len(blocks)))
 
         def work(todo: Iterator[int]) -> None:
@@ -189,7 +190,7 @@ class _Blocks:
                     *states,
                     self._scratch[k],
                     blocks[k],
-                    leaps,
+                    substeps,
                     limits,
                     fractions,
                     stepper.parameters,
@@ -202,23 +203,23 @@ class _Blocks:
             other.result()
         return not self._found[:, loop.OUTSIDE].any()
 
-    def commit(self, ledger: np.record, leaps: NDArray[np.float64]) -> None:
+    def commit(self, ledger: np.record, substeps: NDArray[np.float64]) -> None:
         """Let the chain know what its blocks met; smallest and largest know no order."""
         found = self._found
         ledger["strain_min"] = np.min(found[:, loop.LOW])
         ledger["strain_max"] = np.max(found[:, loop.HIGH])
         ledger["active"] = int(found[-1, loop.ACTIVE])
-        if leaps[1].any():
+        if substeps[1].any():
             ledger["contact_min"] = np.min(found[:, loop.CONTACT_LOW])
             ledger["contact_max"] = np.max(found[:, loop.CONTACT_HIGH])
 
-    def _cut(self, leaps: int) -> list[_Block]:
+    def _cut(self, substeps: int) -> list[_Block]:
         """Return blocks of about equal work, as many for each core."""
         active = int(self._ledger.active)
-        margin = ALIGNED * math.ceil(leaps * self._stepper.scheme.reach / ALIGNED)
+        margin = ALIGNED * math.ceil(substeps * self._stepper.scheme.reach / ALIGNED)
         cores = max(1, min(self._cores, active // (LEAST_MARGINS * margin)))
         # Python, which hears Ctrl-C, runs between blocks.
-        most = steps_at_once(int(self._ledger.step_evaluations) * leaps)
+        most = steps_at_once(int(self._ledger.step_evaluations) * substeps)
         count = cores * math.ceil(active / (cores * most))
         # The last one ends with the bonds in motion, and takes up what the front reaches.
         ends = [ALIGNED * round(active * k / count / ALIGNED) for k in range(count)] + [active]
@@ -227,9 +228,11 @@ class _Blocks:
             for first, end in pairwise(ends)
         ]
 
-    def _make_room(self, blocks: list[_Block], leaps: int) -> None:
+    def _make_room(self, blocks: list[_Block], substeps: int) -> None:
         """See to it that each block has room for its bonds, and for those the front reaches."""
-        needed = max(stop - begin for _, _, begin, stop, _ in blocks) + leaps * motion.FRONT_BLOCK
+        needed = (
+            max(stop - begin for _, _, begin, stop, _ in blocks) + substeps * motion.FRONT_BLOCK
+        )
         room = len(self._scratch[0][0][0]) if self._scratch else 0
         if room < needed:
             self._scratch.clear()

@@ -1,105 +1,22 @@
-"""Looking ahead with the stepping engine: a copy of the bodies flies on with coarse steps."""
+"""Finding the end of a collision ahead of the exact run, by runs of copies in coarse steps."""
 
 import math
 from collections.abc import Callable
 
-import numpy as np
-
-from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import Body
 from chaincor.workflows.engines.ending import Ending, evaporation, quiet_time
 from chaincor.workflows.engines.in_house.blocks.running import LEAST_ACTIVE
-from chaincor.workflows.engines.in_house.motion import Glide
+from chaincor.workflows.engines.in_house.coarse_run import (
+    CoarseRun,
+    coarse_ceiling,
+    coarse_step,
+    find_end,
+    longest_strain,
+    required_clearance,
+)
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
-from chaincor.workflows.engines.interrupts import steps_at_once
-from chaincor.workflows.engines.look_ahead import coarse_step, find_end, required_clearance
-from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.pieces import find_pieces
-
-
-class MotionCoast:
-    """
-    A copy of bodies in motion that flies ahead with coarse steps.
-
-    Parameters
-    ----------
-    moving : Motion
-        In flight; not changed.
-    bond : Potential
-        Its bonds.
-    stepper : Stepper
-        Has the loops.
-    now : float
-        Time since the first contact.
-    step : float
-        The Verlet step.
-    clearance : float
-        How small the gap may get.
-    ceiling : float
-        How far bonds may stretch.
-
-    Attributes
-    ----------
-    moving : Motion
-        The copy.
-    time : float
-        Time since the first contact.
-    """
-
-    def __init__(
-        self,
-        moving: Motion,
-        bond: Potential,
-        stepper: Stepper,
-        now: float,
-        step: float,
-        clearance: float,
-        ceiling: float,
-    ) -> None:
-        self.moving, self.time = moving.copy(), now
-        ledger = self.moving.ledger
-        ledger["strain_ceiling"] = ceiling
-        # What has stretched before is looked at again.
-        ledger["strain_max"] = longest_strain(moving)
-        self._bond, self._stepper = bond, stepper
-        self._step, self._clearance = step, clearance
-
-    def fly(self, duration: float) -> bool:
-        """
-        Fly on for at least a duration.
-
-        False where the gap gets smaller than allowed, or a bond longer: the bodies are there then.
-        """
-        steps = max(1, math.ceil(duration / self._step))
-        done, most = 0, steps_at_once(len(self.moving.strain))
-        for begin in range(0, steps, most):
-            part = min(most, steps - begin)
-            glide = Glide(part, self._step, self._clearance, begin == 0, begin + part == steps)
-            taken = self._stepper.kernels.coast(
-                self.moving.ledger,
-                tuple(self.moving.arrays.now),
-                tuple(glide),
-                self._stepper.parameters,
-            )
-            done += taken
-            if taken < part:
-                break
-        self.time += done * self._step
-        return bool(done == steps)
-
-    def bodies(self) -> list[Body]:
-        """Return the bodies as the end of a collision looks at them."""
-        return self.moving.bodies(self._bond)
-
-
-def longest_strain(moving: Motion) -> float:
-    """Return the largest strain of all bonds, the gap left out."""
-    strain = moving.strain
-    if not moving.at_wall:
-        strain = np.delete(strain, moving.line.gap)
-    return float(np.max(strain, initial=-1.0))
-
 
 # A chain that broke is followed again and again, with so many times the step of the run; more often
 # where these motions come to different ends; a long one, which costs the square of its length,
@@ -172,13 +89,13 @@ class LookAhead:
         shortest = float(self._moving.ledger["strain_min"])
         return coarse_step(self._bond, shortest, self._scene.line.lightest)
 
-    def _coast(self, now: float, step: float, clearance: float, ceiling: float) -> MotionCoast:
+    def _coarse_run(self, now: float, step: float, clearance: float, ceiling: float) -> CoarseRun:
         moving, bond, stepper = self._moving, self._bond, self._stepper
-        return MotionCoast(moving, bond, stepper, now, step, clearance, ceiling)
+        return CoarseRun(moving, bond, stepper, now, step, clearance, ceiling)
 
     def warm_up(self) -> None:
         """Load or compile the loop, which is not integration."""
-        self._coast(0.0, 1.0, -math.inf, math.inf).fly(0.0)
+        self._coarse_run(0.0, 1.0, -math.inf, math.inf).fly(0.0)
 
     def doubt_about(self, ending: Ending) -> Ending:
         """Return the end of the run as what other motions did leaves it."""
@@ -186,7 +103,7 @@ class LookAhead:
         missed = contacts == self._moving.ledger["contacts"]
         return ending.doubted(max(self.doubt, momentum if missed else 0.0))
 
-    def settle(self) -> tuple[MotionCoast, Ending] | None:
+    def settle(self) -> tuple[CoarseRun, Ending] | None:
         """
         Look ahead from where the chain is.
 
@@ -209,12 +126,12 @@ class LookAhead:
             return None
         if 1.0 / coarse >= self._stepper.scheme.evaluations / self._stepper.step:
             return None
-        coast = self._coast(now, coarse, clearance, ceiling)
-        ending = find_end(scene, coast, last)
+        ahead = self._coarse_run(now, coarse, clearance, ceiling)
+        ending = find_end(scene, ahead, last)
         if ending is not None:
-            return coast, ending
-        ledger["evaluations"] = coast.moving.ledger["evaluations"]
-        self.not_before = coast.time
+            return ahead, ending
+        ledger["evaluations"] = ahead.moving.ledger["evaluations"]
+        self.not_before = ahead.time
         return None
 
     def keeps_off(self, until: float) -> tuple[bool, float, int]:
@@ -234,10 +151,10 @@ class LookAhead:
             return False, now, evaluations
         coarse = self._coarse_step()
         ceiling = coarse_ceiling(scene.bond)
-        coast = self._coast(now, coarse, clearance, ceiling)
-        return coast.fly(until - now), coast.time, int(coast.moving.ledger["evaluations"])
+        ahead = self._coarse_run(now, coarse, clearance, ceiling)
+        return ahead.fly(until - now), ahead.time, int(ahead.moving.ledger["evaluations"])
 
-    def _sample(self, now: float, last: float) -> tuple[MotionCoast, Ending] | None:
+    def _sample(self, now: float, last: float) -> tuple[CoarseRun, Ending] | None:
         """Follow the chain to its end, first with steps as those of the run, then coarsely."""
         shares = _SAMPLES[:1] if self._long else _SAMPLES
         ends = [self._follow_again(share, now, last) for share in shares]
@@ -272,7 +189,7 @@ class LookAhead:
             at_stake = sum(evaporation(pieces, self._bond) for pieces in parted)
             self.doubt = max(self.doubt, at_stake, *momenta)
 
-    def _alike(self, coasts: list[MotionCoast]) -> bool:
+    def _alike(self, runs: list[CoarseRun]) -> bool:
         """Return whether motions have come to the same end, by their first pieces."""
         bond, v0 = self._scene.bond, self._scene.impact_velocity
 
@@ -287,11 +204,11 @@ class LookAhead:
                 and max(energies) - min(energies) <= _ALIKE * max(energies)
             )
 
-        return all(map(agree, zip(*(coast.bodies() for coast in coasts), strict=True)))
+        return all(map(agree, zip(*(ahead.bodies() for ahead in runs), strict=True)))
 
     def _follow_again(
         self, share: float, now: float, last: float
-    ) -> tuple[MotionCoast, Ending] | float:
+    ) -> tuple[CoarseRun, Ending] | float:
         """Return the end of one more motion, or the momentum of the contact that it comes to."""
         whole = self._moving
         since = whole.ledger["steps"] * self._stepper.step
@@ -306,39 +223,10 @@ class LookAhead:
         moving.advance(stepper, math.ceil(since / stepper.step))
         if moving.ledger["contacts"] != contacts:
             return 2.0 * self._scene.line.contact_mass * float(moving.contact_speeds[-1])
-        coast = MotionCoast(
+        ahead = CoarseRun(
             moving, self._bond, stepper, now, share * self._coarse_step(), 0.0, math.inf
         )
-        ending = find_end(self._scene, coast, last)
+        ending = find_end(self._scene, ahead, last)
         if ending is None:
-            return 2.0 * self._scene.line.contact_mass * abs(coast.moving.closing)
-        return coast, ending
-
-
-def coarse_ceiling(bond: Potential) -> float:
-    """Strain below which coarse steps tell what exact ones do: no bond comes near to breaking."""
-    return bond.convex_strain if math.isfinite(bond.dissociation) else bond.barrier_strain
-
-
-def bonds_in_flight(scene: Scene, outcome: Outcome, duration: float) -> tuple[float, float]:
-    """
-    Return how short and long bonds get in free flight for a time after the last contact.
-
-    The `outcome` has the state right after that; there are two particles at least. Good to some
-    parts in 1e3 of their strains; flight ends early where a bond is as no bond may be.
-    """
-    line, bond = scene.line, scene.bond
-    target = np.zeros(line.first), np.zeros(line.first)
-    if line.targets:
-        target = outcome.target_displacements[::-1], outcome.target_velocities[::-1]
-    strains = np.diff(np.concatenate((target[0], outcome.displacements)))
-    strains[line.gap] = 0.0
-    velocities = np.concatenate((target[1], outcome.velocities))
-    step = coarse_step(bond, outcome.bond_min - 1.0, line.lightest)
-    stepper = Stepper.of(line, bond, "verlet", step)
-    moving = Motion.in_state(line, bond, stepper.scheme, strains, velocities, scene.impact_velocity)
-    ceiling = float(moving.ledger["strain_ceiling"])
-    coast = MotionCoast(moving, bond, stepper, 0.0, step, -math.inf, ceiling)
-    coast.fly(duration)
-    ledger = coast.moving.ledger
-    return 1.0 + float(ledger["strain_min"]), 1.0 + float(ledger["strain_max"])
+            return 2.0 * self._scene.line.contact_mass * abs(ahead.moving.closing)
+        return ahead, ending

@@ -8,11 +8,10 @@ import pytest
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
-from chaincor.workflows.engines import look_ahead
 from chaincor.workflows.engines.end_watch import Body, longest_collision
 from chaincor.workflows.engines.ending import quiet_time
-from chaincor.workflows.engines.in_house import stepping
-from chaincor.workflows.engines.in_house.motion_coast import LookAhead
+from chaincor.workflows.engines.in_house import coarse_run, stepping
+from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.errors import RunError
 
 LJ = Scene(potential="lj", particles=100, speed=0.4)
@@ -121,36 +120,36 @@ class Drifting:
 
 def test_the_wall_comes_near():
     scene = Scene(potential="lj", particles=2, speed=0.4)
-    coast = Drifting(0.05, near_at=3.0)
-    assert look_ahead.find_end(scene, coast, 0.0) is None
-    assert coast.time == pytest.approx(3.0, abs=1.5)
+    ahead = Drifting(0.05, near_at=3.0)
+    assert coarse_run.find_end(scene, ahead, 0.0) is None
+    assert ahead.time == pytest.approx(3.0, abs=1.5)
 
 
 def test_what_is_not_proved_is_followed_to_the_cap():
     scene = Scene(potential="lj", particles=2, speed=0.4)
     # Too near for a proof, too cold to break: only the longest time that is followed is left.
-    coast = Drifting(0.05)
-    assert look_ahead.find_end(scene, coast, 0.0).kind == "argued"
+    ahead = Drifting(0.05)
+    assert coarse_run.find_end(scene, ahead, 0.0).kind == "argued"
     cap = longest_collision(2, 1.0, 0.0)
-    assert cap < coast.time < 1.5 * cap
+    assert cap < ahead.time < 1.5 * cap
 
 
 def test_a_chain_that_does_not_leave_is_given_up():
     scene = Scene(potential="lj", particles=2, speed=0.4)
-    assert look_ahead.find_end(scene, Drifting(0.05, velocity=-1e-3), 0.0) is None
+    assert coarse_run.find_end(scene, Drifting(0.05, velocity=-1e-3), 0.0) is None
 
 
 def test_clearance():
     v0 = LJ.impact_velocity
-    assert look_ahead.required_clearance(LJ, 3.0 * v0) == pytest.approx(1.5 * v0)
-    assert look_ahead.required_clearance(LJ, 0.1 * v0) is None
-    assert look_ahead.required_clearance(LJ, -1.0) is None
+    assert coarse_run.required_clearance(LJ, 3.0 * v0) == pytest.approx(1.5 * v0)
+    assert coarse_run.required_clearance(LJ, 0.1 * v0) is None
+    assert coarse_run.required_clearance(LJ, -1.0) is None
 
 
 def test_steps_shrink_with_the_stiffest_bond():
     bond = LJ.bond
-    assert look_ahead.coarse_step(bond, 0.0) == pytest.approx(look_ahead.COARSE_STEP)
+    assert coarse_run.coarse_step(bond, 0.0) == pytest.approx(coarse_run.COARSE_STEP)
     # A stretched bond is soft, but others are not.
-    assert look_ahead.coarse_step(bond, 0.05) == pytest.approx(look_ahead.COARSE_STEP)
+    assert coarse_run.coarse_step(bond, 0.05) == pytest.approx(coarse_run.COARSE_STEP)
     stiff = math.sqrt(float(bond.curvature(-0.1)))
-    assert look_ahead.coarse_step(bond, -0.1) == pytest.approx(look_ahead.COARSE_STEP / stiff)
+    assert coarse_run.coarse_step(bond, -0.1) == pytest.approx(coarse_run.COARSE_STEP / stiff)
