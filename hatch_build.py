@@ -8,14 +8,14 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 FOLDERS = ("analysis", "lammps_inputs", "workflows")
 # What errors mean, for `chaincor explain`; the slips of the paper, for the report of `reproduce`;
 # texts and data of the lessons, for `chaincor lessons`.
-PAGES = {
-    "docs/errors.md": "chaincor/workflows/commands/errors.md",
-    "docs/paper_slips.md": "chaincor/workflows/reproduce/paper_slips.md",
-    "docs/tutorials": "chaincor/workflows/lessons/pages",
-    "docs/course/class.md": "chaincor/workflows/lessons/pages/class.md",
-    "docs/images/schematic.svg": "chaincor/workflows/lessons/images/schematic.svg",
-    "docs/course/data": "chaincor/workflows/lessons/data",
-}
+PAGES = (
+    "docs/errors.md",
+    "docs/paper_slips.md",
+    "docs/tutorials",
+    "docs/course/class.md",
+    "docs/images/schematic.svg",
+    "docs/course/data",
+)
 
 
 class FoldersAsPackages(BuildHookInterface):
@@ -38,5 +38,5 @@ class FoldersAsPackages(BuildHookInterface):
             # A source distribution has plain files in place of the links, and nothing beside them.
             folder = root / name if (root / name).is_dir() else root / "chaincor" / name
             build_data["force_include"][str(folder)] = f"chaincor/{name}"
-        for page, packed in PAGES.items():
-            build_data["force_include"][str(root / page)] = packed
+        for page in PAGES:
+            build_data["force_include"][str(root / page)] = f"chaincor/{page}"

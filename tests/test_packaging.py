@@ -69,7 +69,7 @@ def test_a_wheel_holds_the_folders(checkout, links):
         without_links(checkout)
     done = build(checkout, "build_wheel")
     assert done.returncode == 0, done.stderr
-    assert names_in_wheel(checkout) == {"__init__.py", *_PACKAGES}
+    assert names_in_wheel(checkout) == {"__init__.py", "docs", *_PACKAGES}
 
 
 def test_an_editable_install_without_links_says_in_one_line_what_to_do(checkout):

@@ -1,6 +1,7 @@
 """Failures of a run, each with a name, and a message that says what to do."""
 
-from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.errors import ChaincorError as ChaincorError
+from chaincor.lammps_inputs.errors import InputError as InputError
 
 
 class RunError(ChaincorError):
@@ -78,29 +79,6 @@ class WorkerStartError(RunError):
 
 class SchedulerError(RunError):
     """The cluster's scheduler cannot be reached, or was lost on the way."""
-
-
-__all__ = [
-    "BarrierError",
-    "BondRangeError",
-    "ChaincorError",
-    "CostError",
-    "CrossingError",
-    "InputError",
-    "LammpsError",
-    "LostAtomsError",
-    "MissingLibraryError",
-    "RunError",
-    "SchedulerError",
-    "StoreError",
-    "StoreWriteError",
-    "SweepError",
-    "TimestepError",
-    "ToleranceError",
-    "UnfinishedCollisionError",
-    "WorkerDiedError",
-    "WorkerStartError",
-]
 
 
 class SensitivityError(RunError):

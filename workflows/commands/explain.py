@@ -1,11 +1,11 @@
 """``chaincor explain``: what results print, and what errors mean."""
 
 import re
-from pathlib import Path
 
 import click
 
 from chaincor.lammps_inputs.errors import meant
+from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 
 _SECTION = re.compile(r"^### (\w+)\n(.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
@@ -23,7 +23,7 @@ def explain(words: tuple[str, ...]) -> None:
 
     Without a word: all that results print, and the names of the errors.
     """
-    page = _page()
+    page = (DOCUMENTS / "errors.md").read_text(encoding="utf-8")
     errors = dict(_SECTION.findall(page))
     for said, cause, remedy in _ROW.findall(page):
         errors |= dict.fromkeys(_NAME.findall(said), f"{cause}\n{remedy}")
@@ -58,11 +58,3 @@ def _plain(text: str) -> str:
     """Take the marks of Markdown off."""
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
     return text.replace("**", "").replace("`", "")
-
-
-def _page() -> str:
-    """Return the page of errors: installed beside this file, in a checkout among the others."""
-    here = Path(__file__).resolve()
-    installed = here.with_name("errors.md")
-    page = installed if installed.exists() else here.parents[2] / "docs" / "errors.md"
-    return page.read_text(encoding="utf-8")

@@ -59,6 +59,7 @@ def validate(
 
     Exit status 1 where they differ by more than their error bars together.
     """
+    from chaincor.workflows.campaign.progress import progress_bar
     from chaincor.workflows.validation import comparison
     from chaincor.workflows.validation.grid import grid_around
     from chaincor.workflows.validation.lammps_result import (
@@ -119,11 +120,13 @@ def validate(
             scene = found.scene.without(*NUMERICS_KEYS).replace(tolerance=asked)
         scenes = []
         results = [validate_result(scene, found)]
-    for each in _with_progress(scenes):
-        if against is None:
-            results.append(comparison.validate(each))
-        else:
-            results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
+    with progress_bar(len(scenes) > 1, len(scenes), 0.0) as advance:
+        for each in scenes:
+            if against is None:
+                results.append(comparison.validate(each))
+            else:
+                results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
+            advance(0.0)
     if plot is not None:
         from chaincor.workflows.validation.drawing import save_validation_plot
 
@@ -139,19 +142,3 @@ def validate(
             click.echo(f"\n{good} of {len(results)} scenes agree")
     if not agrees:
         ctx.exit(1)
-
-
-def _with_progress(scenes: list) -> Any:
-    if len(scenes) == 1:
-        return scenes
-    from rich.console import Console
-    from rich.progress import track
-
-    console = Console(stderr=True)
-    return track(
-        scenes,
-        description="validating",
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
-    )

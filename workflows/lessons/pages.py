@@ -3,19 +3,12 @@
 from pathlib import Path
 
 from chaincor.lammps_inputs.errors import InputError, meant
-
-# Installed beside this file, in a checkout among the pages of the documentation.
-_HERE = Path(__file__).resolve().parent
-_DOCS = _HERE.parents[1] / "docs"
+from chaincor.workflows.documents import DOCUMENTS
 
 
 def lesson_pages() -> dict[str, Path]:
     """Return the pages that become notebooks, in their order: eight lessons, and the class."""
-    installed = _HERE / "pages"
-    if installed.is_dir():
-        found = list(installed.glob("*.md"))
-    else:
-        found = [*(_DOCS / "tutorials").glob("*.md"), _DOCS / "course" / "class.md"]
+    found = [*(DOCUMENTS / "tutorials").glob("*.md"), DOCUMENTS / "course" / "class.md"]
     return {path.stem: path for path in sorted(found, key=lambda path: path.stem)}
 
 
@@ -25,8 +18,7 @@ def prepared(name: str) -> Path:
 
     Raises InputError if there is none of that name.
     """
-    installed = _HERE / "data"
-    folder = installed if installed.is_dir() else _DOCS / "course" / "data"
+    folder = DOCUMENTS / "course" / "data"
     names = sorted(path.name for path in folder.glob("*.csv"))
     if name not in names:
         near = meant(name, names)

@@ -51,15 +51,6 @@ class Verdict(StrEnum):
     NOT_REPRODUCED = "not reproduced"
 
 
-class Put(StrEnum):
-    """How the paper puts a claim, which decides the margins."""
-
-    EXACT = "exact"
-    DIGITS = "digits"
-    WORDS = "words"
-    TREND = "trend"
-
-
 @dataclass(frozen=True)
 class Margin:
     """
@@ -67,72 +58,56 @@ class Margin:
 
     Attributes
     ----------
-    put : Put
-        How the paper says it.
     paper : float
-        Its number; 1 for a trend.
-    unit : float
-        Of the last digit that is printed; for digits.
-    scale : float
-        What the shares are of; 0 for the paper's number.
-    scale_name : str
-        What that is.
+        The paper's number; 1 for a trend.
+    whole : float
+        What shares are taken of: the paper's number, or a scale.
+    reason : str
+        Why these margins.
+    reproduced_within, corrected_within : float
+        Reproduced, or reproduced with a correction, if the finding is no further away than this and
+        its error.
+    is_trend : bool
+        Whether something is said to be so, without a number.
     """
 
-    put: Put
     paper: float
-    unit: float = 0.0
-    scale: float = 0.0
-    scale_name: str = ""
-
-    @property
-    def whole(self) -> float:
-        """What the shares are of, the paper's number where no scale is given."""
-        return self.scale or abs(self.paper)
-
-    @property
-    def reproduced_within(self) -> float:
-        """Reproduced, if the finding is no further away than this and its error."""
-        return {Put.DIGITS: 0.5 * self.unit, Put.WORDS: ABOUT * self.whole}.get(self.put, 0.0)
-
-    @property
-    def corrected_within(self) -> float:
-        """Reproduced with a correction, if it is no further away than this."""
-        return {Put.DIGITS: ABOUT, Put.WORDS: ROUGHLY}.get(self.put, 0.0) * self.whole
+    whole: float
+    reason: str
+    reproduced_within: float = 0.0
+    corrected_within: float = 0.0
+    is_trend: bool = False
 
     @property
     def largest_error(self) -> float:
         """Own error beyond which nothing can be said."""
         return self.corrected_within or ABOUT * self.whole
 
-    @property
-    def reason(self) -> str:
-        """Why these margins."""
-        of = self.scale_name or f"{abs(self.paper):.4g}"
-        return {
-            Put.EXACT: "said to be exact: within our own error",
-            Put.TREND: "a trend: it is so, or not",
-            Put.DIGITS: f"half a unit of the last digit; {ABOUT:.0%} of {of}",
-            Put.WORDS: f"said in words: {ABOUT:.0%} and {ROUGHLY:.0%} of {of}",
-        }[self.put].replace("%", " %")
 
-
-def exact(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
-    """Return the margin of an exact statement."""
-    return Margin(Put.EXACT, paper, scale=scale, scale_name=scale_name)
+def exact(paper: float, scale: float = 0.0) -> Margin:
+    """Return the margin of an exact statement; our own error is to be below 10 % of the scale."""
+    return Margin(paper, scale or abs(paper), "said to be exact: within our own error")
 
 
 def words(paper: float, scale: float = 0.0, scale_name: str = "") -> Margin:
-    """Return the margin of what is said in words."""
-    return Margin(Put.WORDS, paper, scale=scale, scale_name=scale_name)
+    """Return the margin of what is said in words; shares are of the scale, if there is one."""
+    whole, of = scale or abs(paper), scale_name or f"{abs(paper):.4g}"
+    reason = f"said in words: {_percent(ABOUT)} and {_percent(ROUGHLY)} of {of}"
+    return Margin(paper, whole, reason, ABOUT * whole, ROUGHLY * whole)
 
 
 def digits(printed: str) -> Margin:
     """Return the margin of a number, written as it is printed."""
-    return Margin(Put.DIGITS, float(printed), unit=10.0 ** -len(printed.partition(".")[2]))
+    paper, unit = float(printed), 10.0 ** -len(printed.partition(".")[2])
+    reason = f"half a unit of the last digit; {_percent(ABOUT)} of {paper:.4g}"
+    return Margin(paper, paper, reason, 0.5 * unit, ABOUT * paper)
 
 
-TREND = Margin(Put.TREND, 1.0)
+TREND = Margin(1.0, 1.0, "a trend: it is so, or not", is_trend=True)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
 
 
 @dataclass(frozen=True)
@@ -188,7 +163,7 @@ class Judgement:
     def errors_away(self) -> float:
         """How far our number is from the paper's, in our own errors; nan where it has none."""
         finding, margin = self.finding, self.claim.margin
-        if margin.put is Put.TREND or not finding.error > 0.0:
+        if margin.is_trend or not finding.error > 0.0:
             return math.nan
         return abs(finding.value - margin.paper) / finding.error
 
@@ -269,7 +244,7 @@ class Claim:
             if self.unsaid and finding.spread:
                 correction += f"; over the ranges tried {low:.2f} to {high:.2f}"
             return Verdict.CORRECTED, correction
-        if margin.put is Put.TREND:
+        if margin.is_trend:
             return Verdict.NOT_REPRODUCED, "it is not so"
         reason = f"{distance:.2g} away, where {max(margin.corrected_within, error):.2g} is allowed"
         return Verdict.NOT_REPRODUCED, reason + (f"; {correction}" if correction else "")

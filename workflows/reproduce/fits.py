@@ -128,6 +128,15 @@ def fit_over_ranges(
     return fits
 
 
+def limit_at_zero(x: ArrayLike, y: ArrayLike, degree: int) -> tuple[float, float]:
+    """Return what a polynomial through points, x rising, has at 0, and what one less changes."""
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    limit, shorter = (
+        float(np.polyfit(x[:count], y[:count], degree)[-1]) for count in (x.size, x.size - 1)
+    )
+    return limit, abs(limit - shorter)
+
+
 @dataclass(frozen=True)
 class Minimum:
     """

@@ -85,8 +85,7 @@ def fly(point: Point) -> FreeFlight:
     energy = 0.5 * point.particles * point.scene.impact_velocity**2
     kinetic, bonds = _Flight(point, point.answer).average(AVERAGED_OVER * crossing)
     # The answer that is shown comes first.
-    both = (a for a in (point.lammps, point.in_house) if a is not None and a.result is not None)
-    answers = sorted(both, key=lambda answer: answer is not point.answer)
+    answers = sorted(point.answers, key=lambda answer: answer is not point.answer)
     pieces, separation = np.ones((len(answers), len(SAMPLED)), dtype=np.int64), 0.0
     # Less energy than one bond takes to break breaks none: nothing to follow.
     if (point.dissipation + point.error) * energy > point.scene.bond.dissociation:

@@ -5,7 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chaincor.workflows.reproduce.claims import Finding
-from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law, parameter_errors
+from chaincor.workflows.reproduce.fits import (
+    PowerLaw,
+    fit_power_law,
+    limit_at_zero,
+    parameter_errors,
+)
 from chaincor.workflows.reproduce.measurements import Measurements, Point
 
 # One range for all that the paper fits at low speed, C and the slopes of figure 6, whose range it
@@ -90,10 +95,10 @@ class Increase:
         x, y = places[: _SLOWEST - 1] ** (order - 2), powers[: _SLOWEST - 1]
         if y.size < _SLOWEST - 1 or not np.all(np.isfinite(y)):
             return np.nan, np.nan
-        limit, shorter = (float(np.polyfit(x[:count], y[:count], 1)[1]) for count in (3, 2))
+        limit, change = limit_at_zero(x, y, 1)
         relative = np.abs(self.errors / self.values)[:2]
         noise = float(np.sum(relative)) / np.log(self.speeds[1] / self.speeds[0])
-        return limit, float(abs(limit - shorter) + noise)
+        return limit, float(change + noise)
 
     def limit_finding(self, order: int, quantity: str = "the increase") -> Finding:
         """Say what the power is in the limit."""

@@ -118,9 +118,14 @@ class Point:
         return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
 
     @property
+    def answers(self) -> list[Answer]:
+        """The answers that have a result, LAMMPS's first."""
+        return [a for a in (self.lammps, self.in_house) if a is not None and a.result]
+
+    @property
     def results(self) -> list[dict[str, Any]]:
-        """The results there are, LAMMPS's first."""
-        return [a.result for a in (self.lammps, self.in_house) if a is not None and a.result]
+        """Their results."""
+        return [answer.result for answer in self.answers if answer.result]
 
     def _number(self, name: str) -> float:
         result = {} if self.answer is None or self.answer.result is None else self.answer.result

@@ -13,7 +13,7 @@ from chaincor.workflows.json_output import stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
-from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Put, Verdict
+from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Verdict
 from chaincor.workflows.reproduce.drawing import Figure, point_record
 from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
 from chaincor.workflows.reproduce.free_flight import FreeFlight
@@ -108,7 +108,7 @@ def _verdict(judgement: Judgement) -> dict[str, Any]:
         "corrected_within": claim.margin.corrected_within,
         "margin_reason": claim.margin.reason,
         "spread": finding.spread,
-        "is_trend": claim.margin.put is Put.TREND,
+        "is_trend": claim.margin.is_trend,
         "in_brief": _in_brief(judgement),
         "points": len(finding.points),
         "unchecked": finding.unchecked,
@@ -145,7 +145,7 @@ def _in_brief(judgement: Judgement) -> str:
     margin, finding = judgement.claim.margin, judgement.finding
     if finding.brief:
         return finding.brief
-    if margin.put is Put.TREND:
+    if margin.is_trend:
         return "yes" if finding.value else "no"
     number = format_value(finding.value, finding.error).split(" ±")[0]
     if margin.paper == 0.0 or not math.isfinite(finding.value):

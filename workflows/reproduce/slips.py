@@ -2,7 +2,8 @@
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
+
+from chaincor.workflows.documents import DOCUMENTS
 
 # What the page says of an entry that was suspected, and is right.
 RIGHT = "right as printed"
@@ -37,10 +38,8 @@ class Slip:
 
 def read_slips() -> tuple[str, tuple[Slip, ...]]:
     """Return how many slips there are, in a sentence, and the slips in the paper's order."""
-    here = Path(__file__).resolve()
-    installed = here.with_name("paper_slips.md")
-    page = installed if installed.exists() else here.parents[2] / "docs" / "paper_slips.md"
-    head, *entries = re.split(r"\n## \d+\. ", page.read_text(encoding="utf-8"))
+    page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
+    head, *entries = re.split(r"\n## \d+\. ", page)
     return head.strip().rpartition("\n")[2].removesuffix("."), tuple(map(_slip, entries))
 
 

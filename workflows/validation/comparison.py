@@ -1,8 +1,9 @@
 """LAMMPS against the in-house integrator: who agrees, within what."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.given import scene_given
-from chaincor.workflows.result import Collision
+from chaincor.workflows.result import Collision, finite
 
 # Longest and shortest bonds are read at the ends of steps, which are so long, in units of the
 # fastest bond's 1/omega, where none is told.
@@ -52,10 +53,7 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields and the verdict; a difference that is not finite becomes None."""
-        plain = asdict(self) | {"agrees": self.agrees}
-        if not np.isfinite(self.difference):
-            plain["difference"] = None
-        return plain
+        return finite(asdict(self) | {"agrees": self.agrees})
 
 
 # Letters of a value in a headline.
@@ -88,6 +86,22 @@ class Validation:
     judge_restitution: float
     comparisons: tuple[Comparison, ...]
     note: str | None = None
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        subject: str,
+        restitution: float,
+        error: float,
+        judge: Collision,
+        others: Iterable[Comparison],
+    ) -> Self:
+        """Compare a restitution, within its error and the judge's, beside other quantities."""
+        difference = abs(restitution - judge.restitution)
+        allowed = error + (judge.restitution_error or 0.0)
+        comparisons = (Comparison("restitution", difference, allowed), *others)
+        return cls(scene, subject, "in-house", restitution, judge.restitution, comparisons)
 
     @property
     def agrees(self) -> bool:
@@ -175,22 +189,10 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         raise InputError(
             "error is False, and runs are compared by their error bars; expected them: drop it"
         )
-    if scene.explicit:
-        subject = collide(scene.replace(engine="lammps"))
-    else:
-        subject = collide(scene.replace(engine="lammps", tolerance=asked))
+    subject = collide(scene.replace(engine="lammps"), None if scene.explicit else asked)
     judge = judge_for(scene, asked)
     comparisons = [
-        Comparison(
-            "restitution",
-            abs(subject.restitution - judge.restitution),
-            (subject.restitution_error or 0.0) + (judge.restitution_error or 0.0),
-        ),
-        Comparison(
-            "contacts",
-            abs(subject.contacts - judge.contacts),
-            allowed_contacts(subject, judge),
-        ),
+        compare_contacts(subject.contacts, judge, subject),
         Comparison("fragments", abs(subject.fragments - judge.fragments), 0.0),
     ]
     for name in ("bond_min", "bond_max"):
@@ -208,25 +210,21 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
         allowed = math.inf if hinges else _spread(subject, name) + _spread(judge, name)
         distance = largest_difference(getattr(subject, name), getattr(judge, name))
         comparisons.append(Comparison(name, distance, allowed if np.isfinite(allowed) else None))
-    return Validation(
-        scene=scene,
-        subject=f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}",
-        judge="in-house",
-        restitution=subject.restitution,
-        judge_restitution=judge.restitution,
-        comparisons=tuple(comparisons),
-    )
+    name = f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}"
+    error = subject.restitution_error or 0.0
+    return Validation.of(scene, name, subject.restitution, error, judge, comparisons)
 
 
-def allowed_contacts(*results: Collision) -> float | None:
+def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comparison:
     """
-    Return by how many contacts results may differ: by none, or None where that cannot be judged.
+    Compare numbers of contacts, which may not differ.
 
-    It cannot where an end is open, as a late contact is in the bar of the restitution, and where a
-    result's own runs differ in their number.
+    That is not judged where an end is open, as a late contact is in the bar of the restitution, and
+    where a result's own runs differ in their number.
     """
+    results = (judge, *subjects)
     judged = all(r.ending != "open" and not _hinges_on_contacts(r) for r in results)
-    return 0.0 if judged else None
+    return Comparison("contacts", abs(count - judge.contacts), 0.0 if judged else None)
 
 
 def _unseen_share(scene: Scene, *results: Collision) -> float:

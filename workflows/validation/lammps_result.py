@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +16,7 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job_analysis.analyze import analyze_found
-from chaincor.workflows.validation.comparison import (
-    Comparison,
-    Validation,
-    allowed_contacts,
-    judge_for,
-)
+from chaincor.workflows.validation.comparison import Validation, compare_contacts, judge_for
 
 _MOST_BYTES = 4_000_000
 _HEADS = (b"LAMMPS (", b"Log of LAMMPS")
@@ -146,26 +141,12 @@ def validate_result(
     judge = judge_for(scene, asked)
     known = found.restitution_error
     error = max(asked, found.data_error) if known is None else known
-    comparisons = [
-        Comparison(
-            "restitution",
-            abs(found.restitution - judge.restitution),
-            error + (judge.restitution_error or 0.0),
-        )
-    ]
-    if found.contacts is not None:
-        difference = abs(found.contacts - judge.contacts)
-        comparisons.append(Comparison("contacts", difference, allowed_contacts(judge)))
-    agrees = comparisons[0].agrees
-    return Validation(
-        scene=scene,
-        subject=f"LAMMPS, read from {found.source}",
-        judge="in-house",
-        restitution=found.restitution,
-        judge_restitution=judge.restitution,
-        comparisons=tuple(comparisons),
-        note=None if agrees else _of_stock_wall(scene, found, comparisons[0].difference),
-    )
+    others = [] if found.contacts is None else [compare_contacts(found.contacts, judge)]
+    subject = f"LAMMPS, read from {found.source}"
+    validation = Validation.of(scene, subject, found.restitution, error, judge, others)
+    first = validation.comparisons[0]
+    note = None if first.agrees else _of_stock_wall(scene, found, first.difference)
+    return replace(validation, note=note)
 
 
 def _of_stock_wall(scene: Scene, found: LammpsResult, difference: float) -> str | None:

@@ -11,7 +11,7 @@ from chaincor.workflows.result import Collision
 from chaincor.workflows.validation.comparison import (
     Comparison,
     Validation,
-    allowed_contacts,
+    compare_contacts,
     judge_for,
     largest_difference,
 )
@@ -38,17 +38,8 @@ def validate_user(
     user = run_user_integrator(against, scene, timeout)
     judge = judge_for(scene, asked)
     eta = restitution_of_user(user, scene)
-    bar = judge.restitution_error or 0.0
-    comparisons = [Comparison("restitution", abs(eta - judge.restitution), asked + bar)]
-    comparisons += _compare_user_arrays(user, judge, scene)
-    return Validation(
-        scene=scene,
-        subject=against,
-        judge="in-house",
-        restitution=eta,
-        judge_restitution=judge.restitution,
-        comparisons=tuple(comparisons),
-    )
+    others = _compare_user_arrays(user, judge, scene)
+    return Validation.of(scene, against, eta, asked, judge, others)
 
 
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
@@ -75,8 +66,7 @@ def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> l
     ]
     if user.contact_times is None:
         return comparisons
-    count = abs(len(user.contact_times) - judge.contacts)
-    return [Comparison("contacts", count, allowed_contacts(judge)), *comparisons]
+    return [compare_contacts(len(user.contact_times), judge), *comparisons]
 
 
 def restitution_of_user(user: UserOutcome, scene: Scene) -> float:

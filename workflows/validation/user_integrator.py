@@ -5,7 +5,7 @@ import importlib
 import pickle
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from traceback import extract_tb
 from typing import Any
@@ -21,15 +21,6 @@ from chaincor.workflows.errors import RunError, WorkerDiedError
 # Seconds that a user's function may take where nothing else is said.
 USER_TIMEOUT = 600.0
 
-_ARRAYS = (
-    "velocities",
-    "displacements",
-    "contact_times",
-    "contact_speeds",
-    "target_velocities",
-    "target_displacements",
-)
-
 
 class UserIntegratorError(RunError):
     """The user's integrator failed, hung, or returned something that cannot be compared."""
@@ -42,8 +33,6 @@ class UserOutcome:
 
     Attributes
     ----------
-    source : str
-        Where it comes from.
     velocities : ndarray of shape (n,)
         At any time after the last contact; they give eta.
     displacements : ndarray of shape (n,) or None
@@ -56,13 +45,15 @@ class UserOutcome:
         Likewise, where given.
     """
 
-    source: str
     velocities: NDArray[np.float64]
     displacements: NDArray[np.float64] | None = None
     contact_times: NDArray[np.float64] | None = None
     contact_speeds: NDArray[np.float64] | None = None
     target_velocities: NDArray[np.float64] | None = None
     target_displacements: NDArray[np.float64] | None = None
+
+
+_ARRAYS = tuple(field.name for field in fields(UserOutcome))
 
 
 def run_user_integrator(against: str, scene: Scene, timeout: float) -> UserOutcome:
@@ -236,4 +227,4 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
                 f"{source}: {name} are not a list of finite numbers; check the integrator"
             )
         arrays[name] = values
-    return UserOutcome(source=source, **arrays)  # type: ignore[arg-type]
+    return UserOutcome(**arrays)  # type: ignore[arg-type]

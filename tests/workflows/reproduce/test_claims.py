@@ -13,7 +13,6 @@ from chaincor.workflows.reproduce.claims import (
     TREND,
     Claim,
     Finding,
-    Put,
     Verdict,
     digits,
     exact,
@@ -83,7 +82,7 @@ def test_margins_go_by_how_a_claim_is_put(margin, widths):
 
 
 def test_exact_claims_allow_our_own_error_alone():
-    claim = made(exact(0.0, 0.03, "a loss"))
+    claim = made(exact(0.0, 0.03))
     assert claim.judge(Finding(1e-9, 1e-8, "")).verdict is Verdict.REPRODUCED
     assert claim.judge(Finding(1e-7, 1e-8, "")).verdict is Verdict.NOT_REPRODUCED
     # An error that covers everything says nothing.
@@ -167,19 +166,17 @@ def test_claims_are_consistent():
         assert 0.0 <= margin.reproduced_within <= margin.corrected_within
         assert "{" not in claim.correction.format(value=0.5)
         assert claim.brief
-        # Where shares of the paper's number would be none, the scale is named, and in the reason.
-        assert margin.paper != 0.0 or margin.scale > 0.0
-        assert (margin.scale > 0.0) == bool(margin.scale_name)
-        assert margin.put is Put.EXACT or margin.scale_name in margin.reason
+        # Where shares of the paper's number would be none, they are of a scale.
+        assert margin.whole > 0.0
 
 
 def test_units_are_those_of_the_digits_in_the_claim():
     """A claim in digits prints its number, and its unit is that of the last one."""
     for claim in CLAIMS:
         margin = claim.margin
-        assert (margin.put is Put.DIGITS) == (margin.unit > 0.0)
-        if margin.put is Put.DIGITS:
-            printed = f"{margin.paper:.{round(-math.log10(margin.unit))}f}"
+        if margin.reason.startswith("half a unit of the last digit"):
+            unit = 2.0 * margin.reproduced_within
+            printed = f"{margin.paper:.{round(-math.log10(unit))}f}"
             assert re.search(rf"{printed}(?!\d)", claim.text), claim.text
             assert float(printed) == margin.paper
 

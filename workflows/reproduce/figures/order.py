@@ -4,7 +4,7 @@ import numpy as np
 
 from chaincor.analysis.theory import basile_dumont_energies
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
-from chaincor.workflows.reproduce.figures.harmonic_contacts import PAPER_CHAIN, compare_velocities
+from chaincor.workflows.reproduce.figures.harmonic_contacts import compare_velocities, paper_chain
 from chaincor.workflows.reproduce.figures.trajectories import VELOCITY, followed
 from chaincor.workflows.reproduce.measurements import (
     Answer,
@@ -57,7 +57,7 @@ def _order_of_particles(measured: Measurements) -> Finding:
 @claim(
     _SECTION,
     '"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
-    exact(0.0, 1.0, "1, the way of v₀ in a unit of time"),
+    exact(0.0, 1.0),  # the way of v₀ in a unit of time
     "orbits at all speeds are similar",
 )
 def _similar_orbits(measured: Measurements) -> Finding:
@@ -98,10 +98,7 @@ def _largest_amplitude(measured: Measurements) -> Finding:
     "the spectrum of eq. (7)",
 )
 def _spectrum(measured: Measurements) -> Finding:
-    chain = measured.select(
-        "harmonic_sizes", "harmonic", 1, f"no result at n = {PAPER_CHAIN}", particles=PAPER_CHAIN
-    )
-    (point,) = chain
+    point = paper_chain(measured)
     assert point.answer is not None
     if "mode_energies" not in point.answer.arrays:
         raise NoNumber("no energies of modes")
@@ -115,8 +112,7 @@ def _spectrum(measured: Measurements) -> Finding:
     half = int(np.searchsorted(np.cumsum(found), 0.5 * np.sum(found))) + 1
     low = np.arange(1, n) <= half
     low_apart = float(np.sum(np.abs(formula - found)[low]) / np.sum(found[low]))
-    answers = (point.lammps, point.in_house)
-    both = [energies(a) for a in answers if a is not None and a.result is not None]
+    both = [energies(answer) for answer in point.answers]
     error = float(np.sum(np.abs(both[0] - both[-1])) / np.sum(found))
     return Finding(
         apart,
@@ -125,7 +121,7 @@ def _spectrum(measured: Measurements) -> Finding:
         f"{n}, {point.engine_name}; of modes 1 to {half}, which have half of the energy, "
         f"{low_apart:.2f}; of all energy of vibration the formula has "
         f"{float(np.sum(formula) / np.sum(found)):.2f}; ± what the engines differ by",
-        chain,
+        [point],
     )
 
 

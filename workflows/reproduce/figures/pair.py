@@ -9,6 +9,7 @@ from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Finding, claim, digits
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
+from chaincor.workflows.reproduce.fits import limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import Plan
 
@@ -55,10 +56,7 @@ def _alpha(measured: Measurements) -> Finding:
         raise NoNumber("fewer than four speeds")
     speeds, values = np.array([p.speed for p in slow]), _alphas(slow)
     ours = sum(p.source == "lammps" for p in slow)
-    limit, shorter = (
-        float(np.polyfit(speeds[:count], values[:count], 2)[2])
-        for count in (len(slow), len(slow) - 1)
-    )
+    limit, change = limit_at_zero(speeds, values, 2)
     bond = LennardJones()
     deviation = max(
         abs(pair_interval(bond, p.scene.impact_velocity) / PAIR_INTERVAL - 1.0 + a * p.speed)
@@ -66,7 +64,7 @@ def _alpha(measured: Measurements) -> Finding:
     )
     return Finding(
         limit,
-        abs(limit - shorter) + 1e-5,
+        change + 1e-5,
         f"limit v₀ → 0 of a parabola through {len(slow)} speeds up to 0.1 v*, {ours} by LAMMPS and "
         f"{len(slow) - ours} in-house; ± what one speed less changes; first-order theory gives "
         f"{pair_interval_slope(bond):.5f}; intervals agree with the exact quadrature to "

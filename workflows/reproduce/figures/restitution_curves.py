@@ -16,7 +16,7 @@ from chaincor.workflows.reproduce.drawing import (
     draw_points,
     point_record,
 )
-from chaincor.workflows.reproduce.fits import Minimum, find_minimum
+from chaincor.workflows.reproduce.fits import Minimum, find_minimum, limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
 
@@ -83,13 +83,11 @@ def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
     """Return the harmonic chain's eta less that of others at v0 -> 0, and its error."""
     speeds = np.array([p.speed for p in points])
     gaps = np.array([harmonic.restitution - p.restitution for p in points])
-    limit, shorter = (
-        float(np.polyfit(speeds[:count], gaps[:count], 2)[2]) for count in (_SLOWEST, _SLOWEST - 1)
-    )
+    limit, change = limit_at_zero(speeds, gaps, 2)
     design = np.vander(speeds, 3)
     weights = np.abs(np.linalg.pinv(design)[2])
     allowed = float(weights @ np.array([p.error for p in points])) + harmonic.error
-    return limit, abs(limit - shorter) + allowed
+    return limit, change + allowed
 
 
 @claim(
