@@ -2,19 +2,43 @@
 
 import math
 
-from chaincor.lammps_inputs.bond_table import BondTable
 from chaincor.lammps_inputs.contact_script import number
-from chaincor.lammps_inputs.errors import SceneError
-from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
+from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import ScoutedEnd, render_plain_template
-from chaincor.lammps_inputs.units.unit_system import UnitSystem
+from chaincor.lammps_inputs.script import render_plain_template
+from chaincor.lammps_inputs.script_plan import ScriptPlan
 
 # Velocity Verlet resolves the fastest bond at rest with so many steps in 1/omega.
 _TIMESTEP = 0.01
 # After the last contact nothing changes; the stock wall's may come a little later than the true.
 _LONGER, _MARGIN = 1.1, 5.0
 _LINES_OF_THERMO = 20
+
+
+def is_plain(wishes: JobWishes) -> bool:
+    """
+    Return whether a plain script is wanted, or a whole one of the user's own in its place.
+
+    Raises InputError where both are, or what no such script does besides.
+    """
+    whole = wishes.whole
+    if whole is None and not wishes.plain:
+        return False
+    if whole is not None and wishes.plain:
+        raise InputError("--plain and a template that is a whole script; expected either")
+    besides = {
+        "frames": wishes.dump,
+        "a restartable job": wishes.restartable,
+        "guards": wishes.guards,
+        "a list of contacts": wishes.contacts,
+        "a template": wishes.template is not whole,
+    }
+    for name, wanted in besides.items():
+        if wanted:
+            kind = "a plain script" if whole is None else "a template that is a whole script"
+            raise InputError(f"{kind} is asked for, and {name}; expected either")
+    return True
 
 
 def plain_scene(scene: Scene) -> Scene:
@@ -46,14 +70,7 @@ def plain_scene(scene: Scene) -> Scene:
     return scene.replace(wall="reflect", scheme="verlet", timestep=step, error=False)
 
 
-def render_plain(
-    scene: Scene,
-    table: BondTable | None,
-    end: ScoutedEnd,
-    approach: float,
-    units: UnitSystem,
-    template: OwnTemplate | None = None,
-) -> str:
+def render_plain(scene: Scene, plan: ScriptPlan, approach: float, wishes: JobWishes) -> str:
     """
     Render a script of some twenty commands for ``lmp -in``.
 
@@ -61,34 +78,38 @@ def render_plain(
     ----------
     scene : Scene
         As `plain_scene` returns it.
-    table : BondTable or None
-        The bond table; None for LAMMPS's own harmonic bond.
-    end : ScoutedEnd
-        How the same collision ended in-house, which tells how long to run.
+    plan : ScriptPlan
+        The bond table, and how the same collision ended in-house: this tells how long to run.
     approach : float
         Time until the first contact.
-    units : UnitSystem
-        In which LAMMPS computes.
-    template : OwnTemplate or None
-        A whole script of the user's own, with the same values.
+    wishes : JobWishes
+        In which units LAMMPS computes, and a whole script of the user's own, with the same values.
 
     Returns
     -------
     str
         The script's text.
+
+    Raises
+    ------
+    SceneError
+        If it is not known how the collision ends.
     """
+    if plan.end is None:
+        raise SceneError(
+            "a plain script is asked for, and no in-house run tells how long this collision "
+            "takes; leave --plain out: other scripts look for the end themselves"
+        )
     assert scene.timestep is not None
-    duration = approach + _LONGER * end.last_contact_time + _MARGIN
+    time = wishes.units.time
+    duration = approach + _LONGER * plan.end.last_contact_time + _MARGIN
     steps = math.ceil(duration / scene.timestep)
-    return render_plain_template(
-        scene,
-        table,
-        units,
-        template,
-        step=number(units.time * scene.timestep),
-        duration=number(units.time * steps * scene.timestep * (1.0 - 1e-9)),
-        steps=steps,
-        every=max(steps // _LINES_OF_THERMO, 1),
-        contacts=end.contacts,
-        last=f"{units.time * (approach + end.last_contact_time):.6g}",
-    )
+    values = {
+        "step": number(time * scene.timestep),
+        "duration": number(time * steps * scene.timestep * (1.0 - 1e-9)),
+        "steps": steps,
+        "every": max(steps // _LINES_OF_THERMO, 1),
+        "contacts": plan.end.contacts,
+        "last": f"{time * (approach + plan.end.last_contact_time):.6g}",
+    }
+    return render_plain_template(scene, plan.table, wishes, values)

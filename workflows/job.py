@@ -2,22 +2,23 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from chaincor.lammps_inputs.chain_data import format_scene_data
-from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.explain import explain_data, explain_script, explain_table
-from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
-from chaincor.lammps_inputs.plain_script import plain_scene, render_plain
+from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
+from chaincor.lammps_inputs.plain_script import is_plain, plain_scene, render_plain
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE, Extras
+from chaincor.lammps_inputs.script import DATA_FILE, SCENE_FILE, SCRIPT_FILE, TABLE_FILE
+from chaincor.lammps_inputs.script_plan import ScriptPlan
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UNITS_FILE, UnitSystem
 from chaincor.workflows.engines.lammps.bodies import approach_time
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.given import scene_given
-from chaincor.workflows.scripted.plan import ScriptPlan, plan_script
+from chaincor.workflows.scripted.plan import plan_script
 
 # No bond that LAMMPS can follow is met so fast, in units of the sound in a chain at rest.
 _SUPERSONIC = 3.0
@@ -38,9 +39,10 @@ def write_job(
     replace_existing : bool
         Whether a job that lies there already is replaced.
     **wishes
-        As :func:`job_files` takes them: ``plain=True`` for the shortest script,
-        ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True`` for what a script
-        does besides, ``explain=True`` for comments, ``template``, ``table_range``, ``units``.
+        The fields of :class:`~chaincor.lammps_inputs.job_wishes.JobWishes`: ``plain=True`` for the
+        shortest script, ``restartable=True``, ``guards=True``, ``contacts=True`` and ``dump=True``
+        for what a script does besides, ``explain=True`` for comments, ``template``,
+        ``table_range``, ``units``.
 
     Returns
     -------
@@ -59,35 +61,21 @@ def write_job(
     >>> sorted(path.name for path in files)
     ['bond.table', 'chain.data', 'in.chain', 'scene.toml']
     """
-    return _write_files(job_files(scene_given(scene), **wishes), Path(folder), replace_existing)
+    files = job_files(scene_given(scene), JobWishes(**wishes))
+    return write_files(files, Path(folder), replace_existing)
 
 
-def job_files(
-    scene: Scene,
-    *,
-    dump: bool = False,
-    explain: bool = False,
-    table_range: tuple[float, float] | None = None,
-    template: OwnTemplate | None = None,
-    units: UnitSystem = CHAIN_UNITS,
-    plain: bool = False,
-    restartable: bool = False,
-    guards: bool = False,
-    contacts: bool = False,
-) -> dict[str, str]:
+def job_files(scene: Scene, wishes: JobWishes = NO_WISHES) -> dict[str, str]:
     """
     Return the files of a job, by name.
 
     Numerics are chosen for the scene's tolerance, unless it gives them; the script tells its error
-    unless the scene says ``error = false``. `dump` has the job dump its motion, as it does where
-    the scene has a dump; `restartable`, `guards` and `contacts` add what
-    :class:`~chaincor.lammps_inputs.script.Extras` says; `explain` says of every command and file
-    what it is for; for `table_range` see :func:`~chaincor.workflows.scripted.plan.plan_script`;
-    LAMMPS computes in `units`; `plain` is for the
-    shortest script, and so is a template that is a whole script. Raises SceneError if the scheme
-    cannot be scripted or the template cannot be used, RunError if no numerics meet the tolerance.
+    unless the scene says ``error = false``. A job dumps its motion, too, where the scene has a
+    dump. Raises InputError for wishes that contradict each other or the scene, SceneError if the
+    scheme cannot be scripted or the template cannot be used, RunError if no numerics meet the
+    tolerance.
     """
-    if not dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
+    if not wishes.dump and scene.dump is None and "dump_frames" in scene.model_fields_set:
         raise InputError(
             f"dump_frames is {scene.dump_frames!r} and the job dumps nothing; expected --frames "
             "beside it, or neither"
@@ -95,59 +83,26 @@ def job_files(
     if scene.bond_file is not None:  # the job lies elsewhere, and its scene names the file
         scene = scene.replace(bond_file=scene.bond_file.resolve())
     scene = scene.replace(engine="lammps")
-    if units != CHAIN_UNITS and (scene.velocity or 0.0) > _SUPERSONIC:
-        v, style = scene.impact_velocity, units.style
-        raise InputError(
-            f"velocity is {v:g} in units of the chain, in which sound has 1: that would be "
-            f"{v * units.speed:g} in units {style}; expected the chain's units, as [units] is of "
-            f"the job alone: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
-        )
-    whole = template if template is not None and template.whole else None
-    if plain and whole is not None:
-        raise InputError("--plain and a template that is a whole script; expected either")
-    plain = plain or whole is not None
+    units = wishes.units
+    _refuse_units_of_velocity(scene, units)
+    plain = is_plain(wishes)
     if plain:
-        blocks = {"frames": dump, "a restartable job": restartable, "guards": guards}
-        blocks |= {"a list of contacts": contacts, "a template": template is not whole}
-        wrong = [name for name, given in blocks.items() if given]
-        if wrong:
-            kind = "a template that is a whole script" if whole else "a plain script"
-            raise InputError(f"{kind} is asked for, and {wrong[0]}; expected either")
         scene = plain_scene(scene)
-    plan = plan_script(scene, table_range)
+    plan = plan_script(scene, wishes.table_range)
     texts = {
-        SCRIPT_FILE: _plain_script(scene, plan, units, whole)
+        SCRIPT_FILE: render_plain(scene, plan, approach_time(scene), wishes)
         if plain
-        else job_script(
-            scene,
-            plan.numerics,
-            plan.table,
-            None if plan.scouting is None else plan.scouting.end,
-            Extras(
-                restartable,
-                guards,
-                contacts,
-                _frame_time(scene) if dump or scene.dump is not None else None,
-            ),
-            bar=plan.bar,
-            tolerance=plan.tolerance,
-            fastest=plan.fastest,
-            template=template,
-            units=units,
-        ),
+        else job_script(scene, plan, replace(wishes, dump=wishes.dump or scene.dump is not None)),
         DATA_FILE: format_scene_data(scene, units=units),
     }
     if plan.table is not None:
         texts[TABLE_FILE] = plan.table.to_text(units)
-    if explain:
-        annotate: dict[str, Callable[[str], str]] = {
-            SCRIPT_FILE: lambda text: explain_script(
-                text, others_own=template is not None, brief=plain
-            ),
-            DATA_FILE: explain_data,
-            TABLE_FILE: explain_table,
-        }
-        texts = {name: annotate[name](text) for name, text in texts.items()}
+    if wishes.explain:
+        others_own = wishes.template is not None
+        texts[SCRIPT_FILE] = explain_script(texts[SCRIPT_FILE], others_own, brief=plain)
+        texts[DATA_FILE] = explain_data(texts[DATA_FILE])
+        if plan.table is not None:
+            texts[TABLE_FILE] = explain_table(texts[TABLE_FILE])
     if isinstance(scene.potential, str):
         texts[SCENE_FILE] = _as_run(scene, plan).without("dump_frames").to_toml()
     if units != CHAIN_UNITS:
@@ -155,20 +110,16 @@ def job_files(
     return texts
 
 
-def _plain_script(
-    scene: Scene, plan: ScriptPlan, units: UnitSystem, whole: OwnTemplate | None
-) -> str:
-    if plan.scouting is None:
-        raise SceneError(
-            "a plain script is asked for, and no in-house run tells how long this collision "
-            "takes; leave --plain out: other scripts look for the end themselves"
-        )
-    return render_plain(scene, plan.table, plan.scouting.end, approach_time(scene), units, whole)
-
-
-def _frame_time(scene: Scene) -> float | Literal["contacts"]:
-    interval = scene.frame_interval
-    return "contacts" if interval is None else interval
+def _refuse_units_of_velocity(scene: Scene, units: UnitSystem) -> None:
+    """Refuse a velocity that was probably given in the units of the job."""
+    if units == CHAIN_UNITS or (scene.velocity or 0.0) <= _SUPERSONIC:
+        return
+    v, style = scene.impact_velocity, units.style
+    raise InputError(
+        f"velocity is {v:g} in units of the chain, in which sound has 1: that would be "
+        f"{v * units.speed:g} in units {style}; expected the chain's units, as [units] is of "
+        f"the job alone: {v:g} in units {style} is velocity = {v / units.speed:.6g}"
+    )
 
 
 def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
@@ -184,7 +135,8 @@ def _as_run(scene: Scene, plan: ScriptPlan) -> Scene:
     )
 
 
-def _write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
+def write_files(texts: dict[str, str], folder: Path, replace_existing: bool) -> list[Path]:
+    """Write the files of a job, all or none; InputError where the folder has some already."""
     present = [name for name in texts if (folder / name).exists()]
     if present and not replace_existing:
         raise InputError(

@@ -6,6 +6,7 @@ import random
 import pytest
 
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.own_templates.rules import commands_of
 from chaincor.lammps_inputs.scene import Scene
@@ -115,7 +116,7 @@ def test_a_setting_never_becomes_a_command(plain):
         except SceneError:
             continue
         accepted += 1
-        files = job_files(SCENE, template=OwnTemplate(text, settings))
+        files = job_files(SCENE, JobWishes(template=OwnTemplate(text, settings)))
         added = list(commands_of(files["in.chain"]))
         for command in plain:
             added.remove(command)
@@ -146,7 +147,7 @@ def test_a_template_stays_in_its_sandbox(dress, plain, monkeypatch):
     for escape in ESCAPES:
         text = f"{HEAD}{{% block setup %}}\n# {dress.format(escape)}\n{{% endblock %}}\n"
         try:
-            files = job_files(SCENE, template=OwnTemplate(text))
+            files = job_files(SCENE, JobWishes(template=OwnTemplate(text)))
         except SceneError:
             continue
         # What is rendered at all is a comment: no object that jinja2 guards shows in it.

@@ -9,27 +9,24 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from chaincor.lammps_inputs.bond_table import tabulate
+from chaincor.lammps_inputs.contact_script import number
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import (
-    Extras,
+from chaincor.lammps_inputs.script import render_job, render_setup
+from chaincor.lammps_inputs.script_plan import (
+    EndTimes,
     ScoutedEnd,
     ScriptedBar,
     ScriptedSteps,
-    number,
-    render_job,
-    render_setup,
+    ScriptPlan,
 )
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 # Values that do not come from elsewhere in the program: the text alone is under test here.
-ENDING = {
-    "quiet": 22.0,
-    "cap": 300.0,
-    "look": 2.0,
-    "scouted": ScoutedEnd(last_contact_time=18.25, contacts=9, ending="proved"),
-}
+TIMES = EndTimes(quiet=22.0, cap=300.0, look=2.0)
+END = ScoutedEnd(last_contact_time=18.25, contacts=9, ending="proved")
 BONDS = {
     "harmonic": ({"potential": "harmonic", "velocity": 0.1}, None),
     "lj-spline": ({"potential": "lj", "velocity": 0.05}, "spline"),
@@ -41,11 +38,17 @@ BONDS = {
 }
 
 
-def render(wall, kind, **options):
+def rendered(scene, table=None, steps=None, plan=None, **wishes):
+    plan = ScriptPlan(Numerics.from_scene(scene), table, **{"end": END} | (plan or {}))
+    return render_job(scene, plan, TIMES, steps, JobWishes(**wishes))
+
+
+def render(wall, kind, frames=20, **options):
     fields, style = BONDS[kind]
-    scene = Scene(particles=10, wall=wall, scheme="verlet", timestep=0.0125, **fields)
+    fields = fields | {"scheme": "verlet", "timestep": 0.0125, "dump_frames": frames}
+    scene = Scene(particles=10, wall=wall, **fields)
     table = None if style is None else tabulate(scene.bond, (0.9, 1.1), style, 1001)
-    return render_job(scene, Numerics.from_scene(scene), table, **(ENDING | options))
+    return rendered(scene, table, **options)
 
 
 def compare(name, text, update):
@@ -62,15 +65,11 @@ def test_golden_job(wall, kind, update_golden):
 
 
 def test_golden_job_with_a_dump(update_golden):
-    compare(
-        "event-harmonic-dump.in",
-        render("event", "harmonic", extras=Extras(frame_time=0.5)),
-        update_golden,
-    )
+    compare("event-harmonic-dump.in", render("event", "harmonic", dump=True), update_golden)
 
 
 def test_golden_job_with_a_dump_at_contacts(update_golden):
-    text = render("event", "harmonic", extras=Extras(contacts=True, frame_time="contacts"))
+    text = render("event", "harmonic", contacts=True, dump=True, frames="contacts")
     compare("event-harmonic-dump-contacts.in", text, update_golden)
 
 
@@ -92,11 +91,9 @@ def test_golden_job_of_two_bodies(kind, update_golden):
         timestep=0.0125,
         **LINES[kind],
     )
-    text = render_job(scene, Numerics.from_scene(scene), None, **ENDING)
+    text = rendered(scene)
     compare(f"event-harmonic-{kind}.in", text, update_golden)
-    guarded = render_job(
-        scene, Numerics.from_scene(scene), None, **ENDING, extras=Extras(True, True, True)
-    )
+    guarded = rendered(scene, restartable=True, guards=True, contacts=True)
     compare(f"event-harmonic-{kind}-guarded.in", guarded, update_golden)
 
 
@@ -117,27 +114,26 @@ BAR = ScriptedBar(
 
 
 def test_golden_job_of_composed_steps(update_golden):
-    text = render("event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8)
+    text = render("event", "lj-spline", steps=STEPS, plan={"bar": BAR, "tolerance": 1e-8})
     compare("event-lj-composed.in", text, update_golden)
 
 
 def test_golden_job_of_composed_steps_with_every_block(update_golden):
-    extras = Extras(restartable=True, guards=True, contacts=True, frame_time=0.5)
-    text = render(
-        "event", "lj-spline", steps=STEPS, bar=BAR, tolerance=1e-8, fastest=0.06, extras=extras
-    )
+    wishes = {"restartable": True, "guards": True, "contacts": True, "dump": True}
+    plan = {"bar": BAR, "tolerance": 1e-8, "fastest": 0.06}
+    text = render("event", "lj-spline", steps=STEPS, plan=plan, **wishes)
     compare("event-lj-every-block.in", text, update_golden)
 
 
 def test_golden_job_of_graded_steps(update_golden):
     scene = Scene(particles=10, velocity=0.05, contact="power", timestep=0.0125)
     steps = replace(STEPS, graded=(1.0, 1.6))
-    text = render_job(scene, Numerics.from_scene(scene), None, **ENDING, steps=steps)
+    text = rendered(scene, steps=steps)
     compare("event-lj-graded.in", text, update_golden)
 
 
 def test_a_job_without_scouting_says_so():
-    text = render("event", "lj-spline", scouted=None)
+    text = render("event", "lj-spline", plan={"end": None})
     assert "# No in-house run could tell when the last contact comes" in text
     assert "end proved" not in text
 

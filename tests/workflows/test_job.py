@@ -18,14 +18,15 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.scouting import scout
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
+from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.job import write_job
 from chaincor.workflows.scripted import plan
-from chaincor.workflows.scripted.plan import plan_script
 
 LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
 
@@ -62,7 +63,7 @@ def number(text, name):
 def from_python(scene):
     """Run the same numerics, with the same table, through the engine."""
     numerics = Numerics.from_scene(scene)
-    scouting = plan_script(scene).scouting
+    scouting = scout(scene, flown_on(scene))
     if scouting is not None:
         numerics = replace(numerics, bond_range=scouting.table_range(scene))
     return lammps.run(scene, numerics)
@@ -154,7 +155,7 @@ def test_a_job_with_a_target_runs_slower_chains_on_request(tmp_path):
     write_job(scene, tmp_path / "job")
     done = run_lmp(tmp_path / "job", "-var", "velocity", "0.03")
     slower = scene.replace(velocity=0.03)
-    table = plan_script(scene).scouting.table_range(scene)
+    table = scout(scene, flown_on(scene)).table_range(scene)
     outcome = lammps.run(slower, replace(Numerics.from_scene(slower), bond_range=table))
     # The table of the job is made for bonds that are watched a little longer.
     eta = eta_of(slower, outcome)
@@ -313,7 +314,7 @@ def test_a_job_runs_slower_chains_on_request(fields, wall, tmp_path):
     done = run_lmp(tmp_path, "-var", "velocity", repr(slower.impact_velocity))
     assert done.returncode == 0, done.stdout[-2000:]
     assert "ending = silence alone: no in-house run was made at this velocity" in done.stdout
-    scouting = plan_script(scene).scouting  # the table is that of the job
+    scouting = scout(scene, flown_on(scene))  # the table is that of the job
     numerics = replace(Numerics.from_scene(slower), bond_range=scouting.table_range(scene))
     outcome = lammps.run(slower, numerics)
     eta = restitution(outcome.velocities, slower.impact_velocity)

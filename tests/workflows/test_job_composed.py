@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.script_plan import ScriptPlan
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -143,7 +144,7 @@ def test_a_late_contact_interrupts_the_silence(tmp_path):
     plan = plan_script(scene)
     write_job(scene, tmp_path)
     whole = run_lmp(tmp_path).stdout
-    (tmp_path / "in.chain").write_text(job_script(scene, plan.numerics, plan.table, None))
+    (tmp_path / "in.chain").write_text(job_script(scene, ScriptPlan(plan.numerics, plan.table)))
     alone = run_lmp(tmp_path).stdout
     assert number(alone, "contacts") == number(whole, "contacts") == 27
     for name in ("restitution", "last_contact_time"):
@@ -199,7 +200,7 @@ def test_the_log_has_the_result_and_not_the_thousands_of_runs(tmp_path):
 def test_extrapolated_steps_are_refused_in_one_line():
     numerics = Numerics(scheme="extrapolated12", timestep=0.5)
     with pytest.raises(SceneError, match="a script can do verlet, order4, order6, order8: give"):
-        job_script(Scene(particles=5), numerics, None, None)
+        job_script(Scene(particles=5), ScriptPlan(numerics, None))
 
 
 def test_steps_that_are_unstable_at_twice_their_length_are_refused(tmp_path):

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError, SceneError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import job_files, write_job
@@ -98,13 +99,13 @@ REFUSED = {
 def test_what_a_job_cannot_live_with_is_refused_by_name(case):
     block, commands, line = REFUSED[case]
     with pytest.raises(SceneError, match=re.escape(line)):
-        job_files(VERLET, template=own(block, commands))
+        job_files(VERLET, JobWishes(template=own(block, commands)))
 
 
 def test_a_drag_needs_steps_that_only_go_forward():
     template = OwnTemplate.from_file(EXAMPLES / "drag.in.j2", ("friction=1e-3",))
     with pytest.raises(SceneError, match="give --scheme verlet"):
-        job_files(VERLET.replace(scheme="order4"), template=template)
+        job_files(VERLET.replace(scheme="order4"), JobWishes(template=template))
 
 
 @pytest.mark.parametrize(
@@ -124,7 +125,7 @@ def test_a_drag_needs_steps_that_only_go_forward():
 )
 def test_a_template_that_is_none_is_refused_in_one_line(text, line):
     with pytest.raises(SceneError, match=re.escape(line)) as refused:
-        job_files(VERLET, template=OwnTemplate(text))
+        job_files(VERLET, JobWishes(template=OwnTemplate(text)))
     assert "\n" not in str(refused.value)
 
 
@@ -147,9 +148,9 @@ def test_settings_are_numbers_and_words(given, line):
 
 def test_settings_are_used_or_refused():
     with pytest.raises(SceneError, match="--set every is used nowhere in the template"):
-        job_files(VERLET, template=own("setup", "", every=3))
+        job_files(VERLET, JobWishes(template=own("setup", "", every=3)))
     with pytest.raises(SceneError, match="--set velocity is a value of the job itself"):
-        job_files(VERLET, template=own("setup", "{{ velocity }}", velocity=3))
+        job_files(VERLET, JobWishes(template=own("setup", "{{ velocity }}", velocity=3)))
 
 
 def test_a_dry_run_prints_the_script_and_writes_nothing(capsys, tmp_path, monkeypatch):
@@ -209,17 +210,17 @@ def test_a_whole_script_of_ones_own_gives_what_the_plain_one_gives(potential, tm
 )
 def test_what_a_whole_script_may_not_do_is_refused(text, line):
     with pytest.raises(SceneError, match=re.escape(line)):
-        job_files(Scene(particles=3), template=OwnTemplate(f"{text}\nrun 1\n"))
+        job_files(Scene(particles=3), JobWishes(template=OwnTemplate(f"{text}\nrun 1\n")))
 
 
 def test_a_whole_script_is_of_a_rigid_wall_and_takes_no_blocks():
     whole = OwnTemplate("run {{ steps }}")
     with pytest.raises(SceneError, match="meets a free target"):
-        job_files(Scene(particles=3, target_particles=2), template=whole)
+        job_files(Scene(particles=3, target_particles=2), JobWishes(template=whole))
     with pytest.raises(InputError, match="a template that is a whole script is asked for, and gua"):
-        job_files(Scene(particles=3), template=whole, guards=True)
+        job_files(Scene(particles=3), JobWishes(template=whole, guards=True))
 
 
 def test_a_block_that_the_job_has_not_is_refused():
     with pytest.raises(SceneError, match=r"block 'typo', line 3, which the job has not; .*fixes"):
-        job_files(VERLET, template=own("typo", "fix mine all viscous 1"))
+        job_files(VERLET, JobWishes(template=own("typo", "fix mine all viscous 1")))

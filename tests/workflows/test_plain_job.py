@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.collision import collide
@@ -80,7 +81,7 @@ def test_units_of_a_scene(tmp_path):
 @pytest.mark.parametrize("name", SCENES)
 def test_every_command_is_explained(name):
     plain, explained = (
-        job_files(SCENES[name], plain=True, explain=explain)["in.chain"]
+        job_files(SCENES[name], JobWishes(plain=True, explain=explain))["in.chain"]
         for explain in (False, True)
     )
     assert commands(explained) == commands(plain)
@@ -103,5 +104,5 @@ def test_every_command_is_explained(name):
 )
 def test_what_a_plain_script_cannot_do_is_refused(fields, wishes, line):
     with pytest.raises(InputError, match=line) as caught:
-        job_files(Scene(particles=5, **fields), plain=True, **wishes)
+        job_files(Scene(particles=5, **fields), JobWishes(plain=True, **wishes))
     assert "\n" not in str(caught.value)

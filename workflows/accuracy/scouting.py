@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import ScoutedEnd
+from chaincor.lammps_inputs.script_plan import ScoutedEnd
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.end_watch import look_interval

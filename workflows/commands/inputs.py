@@ -1,11 +1,13 @@
 """``chaincor inputs``: a job that ``lmp -in in.chain`` runs."""
 
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import click
 
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, scene_options
 
 
@@ -27,7 +29,7 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
     help="for a sweep file: lines to put at the head of the script that submits",
 )
 @click.option("--dry-run", is_flag=True, help="print the script and write nothing")
-@click.option("--frames", is_flag=True, help="also dump the motion, as --dump-frames says")
+@click.option("--frames", "dump", is_flag=True, help="also dump the motion, as --dump-frames says")
 @click.option("--contacts", is_flag=True, help="also list the contacts, in contacts.txt")
 @click.option(
     "--restartable",
@@ -54,18 +56,9 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 def inputs(
     scene_file: str | None,
     output: str | None,
-    template: str | None,
-    settings: tuple[str, ...],
     submit: str | None,
     site: str | None,
     dry_run: bool,
-    frames: bool,
-    contacts: bool,
-    restartable: bool,
-    guards: bool,
-    table_range: tuple[float, float] | None,
-    plain: bool,
-    explain: bool,
     force: bool,
     **options: Any,
 ) -> None:
@@ -75,26 +68,14 @@ def inputs(
     Its numerics are chosen for a tolerance, or those given; it prints the restitution and its
     error.
     """
-    from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
     from chaincor.lammps_inputs.script import SCRIPT_FILE
     from chaincor.lammps_inputs.units.unit_system import UnitSystem
     from chaincor.workflows.campaign.sweep_file import is_sweep
-    from chaincor.workflows.job import job_files, write_job
+    from chaincor.workflows.job import job_files, write_files
 
     if dry_run == (output is not None):
         raise InputError("expected either -o DIR, the folder for the job, or --dry-run")
-    if settings and template is None:
-        raise InputError(f"--set {settings[0][:60]!a} is for a template; expected --template FILE")
-    wishes: dict[str, Any] = {
-        "dump": frames,
-        "contacts": contacts,
-        "restartable": restartable,
-        "guards": guards,
-        "explain": explain,
-        "plain": plain,
-        "table_range": table_range,
-        "template": None if template is None else OwnTemplate.from_file(Path(template), settings),
-    }
+    wishes = _wishes_in(options)
     if scene_file is not None and is_sweep(Path(scene_file)):
         given = [name for name, value in options.items() if value is not None]
         if given or output is None:
@@ -106,12 +87,27 @@ def inputs(
         raise InputError("--submit and --site are for a sweep file; expected one with [axes]")
     scene = scene_from(scene_file, options, beside=("units",))
     if scene_file is not None:
-        wishes["units"] = UnitSystem.from_file(Path(scene_file))
+        wishes = replace(wishes, units=UnitSystem.from_file(Path(scene_file)))
+    files = job_files(scene, wishes)
     if output is None:
-        click.echo(job_files(scene, **wishes)[SCRIPT_FILE], nl=False)
+        click.echo(files[SCRIPT_FILE], nl=False)
         return
-    for file in write_job(scene, Path(output), replace_existing=force, **wishes):
+    for file in write_files(files, Path(output), force):
         click.echo(file)
+
+
+def _wishes_in(options: dict[str, Any]) -> JobWishes:
+    """Take what is wanted of a job out of the options, which leaves those of the scene."""
+    from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
+
+    template, settings = options.pop("template"), options.pop("settings")
+    if settings and template is None:
+        raise InputError(f"--set {settings[0][:60]!a} is for a template; expected --template FILE")
+    names = [field.name for field in fields(JobWishes) if field.name in options]
+    wishes = {name: options.pop(name) for name in names}
+    if template is not None:
+        wishes["template"] = OwnTemplate.from_file(Path(template), settings)
+    return JobWishes(**wishes)
 
 
 def _write_grid(
@@ -120,7 +116,7 @@ def _write_grid(
     submit: Any,
     site: str | None,
     force: bool,
-    wishes: dict[str, Any],
+    wishes: JobWishes,
 ) -> None:
     from chaincor.lammps_inputs.small_file import read_small_file
     from chaincor.workflows.campaign.sweep_file import read_sweep
@@ -134,7 +130,7 @@ def _write_grid(
     groups = sweep.scenes.groups
     axes = list(dict.fromkeys(key for group in groups for entry in group for key in entry))
     points = write_grid(
-        sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, **wishes
+        sweep.scenes, axes, folder, submit, site=lines, replace_existing=force, wishes=wishes
     )
     refused = [point for point in points if point.refusal]
     click.echo(f"{len(points) - len(refused)} jobs in {folder}, listed in {folder / MANIFEST}")

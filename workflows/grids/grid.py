@@ -3,11 +3,11 @@
 import csv
 import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
+from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.points import value_of
 from chaincor.workflows.grids.submit import Scheduler, submit_script
@@ -49,16 +49,15 @@ def write_grid(
     site: str = "",
     replace_existing: bool = False,
     progress: Callable[[int], None] = lambda _: None,
-    **wishes: Any,
+    wishes: JobWishes = NO_WISHES,
 ) -> list[GridPoint]:
     """
     Write a job for each scene, a manifest and a script that runs them; returns the points.
 
     `axes` are the fields that tell the points apart; `site` are lines of the user's own for the
     script. Points for which no job can be made are in the manifest with the reason. The manifest
-    comes last: a folder without one is no grid. For `wishes` see
-    :func:`chaincor.workflows.job.job_files`. Raises InputError if there is a grid already or the
-    folder cannot be written.
+    comes last: a folder without one is no grid. Jobs are restartable and have guards, whatever
+    the `wishes`. Raises InputError if there is a grid already or the folder cannot be written.
     """
     if (folder / MANIFEST).exists() and not replace_existing:
         raise InputError(
@@ -93,11 +92,11 @@ def write_grid(
 
 
 def _write_point(
-    scene: Scene, axes: Sequence[str], number: int, folder: Path, wishes: dict[str, Any]
+    scene: Scene, axes: Sequence[str], number: int, folder: Path, wishes: JobWishes
 ) -> GridPoint:
     name = folder_name(scene, axes, number)
     try:
-        files = job_files(scene, **wishes | {"restartable": True, "guards": True})
+        files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
         return GridPoint(number, name, " ".join(str(error).split()))
     job = folder / name

@@ -1,7 +1,7 @@
 """Numerics and error bars of scripts that LAMMPS runs alone: all that can be told beforehand."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.script import ScriptedBar
+from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
 from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
@@ -45,35 +45,6 @@ _OTHERWISE = 1.25
 # How much faster than its own a job's chain may be, and how finely that is looked for.
 _MOST_FASTER, _BISECTIONS = 100.0, 30
 _MOST_PROBES = 20_001
-
-
-@dataclass(frozen=True)
-class ScriptPlan:
-    """
-    What a script is made of, besides the scene.
-
-    Attributes
-    ----------
-    numerics : Numerics
-        Wall, scheme and step.
-    table : BondTable or None
-        The bonds; None for LAMMPS's own harmonic one.
-    scouting : Scouting or None
-        What the in-house run said; None where it could not tell.
-    bar : ScriptedBar or None
-        How the script tells its error; None where it shall not or cannot.
-    tolerance : float or None
-        What the numerics were chosen for.
-    fastest : float or None
-        Velocity up to which the table is expected to hold the bonds; None for that of the scene.
-    """
-
-    numerics: Numerics
-    table: BondTable | None
-    scouting: Scouting | None
-    bar: ScriptedBar | None
-    tolerance: float | None
-    fastest: float | None = None
 
 
 def plan_script(scene: Scene, table_range: tuple[float, float] | None = None) -> ScriptPlan:
@@ -142,7 +113,7 @@ def _as_given(scene: Scene, table_range: tuple[float, float] | None) -> ScriptPl
             rounding=rounding_of_steps(scene, numerics.scheme, numerics.timestep),
             ending=ending_error(truth.outcome, scene),
         )
-    return ScriptPlan(numerics, table, scouting, bar, None)
+    return ScriptPlan(numerics, table, None if scouting is None else scouting.end, bar)
 
 
 def _for_tolerance(
@@ -164,7 +135,7 @@ def _for_tolerance(
         numerics = replace(numerics, timestep=shrink * numerics.timestep)
     table = _tabulate(scene, numerics, scouting, table_range)
     bar = _bar(scene, numerics, table, truth, goal, sensitivity)
-    return ScriptPlan(numerics, table, scouting, bar, tolerance)
+    return ScriptPlan(numerics, table, scouting.end, bar, tolerance)
 
 
 def _bar(

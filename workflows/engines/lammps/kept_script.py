@@ -5,23 +5,18 @@ from dataclasses import replace
 from chaincor.lammps_inputs.bond_table import BondTable, tabulate
 from chaincor.lammps_inputs.chain_data import format_scene_data
 from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.numerics import Numerics
-from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import DEFAULT_TIMESTEPS, Scheme
 from chaincor.lammps_inputs.script import (
     DATA_FILE,
-    NO_EXTRAS,
     SCENE_FILE,
     SCRIPT_FILE,
     TABLE_FILE,
-    Extras,
-    ScoutedEnd,
-    ScriptedBar,
-    ScriptedSteps,
     render_job,
 )
-from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
+from chaincor.lammps_inputs.script_plan import EndTimes, ScoutedEnd, ScriptedSteps, ScriptPlan
 from chaincor.workflows.engines.compositions import COMPOSITIONS, SOURCES
 from chaincor.workflows.engines.end_watch import longest_collision, look_interval
 from chaincor.workflows.engines.ending import quiet_time
@@ -38,44 +33,17 @@ _MARGIN = 1.2
 _INSTEAD: Scheme = "order8"
 
 
-def job_script(
-    scene: Scene,
-    numerics: Numerics,
-    table: BondTable | None,
-    scouted: ScoutedEnd | None,
-    extras: Extras = NO_EXTRAS,
-    bar: ScriptedBar | None = None,
-    tolerance: float | None = None,
-    fastest: float | None = None,
-    template: OwnTemplate | None = None,
-    units: UnitSystem = CHAIN_UNITS,
-) -> str:
-    """
-    Render a script that does not end before the in-house engine, which follows a chain, does.
-
-    `scouted` is how the collision ended elsewhere; for the others see
-    :func:`~chaincor.lammps_inputs.script.render_job`.
-    """
+def job_script(scene: Scene, plan: ScriptPlan, wishes: JobWishes = NO_WISHES) -> str:
+    """Render a script that does not end before the in-house engine, which follows a chain, does."""
     span, stiffness = scene.span, scene.slow_stiffness
-    look = look_interval(span, stiffness)
     quiet = quiet_time(span, stiffness)
-    last = 0.0 if scouted is None else scouted.last_contact_time
-    return render_job(
-        scene,
-        numerics,
-        table,
+    last = 0.0 if plan.end is None else plan.end.last_contact_time
+    times = EndTimes(
         quiet=quiet,
         cap=longest_collision(span, stiffness, max(quiet, last)) + approach_time(scene),
-        look=look,
-        scouted=scouted,
-        extras=extras,
-        steps=_scripted_steps(scene, numerics),
-        bar=bar,
-        tolerance=tolerance,
-        fastest=fastest,
-        template=template,
-        units=units,
+        look=look_interval(span, stiffness),
     )
+    return render_job(scene, plan, times, _scripted_steps(scene, plan.numerics), wishes)
 
 
 def _scripted_steps(scene: Scene, numerics: Numerics) -> ScriptedSteps | None:
@@ -141,7 +109,7 @@ def kept_files(
             f"# cannot take. This one takes as many Verlet steps, in steps of {_INSTEAD}, and is\n"
             "# less accurate.\n"
         )
-    files[SCRIPT_FILE] = note + job_script(scene, numerics, table, scouted)
+    files[SCRIPT_FILE] = note + job_script(scene, ScriptPlan(numerics, table, scouted))
     if isinstance(scene.potential, str):
         scene = scene.without(*FILE_KEYS)
         if scene.bond_file is not None:  # the job lies elsewhere
