@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout, ChainState
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame

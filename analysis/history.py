@@ -5,7 +5,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.restitution import bond_strains
 from chaincor.analysis.results import History
 from chaincor.lammps_inputs.bonds.potential import Potential

@@ -9,12 +9,8 @@ import numpy as np
 from chaincor.analysis.caveats import find_contradictions
 from chaincor.analysis.dumps.printed import printed_error
 from chaincor.analysis.dumps.timestep import read_first_timestep
-from chaincor.analysis.job_folder import (
-    Job,
-    analyze_job,
-    find_jobs,
-    uses_reflecting_wall,
-)
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import Job, find_jobs
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
@@ -48,12 +44,12 @@ class SteppedRun:
     @property
     def step(self) -> float | None:
         """Step of the run; None where neither log nor script tells it."""
-        return read_first_timestep(self.job.logs, self.job.scripts)
+        return read_first_timestep(self.job.commands)
 
     @property
     def order(self) -> int | None:
         """Order of convergence: 0 for the stock wall, None where it is not known."""
-        if uses_reflecting_wall(self.job):
+        if self.job.commands.stock_wall:
             return 0
         if self.job.scene is None:
             return None

@@ -11,7 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from chaincor.analysis.job_folder import analyze_job as analyze_job
+    from chaincor.analysis.job_analysis import analyze_job as analyze_job
     from chaincor.analysis.job_folder import find_job as find_job
     from chaincor.lammps_inputs.bonds.user_bond import UserBond as UserBond
     from chaincor.lammps_inputs.scene import Scene as Scene
@@ -37,7 +37,7 @@ _HOMES = {
     "Store": "chaincor.workflows.store.results_store",
     "UserBond": "chaincor.lammps_inputs.bonds.user_bond",
     "analyze": "chaincor.workflows.job_analysis.analyze",
-    "analyze_job": "chaincor.analysis.job_folder",
+    "analyze_job": "chaincor.analysis.job_analysis",
     "check_table": "chaincor.workflows.tables.check",
     "collide": "chaincor.workflows.collision",
     "collide_many": "chaincor.workflows.campaign.collide_many",

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.history import Record
 from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError

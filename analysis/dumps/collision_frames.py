@@ -1,15 +1,19 @@
 """The frames of a collision, from its start on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.start import Start, find_moving_start, find_start
 from chaincor.lammps_inputs.errors import InputError
+
+# Digits of the shortest formats of dumps.
+_SAME_SPEED = 1e-4
 
 
 class CollisionFrames:
@@ -84,20 +88,6 @@ class CollisionFrames:
     def _at_wall(self) -> bool:
         return self.opening.gap == 0.0
 
-    def tell_moving_start(self, masses: NDArray[np.float64], impact_velocity: float) -> None:
-        """Look again at a first frame that shows no collision's start, with what is known now."""
-        if self.start.kind != "late":
-            return
-        if self.layout.targets:  # the impact velocity is that of this frame
-            self.start = replace(self.start, kind="moving")
-            return
-        v = self.opening.velocities
-        # Printed velocities, each rounded by as much; and the additions of all.
-        slack = 4.0 * self.resolution + 1e-9 * impact_velocity
-        slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
-        kind = find_moving_start(v, masses, impact_velocity, slack, self._at_wall)
-        self.start = replace(self.start, kind=kind)
-
     def states(self) -> Iterator[ChainState]:
         """Yield all states, the first included, in order of time."""
         yield self.opening
@@ -114,8 +104,35 @@ class CollisionFrames:
             time = state.time
             yield state
 
-    def impact_velocity(self, given: float | None) -> float:
-        """Prefer the given impact speed, which has all its digits, if the first frame agrees."""
+    def first_contact(
+        self, masses: Sequence[NDArray[np.float64]], impact_velocity: float
+    ) -> tuple[float, ChainState] | None:
+        """Return the closing speed of a contact in the first frame, and the state right after."""
+        if not self.begins_at_contact:
+            return None
+        state = self.opening
+        speed = abs(state.opening)
+        if self.layout.targets:
+            return speed, state.after_contact(masses) if state.opening < 0.0 else state
+        if self.start.kind not in ("moving", "turned"):
+            speed = impact_velocity
+        return speed, state.turned_round(speed)
+
+    def impact_velocity(self, masses: Sequence[NDArray[np.float64]], given: float | None) -> float:
+        """
+        Return how fast the bodies come together, and look again at what the first frame shows.
+
+        A given speed, which has all its digits, is preferred if the first frame agrees: InputError
+        if it does not, or nothing tells the speed.
+        """
+        if self.layout.targets:
+            velocity = self._approach(masses, given)
+        else:
+            velocity = self._speed_at_wall(given)
+        self._tell_moving_start(masses[0], velocity)
+        return velocity
+
+    def _speed_at_wall(self, given: float | None) -> float:
         seen = self.start.impact_velocity
         if given is None:
             if seen is None:
@@ -131,3 +148,51 @@ class CollisionFrames:
                 "expected the dump of that scene"
             )
         return given
+
+    def _approach(self, masses: Sequence[NDArray[np.float64]], given: float | None) -> float:
+        """Return how fast a chain and a free target come together in the first frame."""
+        opening = self.opening
+        v0 = -opening.separation(masses)
+        if opening.gap == 0.0 and opening.opening > 0.0:
+            # The frame may be that right after the first contact, before which they came faster.
+            share = sum(1.0 / float(np.sum(m)) for m in masses) / sum(1.0 / m[0] for m in masses)
+            before = v0 + 2.0 * float(opening.opening * share)
+            known = (
+                _is_cold(opening.after_contact(masses), self.resolution)
+                if given is None
+                else (abs(before / given - 1.0) <= _SAME_SPEED)
+            )
+            if known:
+                self.start = Start("turned", None)
+                return before
+        if not v0 > 0.0:
+            raise InputError(
+                f"the bodies move apart with {-v0:.6g} in the first frame; expected a dump that "
+                "begins before they meet, with the chain at larger x than the target"
+            )
+        if given is not None and abs(v0 / given - 1.0) > _SAME_SPEED:
+            raise InputError(
+                f"the bodies come together with {v0:.9g} in the first frame, in the scene with "
+                f"{given:.9g}; expected a dump of that job from before their contact"
+            )
+        return v0
+
+    def _tell_moving_start(self, masses: NDArray[np.float64], impact_velocity: float) -> None:
+        """Look again at a first frame that shows no collision's start, with what is known now."""
+        if self.start.kind != "late":
+            return
+        if self.layout.targets:  # the impact velocity is that of this frame
+            self.start = replace(self.start, kind="moving")
+            return
+        v = self.opening.velocities
+        # Printed velocities, each rounded by as much; and the additions of all.
+        slack = 4.0 * self.resolution + 1e-9 * impact_velocity
+        slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
+        kind = find_moving_start(v, masses, impact_velocity, slack, self._at_wall)
+        self.start = replace(self.start, kind=kind)
+
+
+def _is_cold(state: ChainState, resolution: float) -> bool:
+    """Return whether all particles of each body fly alike."""
+    slack = 8.0 * resolution + 1e-9 * float(np.max(np.abs(state.all_velocities)))
+    return all(np.ptp(body.velocities) <= slack for body in state.bodies)

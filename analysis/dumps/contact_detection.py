@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.contact_times import interpolate_contact, reintegrate_contacts
 from chaincor.lammps_inputs.bonds.potential import Potential
 

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Tolerance of the reintegration: that of the best dumps.

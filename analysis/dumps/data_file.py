@@ -1,7 +1,6 @@
 """What a LAMMPS data file, and the commands that read it, say of masses and types."""
 
 import gzip
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.dumps.run_commands import NO_COMMANDS, Command, RunCommands
 from chaincor.lammps_inputs.errors import InputError
 
-_COMMANDS = re.compile(r"^\s*(mass|set|read_data|atom_style)\s", re.MULTILINE)
 # Where the type stands in a line of the section Atoms.
 _TYPE_PLACE = dict.fromkeys(("bond", "angle", "molecular", "full"), 2)
 _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
@@ -40,65 +39,59 @@ class DeclaredMasses:
     unclear: str | None = None
 
 
-def declared_masses(
-    data: Path | None, scripts: Sequence[Path] = (), logs: Sequence[Path] = ()
-) -> DeclaredMasses:
+def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> DeclaredMasses:
     """
     Gather what a job declares of masses: section Masses, and the commands ``mass`` and ``set``.
 
-    Logs show variables as what they stand for. Raises InputError if the section cannot be read.
+    Raises InputError if the section cannot be read.
     """
     sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
-    # What a run prints on the screen begins like a log and repeats no commands.
-    echoes = [path for path in logs if _COMMANDS.search(path.read_text(errors="replace"))]
-    files = echoes or list(scripts)
-    commands = [_Commands.read(path, expanded=bool(echoes)) for path in files]
-    found = [command.apply(in_data) for command in commands] or [in_data]
-    unclear = next((command.unclear for command in commands if command.unclear), None)
+    files, expanded = commands.named("mass", "set", "read_data", "atom_style")
+    read = [_MassCommands.of(each, path, expanded=expanded) for path, each in files.items()]
+    found = [each.apply(in_data) for each in read] or [in_data]
+    unclear = next((each.unclear for each in read if each.unclear), None)
     if any(masses != found[0] for masses in found):
         unclear = f"{' and '.join(path.name for path in files)} set different masses"
     hint, rows = sections.get("Atoms", ("", []))
-    style = hint or next((command.atom_style for command in commands if command.atom_style), "")
+    style = hint or next((each.atom_style for each in read if each.atom_style), "")
     source = "the job" if data is None or found[0] != in_data else str(data)
     return DeclaredMasses(found[0], _types_by_id(rows, style), source, unclear)
 
 
 @dataclass
-class _Commands:
-    """The commands of one script that decide masses, in order."""
+class _MassCommands:
+    """The commands of one file that decide masses, in order."""
 
     masses: list[tuple[str, float] | None] = field(default_factory=list)  # None: read_data
     atom_style: str = ""
     unclear: str | None = None
 
     @classmethod
-    def read(cls, path: Path, *, expanded: bool) -> "_Commands":
+    def of(cls, commands: Sequence[Command], path: Path, *, expanded: bool) -> "_MassCommands":
         found = cls()
-        for line in path.read_text(errors="replace").splitlines():
-            words = line.split("#")[0].split()
-            if not words or words[0] not in ("mass", "set", "read_data", "atom_style"):
-                continue
-            if any("$" in word for word in words) and words[0] in ("mass", "set"):
-                if expanded or not _sets_masses(words):
-                    continue  # the log repeats the line with what variables stand for
-                found.unclear = f"'{line.strip()}' in {path.name} sets masses by a variable"
+        for command in commands:
+            words, said = command.words, f"'{command.line.strip()}' in {path.name}"
+            if command.computed and words[0] in ("mass", "set"):
+                # A log repeats the line with what variables stand for.
+                if not expanded and _sets_masses(words):
+                    found.unclear = f"{said} sets masses by a variable"
             elif words[0] == "read_data":
                 found.masses.append(None)
             elif words[0] == "atom_style":
                 found.atom_style = words[1] if len(words) > 1 else ""
             elif words[0] == "set" and _sets_masses(words):
-                found.unclear = f"'{line.strip()}' in {path.name} changes masses or types"
+                found.unclear = f"{said} changes masses or types"
             elif words[0] == "mass":
-                found._add_mass(words, line, path)
+                found._add_mass(words, said)
         return found
 
-    def _add_mass(self, words: list[str], line: str, path: Path) -> None:
+    def _add_mass(self, words: list[str], said: str) -> None:
         try:
             _type_range(words[1])
             self.masses.append((words[1], float(words[2])))
         except (ValueError, IndexError):
-            self.unclear = f"'{line.strip()}' in {path.name} cannot be read"
+            self.unclear = f"{said} cannot be read"
 
     def apply(self, in_data: dict[int, float]) -> dict[int, float]:
         """Return the masses after all commands; ``read_data`` brings those of the data file."""

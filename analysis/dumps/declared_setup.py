@@ -1,10 +1,10 @@
 """What the script of a run, or its log, says of units, springs and walls."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from pathlib import Path
 
+from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -42,37 +42,11 @@ class DeclaredSetup:
             return CHAIN_UNITS
 
 
-def declared_setup(logs: Iterable[Path], scripts: Iterable[Path]) -> DeclaredSetup:
-    """
-    Gather what a job declares.
-
-    Logs, which show variables as what they stand for, come before scripts. Nothing is taken that
-    several files say differently.
-    """
-    found = [said for path in logs if (said := _commands(path))]
-    found = found or [_commands(path) for path in scripts]
-    setups = [_setup_of(commands) for commands in found]
+def declared_setup(commands: RunCommands) -> DeclaredSetup:
+    """Gather what a run declares; nothing is taken that several files say differently."""
+    found, _ = commands.named(*_COMMANDS)
+    setups = [_setup_of([c.words for c in each if not c.computed]) for each in found.values()]
     return setups[0] if setups and all(each == setups[0] for each in setups) else DeclaredSetup()
-
-
-def has_stock_wall(path: Path) -> bool:
-    """Tell by a script or a log whether its run had the stock wall, ``fix wall/reflect``."""
-    return any(words[0] == "fix" and "wall/reflect" in words for words in _lines(path))
-
-
-def _commands(path: Path) -> list[list[str]]:
-    return [
-        words
-        for words in _lines(path)
-        if words[0] in _COMMANDS and not any("$" in word for word in words)
-    ]
-
-
-def _lines(path: Path) -> Iterator[list[str]]:
-    """Yield the words of each line of a script or a log, without comments and empty lines."""
-    for line in path.read_text(errors="replace").splitlines():
-        if words := line.split("#")[0].split():
-            yield words
 
 
 def _setup_of(commands: Sequence[list[str]]) -> DeclaredSetup:

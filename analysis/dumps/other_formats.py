@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from chaincor.analysis.atomic_write import written_aside
-from chaincor.analysis.dumps.chain_frames import ChainLayout, ChainState
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import open_trajectory

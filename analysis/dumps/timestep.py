@@ -2,28 +2,27 @@
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 
 import numpy as np
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.run_commands import RunCommands
 
 _NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
-_COMMAND = re.compile(r"^\s*timestep\s+(\S+)", re.MULTILINE)
 
 # Two printed velocities of the default six digits may differ by this and mean the same.
 _SAME_SPEED = 1e-5
 
 
-def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+def read_timestep(commands: RunCommands) -> float | None:
     """
     Return the timestep that a log or, where there is none, an input script sets.
 
-    Logs show variables as what they stand for. None where no ``timestep`` command is found, where a
-    script computes it, or where it changes, so that steps do not tell the time.
+    None where no ``timestep`` command is found, where a script computes it, or where it changes, so
+    that steps do not tell the time.
     """
-    words, expanded = _words(logs, scripts)
+    words, expanded = commands.timesteps()
     computed = [word for word in words if "$" in word]
     values = {float(word) for word in words if _NUMBER.fullmatch(word)}
     if len(values) != 1 or (computed and not expanded):
@@ -32,7 +31,7 @@ def read_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None
     return timestep if timestep > 0.0 else None
 
 
-def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float | None:
+def read_first_timestep(commands: RunCommands) -> float | None:
     """
     Return the step that a run was set up with.
 
@@ -40,7 +39,7 @@ def read_first_timestep(logs: Iterable[Path], scripts: Iterable[Path]) -> float 
 
     None where there is none.
     """
-    words, expanded = _words(logs, scripts)
+    words, expanded = commands.timesteps()
     values = [float(word) for word in words if _NUMBER.fullmatch(word)]
     if not values or (not expanded and "$" in words[0]):
         return None
@@ -71,16 +70,3 @@ def infer_timestep(frames: Iterable[DumpFrame], layout: ChainLayout) -> float | 
         if frame.step > start[0]:
             timestep = float((x - start[1]) / (start[2] * (frame.step - start[0])))
     return timestep if timestep is not None and timestep > 0.0 else None
-
-
-def _words(logs: Iterable[Path], scripts: Iterable[Path]) -> tuple[list[str], bool]:
-    """Return what follows ``timestep``, and whether variables stand for their values."""
-    words = [word for path in logs for word in _timestep_words(path)]
-    if words:
-        return words, True
-    # What a run prints on the screen begins like a log and repeats no commands.
-    return [word for path in scripts for word in _timestep_words(path)], False
-
-
-def _timestep_words(path: Path) -> list[str]:
-    return _COMMAND.findall(path.read_text(errors="replace"))

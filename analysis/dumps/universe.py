@@ -14,7 +14,8 @@ from MDAnalysis.coordinates.memory import MemoryReader
 from MDAnalysis.coordinates.timestep import Timestep
 from numpy.typing import NDArray
 
-from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN, ChainState
+from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN
+from chaincor.analysis.dumps.chain_state import ChainState
 
 
 class ColumnsReader(MemoryReader):

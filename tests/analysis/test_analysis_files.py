@@ -8,6 +8,7 @@ from PIL import Image
 from chaincor.analysis.analysis_files import describe, to_json_object, write_report
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.known import Known
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 FIGURES = ["bonds", "contacts", "energy", "mode_heat_map", "spectrum", "trajectories"]
@@ -16,7 +17,7 @@ FIGURES = ["bonds", "contacts", "energy", "mode_heat_map", "spectrum", "trajecto
 @pytest.fixture
 def analysis(harmonic20, dump_writer):
     path = dump_writer.write(harmonic20, np.arange(0.0, 90.0, 0.5))
-    return analyze_frames(Dump(path), bond=Harmonic())
+    return analyze_frames(Dump(path), Known(bond=Harmonic()))
 
 
 def test_report_holds_the_numbers(analysis, tmp_path):
@@ -60,5 +61,5 @@ def test_a_bond_not_known_is_null(harmonic20, dump_writer, tmp_path):
     assert result["energy_drift"] is None
     assert "not known" in describe(unknown)
     write_report(unknown, tmp_path)
-    named = analyze_frames(Dump(path), bond=LennardJones())
+    named = analyze_frames(Dump(path), Known(bond=LennardJones()))
     assert "v^*" in describe(named)

@@ -3,6 +3,7 @@ import pytest
 
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.known import Known
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
@@ -12,10 +13,9 @@ ETA20 = 0.86850360724  # reference_values.json
 TIMES = np.arange(0.0, 90.0, 1.0)
 
 
-def analyze(path, **options):
+def analyze(path, **known):
     dump = Dump(path)
-    options.setdefault("is_truncated", lambda: dump.truncated)
-    return analyze_frames(dump, **options)
+    return analyze_frames(dump, Known(**known), is_truncated=lambda: dump.truncated)
 
 
 def has_caveat(analysis, words):

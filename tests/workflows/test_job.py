@@ -13,6 +13,7 @@ import pytest
 
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
+from chaincor.analysis.known import Known
 from chaincor.analysis.restitution import restitution
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -272,7 +273,7 @@ def test_the_motion_is_dumped_at_contacts_on_request(wall, tmp_path):
     done = run_lmp(tmp_path)
     assert done.returncode == 0
     frames = Dump(tmp_path / "dump.lammpstrj")
-    found = analyze_frames(frames, bond=scene.bond, end_argument=argue_end)
+    found = analyze_frames(frames, Known(bond=scene.bond, end_argument=argue_end))
     times, speeds = np.loadtxt(tmp_path / "contacts.txt", usecols=(1, 2), skiprows=1, unpack=True)
     if wall == "event":
         # Both were written by LAMMPS with 17 digits.

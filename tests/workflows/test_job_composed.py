@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from chaincor.analysis.dumps.dump import Dump
-from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import find_job
 from chaincor.lammps_inputs.bond_table import tabulate
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics

@@ -19,6 +19,7 @@ SCENES = {
     "default": Scene(particles=10),
     "harmonic": Scene(potential="harmonic", particles=20),
     "masses": Scene(particles=10, masses=(1.0, 2.0)),
+    "few steps": Scene(particles=2, timestep=0.1),
     "warm": Scene(particles=6, velocity=0.1, potential="toda", temperature=1e-3),
 }
 

@@ -126,7 +126,7 @@ def analyze(
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
-    from chaincor.analysis.job_folder import open_dump
+    from chaincor.analysis.job_dump import open_dump
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis.analyze import analyze_found
     from chaincor.workflows.job_analysis.description import (
@@ -179,7 +179,7 @@ def analyze(
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     """Return how to see a dump: as the options say, or as the file beside it does."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
-    from chaincor.analysis.job_folder import view_of
+    from chaincor.analysis.job_dump import view_of
     from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
     view = view_of(job)

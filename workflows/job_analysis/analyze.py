@@ -9,7 +9,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.view import DumpView
-from chaincor.analysis.job_folder import Job, analyze_job, view_of
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_dump import view_of
+from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.bonds.potential import Potential
@@ -107,7 +109,7 @@ def analyze_found(
     Return the job that was found, too.
 
     `scene` takes the place of a ``scene.toml`` beside the dump, `known` are what else
-    :func:`~chaincor.analysis.job_folder.analyze_job` is told; `watch` is entered while a
+    :func:`~chaincor.analysis.job_analysis.analyze_job` is told; `watch` is entered while a
     dump is read, and gives what to tell how far; `see` tells units and wall of a dump.
     """
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from chaincor.analysis.dumps.declared_setup import has_stock_wall
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
+from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.timestep import read_first_timestep
-from chaincor.analysis.job_folder import find_job, uses_reflecting_wall, view_of
+from chaincor.analysis.job_dump import view_of
+from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
@@ -93,7 +94,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         if found is not None:
             return found
     job, analysis = analyze_found(folder, dump=None if path.is_dir() else path)
-    timestep = read_first_timestep(job.logs, job.scripts)
+    timestep = read_first_timestep(job.commands)
     return LammpsResult(
         str(path),
         scene or _scene_told(analysis),
@@ -102,7 +103,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         analysis.contacts,
         analysis.data_error,
         analysis.particles + (analysis.target.masses.size if analysis.target else 0),
-        uses_reflecting_wall(job),
+        job.commands.stock_wall,
         None if timestep is None else timestep / view_of(job).units.time,
     )
 
@@ -191,7 +192,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         )
     _refuse_several(path, text)
     _refuse_unfinished(path, text, head.startswith(_HEADS))
-    contacts = found.get("contacts")
+    contacts, commands = found.get("contacts"), RunCommands.read([path])
     return LammpsResult(
         str(path),
         scene,
@@ -199,8 +200,8 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         found.get("restitution_error"),
         None if contacts is None else round(contacts),
         particles=int(atoms[-1]) if (atoms := _ATOMS.findall(text)) else None,
-        stock_wall=has_stock_wall(path),
-        timestep=read_first_timestep((path,), ()),
+        stock_wall=commands.stock_wall,
+        timestep=read_first_timestep(commands),
     )
 
 

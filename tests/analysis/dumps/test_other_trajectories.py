@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from ase.io import write as write_ase
 
-from chaincor.analysis.dumps.chain_frames import ChainState
+from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.other_formats import ase_atoms, write_extended_xyz
 from chaincor.analysis.dumps.universe import universe_of_states
-from chaincor.analysis.job_folder import analyze_job, find_job
+from chaincor.analysis.job_analysis import analyze_job
+from chaincor.analysis.job_folder import find_job
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
 

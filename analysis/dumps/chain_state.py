@@ -1,0 +1,101 @@
+"""A chain at one moment, and the free target that it hits."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ChainState:
+    """
+    The chain at one moment, and the free target that it hits, if there is one.
+
+    Attributes
+    ----------
+    step : int
+        LAMMPS timestep number.
+    time : float
+        Simulated time; its origin is that of the dump.
+    displacements : ndarray of shape (n,)
+        u_i = x_i - (i - 1), particle 1 nearest the wall at x = 0.
+    velocities : ndarray of shape (n,)
+        Positive away from the wall.
+    target_displacements, target_velocities : ndarray of shape (M,)
+        The same of a free target, from the contact outward: particle k is at 1 - k + u_k. Empty
+        for a wall.
+    """
+
+    step: int
+    time: float
+    displacements: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def gap(self) -> float:
+        """How far particle 1 is from the wall, or from the target's particle that it meets."""
+        target = self.target_displacements
+        return float(self.displacements[0] - target[0] if target.size else self.displacements[0])
+
+    @property
+    def opening(self) -> float:
+        """How fast that grows."""
+        target = self.target_velocities
+        return float(self.velocities[0] - target[0] if target.size else self.velocities[0])
+
+    @property
+    def bodies(self) -> "list[ChainState]":
+        """The chain, and a free target in a mirror, in which it is a chain too."""
+        chain = ChainState(self.step, self.time, self.displacements, self.velocities)
+        if not self.target_velocities.size:
+            return [chain]
+        u, v = -self.target_displacements, -self.target_velocities
+        return [chain, ChainState(self.step, self.time, u, v)]
+
+    def separation(self, masses: Sequence[NDArray[np.float64]]) -> float:
+        """Return how fast the centres of mass of bodies of these masses move apart."""
+        return float(
+            sum(
+                np.sum(m * body.velocities) / np.sum(m)
+                for body, m in zip(self.bodies, masses, strict=True)
+            )
+        )
+
+    @property
+    def all_displacements(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,)."""
+        return np.concatenate((self.displacements, self.target_displacements))
+
+    @property
+    def all_velocities(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,)."""
+        return np.concatenate((self.velocities, self.target_velocities))
+
+    @property
+    def all_positions(self) -> NDArray[np.float64]:
+        """Of the chain, then of the target, of shape (n + M,), along x."""
+        rest = np.arange(self.displacements.size), -np.arange(self.target_displacements.size)
+        return self.all_displacements + np.concatenate(rest)
+
+    @property
+    def all_bonds(self) -> list[tuple[int, int]]:
+        """Pairs of neighbours, counted from 0; none between the bodies."""
+        n, both = self.displacements.size, self.displacements.size + self.target_displacements.size
+        return [(i, i + 1) for i in range(both - 1) if i != n - 1]
+
+    def after_contact(self, masses: Sequence[NDArray[np.float64]]) -> "ChainState":
+        """Return the state on the other side of a contact of a chain and a target."""
+        velocities, target = self.velocities.copy(), self.target_velocities.copy()
+        push = 2.0 * self.opening / (1.0 / masses[0][0] + 1.0 / masses[1][0])
+        velocities[0] -= push / masses[0][0]
+        target[0] += push / masses[1][0]
+        return replace(self, velocities=velocities, target_velocities=target)
+
+    def turned_round(self, speed: float) -> "ChainState":
+        """Return the state right after a contact with a wall at a speed."""
+        velocities = self.velocities.copy()
+        velocities[0] = speed
+        return replace(self, velocities=velocities)

@@ -1,0 +1,84 @@
+"""What is known of a collision besides its frames, by whoever analyses them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from chaincor.analysis.dumps.data_file import DeclaredMasses
+from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.lammps_inputs.errors import InputError
+
+EndArgument = Callable[
+    [float, NDArray[np.float64], NDArray[np.float64], float, Potential], str | None
+]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """
+    What meets: a chain and a hard wall, unless it is said otherwise.
+
+    Attributes
+    ----------
+    targets : int
+        Particles of a free target; 0 for a wall.
+    soft : bool
+        Whether the bodies overlap when they meet.
+    """
+
+    targets: int = 0
+    soft: bool = False
+
+
+CHAIN_AND_WALL = Bodies()
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """
+    What is known of a collision, in the chain's units; None where it is not.
+
+    Attributes
+    ----------
+    bond : Potential or None
+        The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
+    impact_velocity : float or None
+        v0; that of the first frame by default.
+    timestep : float or None
+        Simulated time per step, for dumps that do not carry the time.
+    masses : array_like or None
+        Particle masses from the wall outwards, repeated along the chain; see
+        :func:`~chaincor.analysis.dumps.masses.find_masses`. Those of the dump, else 1, by default.
+    declared : DeclaredMasses
+        Masses by type, from the files of the job.
+    bodies : Bodies
+        What meets.
+    end_argument : callable or None
+        ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
+        follow, or None; asked where all masses are alike. Without it only the time since the last
+        contact speaks.
+    """
+
+    bond: Potential | None = None
+    impact_velocity: float | None = None
+    timestep: float | None = None
+    masses: ArrayLike | None = None
+    declared: DeclaredMasses = field(default_factory=DeclaredMasses)
+    bodies: Bodies = CHAIN_AND_WALL
+    end_argument: EndArgument | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a velocity or a timestep that is not positive."""
+        for name, given in (("velocity", self.impact_velocity), ("timestep", self.timestep)):
+            if given is not None and not 0.0 < given < np.inf:
+                raise InputError(f"the {name} is {given}; expected a positive finite number")
+
+    @property
+    def stiffness(self) -> float:
+        """U'' of the bond at rest; 1 where the bond is not known."""
+        return 1.0 if self.bond is None else self.bond.stiffness
+
+
+NOTHING_KNOWN = Known()
