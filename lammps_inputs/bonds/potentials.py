@@ -1,6 +1,8 @@
 """
 The bonds that have names: everything that is particular to one of them is said here.
 
+Those of exponentials are in ``exponential_bonds`` beside this, the keys of all in scenes here.
+
 A bond is a class. Its formula for U is a method, those of the force -dU/dr and of U'' are kernels:
 plain functions, which arrays and compiled loops share. They are written so that nothing cancels at
 small strains, in arithmetic and functions that ``workflows.pictures.bond_script``
@@ -16,54 +18,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
+from chaincor.lammps_inputs.bonds.exponential_bonds import Morse, Toda
+from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
 from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError, meant
 from chaincor.lammps_inputs.number_types import IsCount, Number, PositiveNumber
-
-# Parameters whose squares and inverse squares floating point can hold.
-_SMALLEST, _LARGEST = 1e-100, 1e100
-Strain = TypeVar("Strain", float, Array)
-
-
-class NamedBond(Potential):
-    """
-    A bond with a name.
-
-    Attributes
-    ----------
-    title : str
-        What people call it.
-    keys : dict
-        Keys in scenes, and what its class calls these parameters; those without default must be
-        given.
-    example : dict
-        Parameters for a bond of this kind, by the names of its class, where it has no defaults.
-    constants : dict
-        Names that its kernel closes over, as formulas of the parameters.
-    """
-
-    smooth = True
-    title: ClassVar[str]
-    keys: ClassVar[dict[str, str]] = {}
-    example: ClassVar[dict[str, Any]] = {}
-    constants: ClassVar[dict[str, str]] = {}
-
-    def as_keys(self) -> dict[str, Any]:
-        """Return the parameters by their keys in scenes."""
-        return {key: getattr(self, name) for key, name in self.keys.items()}
-
-    @classmethod
-    def needed_keys(cls) -> list[str]:
-        """Return the keys of parameters that have no default."""
-        return [key for key, name in cls.keys.items() if not hasattr(cls, name)]
 
 
 def harmonic_force(strain: Strain, _parameters: NoParameters) -> Strain:
@@ -139,139 +105,6 @@ class LennardJones(NamedBond):
     def lammps_energy(self, strain: str) -> str:
         """Return the formula of U."""
         return f"(1.0-(1.0+{strain})^-6)^2/72.0"
-
-
-class _Exponential(NamedBond):
-    """A bond of one inverse length, on which U depends as U(s; b) = U(b s; 1)/b^2."""
-
-    def __post_init__(self) -> None:
-        """Refuse what is not a positive number, or whose square is none."""
-        ((key, given),) = self.as_keys().items()
-        if not _SMALLEST <= given <= _LARGEST:
-            usual = type(self)().as_keys()[key]
-            raise PotentialError(
-                f"{key} is {given!r}; expected a positive number from {_SMALLEST:g} to "
-                f"{_LARGEST:g}, such as {usual:g}"
-            )
-
-    def _find_compressed_strain(self) -> float | None:
-        (given,) = self.as_keys().values()
-        if given == 1.0:
-            return super()._find_compressed_strain()
-        root = type(self)(1.0)._find_compressed_strain()  # type: ignore[call-arg]
-        return None if root is None else root / given
-
-
-class TodaParameters(NamedTuple):
-    """Steepness b."""
-
-    b: float
-
-
-def _toda_kernel(expm1: Callable) -> Callable:
-    def toda_force(strain: Strain, parameters: TodaParameters) -> Strain:
-        """Return (exp(-b s) - 1)/b."""
-        return expm1(-parameters.b * strain) / parameters.b
-
-    toda_force.__qualname__ = "toda_force"
-    return toda_force
-
-
-def _toda_curvature(exp: Callable) -> Callable:
-    def toda_curvature(strain: Strain, parameters: TodaParameters) -> Strain:
-        """Return exp(-b s)."""
-        return exp(-parameters.b * strain)
-
-    toda_curvature.__qualname__ = "toda_curvature"
-    return toda_curvature
-
-
-@dataclass(frozen=True)
-class Toda(_Exponential):
-    """U = (exp(-b s) - 1 + b s)/b^2 with b > 0."""
-
-    b: float = 10.0
-
-    name = "toda"
-    title = "Toda"
-    keys: ClassVar = {"toda_b": "b"}
-    force_kernel = staticmethod(_toda_kernel(exp_less_one))
-    curvature_kernel = staticmethod(_toda_curvature(exponential))
-
-    @property
-    def parameters(self) -> TodaParameters:
-        """Of the kernel: b."""
-        return TodaParameters(float(self.b))
-
-    def energy(self, strain: ArrayLike) -> Array:
-        """Return (expm1(-b s) + b s)/b^2."""
-        return expm1_minus_x(-self.b * np.asarray(strain, dtype=float)) / self.b**2
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"(exp(-{self.b!r}*{strain})-1.0+{self.b!r}*{strain})/{self.b**2!r}"
-
-
-class MorseParameters(NamedTuple):
-    """Inverse width a."""
-
-    a: float
-
-
-def _morse_kernel(expm1: Callable) -> Callable:
-    def morse_force(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (1 + e)/a with e = exp(-a s) - 1, of which squares stay finite."""
-        e = expm1(np.minimum(-parameters.a * strain, 350.0))
-        return e * (1.0 + e) / parameters.a
-
-    morse_force.__qualname__ = "morse_force"
-    return morse_force
-
-
-def _morse_curvature(exp: Callable) -> Callable:
-    def morse_curvature(strain: Strain, parameters: MorseParameters) -> Strain:
-        """Return e (2 e - 1) with e = exp(-a s), of which squares stay finite."""
-        e = exp(np.minimum(-parameters.a * strain, 350.0))
-        return e * (2.0 * e - 1.0)
-
-    morse_curvature.__qualname__ = "morse_curvature"
-    return morse_curvature
-
-
-@dataclass(frozen=True)
-class Morse(_Exponential):
-    """U = (1 - exp(-a s))^2/(2 a^2) with a > 0; at zero length it is finite."""
-
-    a: float = 6.0
-
-    name = "morse"
-    title = "Morse"
-    keys: ClassVar = {"morse_a": "a"}
-    force_kernel = staticmethod(_morse_kernel(exp_less_one))
-    curvature_kernel = staticmethod(_morse_curvature(exponential))
-
-    @property
-    def parameters(self) -> MorseParameters:
-        """Of the kernel: a."""
-        return MorseParameters(float(self.a))
-
-    @property
-    def dissociation(self) -> float:  # type: ignore[override]
-        """The depth D = 1/(2 a^2)."""
-        return 0.5 / self.a**2
-
-    def energy(self, strain: ArrayLike) -> Array:
-        """Return expm1(-a s)^2/(2 a^2)."""
-        return np.square(np.expm1(-self.a * np.asarray(strain, dtype=float))) * self.dissociation
-
-    def lammps_energy(self, strain: str) -> str:
-        """Return the formula of U."""
-        return f"(1.0-exp(-{self.a!r}*{strain}))^2/{2.0 * self.a**2!r}"
-
-    @property
-    def convex_strain(self) -> float:
-        """The inflection, ln(2)/a."""
-        return math.log(2.0) / self.a
 
 
 def log_force(strain: Strain, _parameters: NoParameters) -> Strain:
@@ -378,11 +211,11 @@ class Power(NamedBond):
         if self.order < 3:
             raise PotentialError(f"power_order is {self.order}; expected an integer of 3 or more")
         sign, word = (1, "positive") if self.order % 2 == 0 else (-1, "negative")
-        if not _SMALLEST <= self.c * sign <= _LARGEST:
+        if not SMALLEST <= self.c * sign <= LARGEST:
             raise PotentialError(
                 f"power_c is {self.c!r}; order {self.order} needs a {word} number, such as "
-                f"{sign}.0, so that compression stiffens the bond (and from {_SMALLEST:g} to "
-                f"{_LARGEST:g} in size)"
+                f"{sign}.0, so that compression stiffens the bond (and from {SMALLEST:g} to "
+                f"{LARGEST:g} in size)"
             )
 
     @property

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from chaincor.lammps_inputs.bonds.formula import Formula
+from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NamedBond
 from chaincor.lammps_inputs.bonds.table_file import TableBond
 from chaincor.lammps_inputs.scene_parts.given_bodies import BODY_KEYS, body_fields
 

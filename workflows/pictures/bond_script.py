@@ -12,8 +12,9 @@ import textwrap
 from collections.abc import Callable
 from typing import Any
 
+from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potential import Potential
-from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys, NamedBond
+from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS, BondKeys
 
 # What is called in Python, and in JavaScript; beside these all that `bonds.js` defines.
 _CALLS = {

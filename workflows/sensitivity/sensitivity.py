@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.formula import Formula
-from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS, NamedBond
+from chaincor.lammps_inputs.bonds.named_bond import NamedBond
+from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SensitivityError

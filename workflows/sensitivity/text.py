@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potentials import NamedBond
+from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.sensitivity.sensitivity import Sensitivity
 

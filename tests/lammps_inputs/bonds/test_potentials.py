@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chaincor.lammps_inputs.bonds.exponential_bonds import TodaParameters
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import (
     Harmonic,
@@ -18,7 +19,6 @@ from chaincor.lammps_inputs.bonds.potentials import (
     Power,
     PowerParameters,
     Toda,
-    TodaParameters,
     power_force,
 )
 from chaincor.lammps_inputs.bonds.user_bond import UserBond

@@ -1,0 +1,43 @@
+"""What bonds that have names have in common: how people and scenes call them."""
+
+from typing import Any, ClassVar, TypeVar
+
+from chaincor.lammps_inputs.bonds.potential import Array, Potential
+
+# Parameters whose squares and inverse squares floating point can hold.
+SMALLEST, LARGEST = 1e-100, 1e100
+# What a kernel takes: one number in compiled loops, else an array.
+Strain = TypeVar("Strain", float, Array)
+
+
+class NamedBond(Potential):
+    """
+    A bond with a name.
+
+    Attributes
+    ----------
+    title : str
+        What people call it.
+    keys : dict
+        Keys in scenes, and what its class calls these parameters; those without default must be
+        given.
+    example : dict
+        Parameters for a bond of this kind, by the names of its class, where it has no defaults.
+    constants : dict
+        Names that its kernel closes over, as formulas of the parameters.
+    """
+
+    smooth = True
+    title: ClassVar[str]
+    keys: ClassVar[dict[str, str]] = {}
+    example: ClassVar[dict[str, Any]] = {}
+    constants: ClassVar[dict[str, str]] = {}
+
+    def as_keys(self) -> dict[str, Any]:
+        """Return the parameters by their keys in scenes."""
+        return {key: getattr(self, name) for key, name in self.keys.items()}
+
+    @classmethod
+    def needed_keys(cls) -> list[str]:
+        """Return the keys of parameters that have no default."""
+        return [key for key, name in cls.keys.items() if not hasattr(cls, name)]
