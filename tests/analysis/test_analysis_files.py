@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from chaincor.analysis.analysis_files import describe, to_json_object, write_report
+from chaincor.analysis.analysis_files import to_json_object, write_report
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.frame_analysis import analyze_frames
 from chaincor.analysis.known import Known
+from chaincor.analysis.shown_series import describe
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 
 FIGURES = ["bonds", "contacts", "energy", "mode_heat_map", "spectrum", "trajectories"]

@@ -246,9 +246,9 @@ def _read_masses(text: str) -> list[float]:
 
 
 def _animate(analysis: "CollisionAnalysis", path: Path) -> None:
-    from chaincor.analysis.analysis_files import along_the_line
-    from chaincor.analysis.analysis_files import describe as caption
     from chaincor.analysis.figures.animation import animate_collision
+    from chaincor.analysis.shown_series import along_the_line
+    from chaincor.analysis.shown_series import describe as caption
 
     history = analysis.history
     # A little beyond the last contact there is nothing more to see.

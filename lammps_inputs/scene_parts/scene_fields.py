@@ -1,0 +1,127 @@
+"""The fields of a scene: keys of its file, and with dashes options, each with what it is for."""
+
+from pydantic import ConfigDict, Field
+
+from chaincor.lammps_inputs.bonds.potentials import BondKeys
+from chaincor.lammps_inputs.number_types import PositiveNumber
+from chaincor.lammps_inputs.scene_parts.field_types import (
+    Compression,
+    Contact,
+    ContactExponent,
+    Engine,
+    FilePath,
+    Frames,
+    Masses,
+    Parameters,
+    ParticleCount,
+    Seed,
+    TableRows,
+    TableStyle,
+    Tolerance,
+    Wall,
+)
+from chaincor.lammps_inputs.schemes import Scheme
+
+
+class SceneFields(BondKeys):
+    """What a scene says, each field valid by itself."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False
+    )
+
+    bond_file: FilePath | None = Field(
+        default=None, description="LAMMPS bond table of your own, for potential table"
+    )
+    energy: str | None = Field(
+        default=None,
+        description="U as a formula of the strain s, or the length r, for potential formula",
+    )
+    parameters: Parameters | None = Field(
+        default=None, description="numbers for the other names in the formula, such as D=0.0139,a=6"
+    )
+    particles: ParticleCount = Field(default=100, description="number of particles in the chain")
+    masses: Masses | None = Field(
+        default=None,
+        description="masses of the particles, from the contact outward, repeated along the chain: "
+        "1,2 or a file of numbers [default: 1]",
+    )
+    target_particles: ParticleCount | None = Field(
+        default=None,
+        description="particles of a free body at rest, with the same bonds, in place of the wall",
+    )
+    target_masses: Masses | None = Field(
+        default=None,
+        description="masses of the target's particles, from the contact outward [default: 1]",
+    )
+    contact: Contact | None = Field(
+        default=None,
+        description="hard bodies, or soft ones, which repel with the force K d^q where they "
+        "overlap by d [default: hard]",
+    )
+    contact_stiffness: PositiveNumber | None = Field(
+        default=None, description="K of contact power [default: 1]"
+    )
+    contact_exponent: ContactExponent | None = Field(
+        default=None, description="q of contact power, 1 to 9; 1.5 is Hertz's [default: 1.5]"
+    )
+    initial: FilePath | None = Field(
+        default=None,
+        description="state in which the chain arrives: CSV file with one row for each particle and "
+        "the columns position or strain, velocity, mass",
+    )
+    compression: Compression | None = Field(
+        default=None, description="fraction by which all bonds of the chain are compressed at first"
+    )
+    temperature: PositiveNumber | None = Field(
+        default=None,
+        description="k_B T at which both bodies are in equilibrium at first: bond lengths and "
+        "velocities are drawn at random [default: cold]",
+    )
+    seed: Seed | None = Field(
+        default=None, description="seed of the random first state, a whole number [default: 1]"
+    )
+    speed: PositiveNumber | None = Field(
+        default=None, description="impact speed in units of v* [default: 0.4]"
+    )
+    velocity: PositiveNumber | None = Field(
+        default=None, description="impact speed in absolute units, instead of --speed"
+    )
+    engine: Engine = Field(default="lammps", description="who integrates the motion")
+    tolerance: Tolerance | None = Field(
+        default=None, description="absolute error asked of the restitution [default: 1e-6]"
+    )
+    wall: Wall | None = Field(
+        default=None,
+        description="impact-located wall, or the stock fix wall/reflect [default: event]",
+    )
+    scheme: Scheme | None = Field(
+        default=None,
+        description="integration method: Verlet steps, or 5, 9 or 17 of them composed into one "
+        "step of order 4, 6 or 8 [default: chosen for the tolerance; order6 with other numerics "
+        "of your own, verlet with wall reflect]",
+    )
+    timestep: PositiveNumber | None = Field(
+        default=None,
+        description="time step H, that of a whole composed step [default: chosen for the "
+        "tolerance; with other numerics of your own 0.0125, 0.05, 0.1 or 0.2 for the four "
+        "schemes, 0.005 with wall reflect]",
+    )
+    table: TableStyle | None = Field(
+        default=None,
+        description="interpolation of the tabulated bond [default: spline; linear for kinks]",
+    )
+    table_points: TableRows | None = Field(
+        default=None, description="rows of the tabulated bond [default: as the scene needs]"
+    )
+    error: bool = Field(
+        default=True, description="run again at H/2 and two other steps for the error bar"
+    )
+    dump: FilePath | None = Field(default=None, description="write the motion to this LAMMPS dump")
+    dump_frames: Frames = Field(
+        default=20.0,
+        description="frames of the dump per sound crossing of the chain, or 'contacts' for one "
+        "after each",
+    )
+    save: FilePath | None = Field(default=None, description="keep the LAMMPS job in this folder")
+    arrays: FilePath | None = Field(default=None, description="write the arrays to this NPZ file")
