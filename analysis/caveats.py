@@ -1,16 +1,15 @@
 """What limits the numbers got from a dump, in sentences."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
-from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.followed import Followed
 from chaincor.analysis.modes import indistinct_modes
 from chaincor.lammps_inputs.bonds.potential import Potential
 
@@ -23,47 +22,43 @@ _UNUSUAL_BOND = 1e-3
 _ROUNDINGS = 1e-13
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ending:
     """
     How a dump ends.
 
     Attributes
     ----------
-    state : ChainState
-        In the last frame.
-    masses : sequence of ndarray
-        Of the chain, and of a free target.
+    seen : Followed
+        What its frames show.
     bond : Potential or None
         The bonds' potential, if known.
-    since_contact : float
-        Time from the last contact to the last frame.
     argument : str or None
         ``proved`` or ``argued``: how it is known that no contact follows.
     """
 
-    state: ChainState
-    masses: Sequence[NDArray[np.float64]]
+    seen: Followed
     bond: Potential | None
-    since_contact: float
     argument: str | None
 
     @property
     def parting(self) -> bool:
         """Whether the chain recedes."""
-        return self.state.separation(self.masses) > 0.0
+        return self.seen.last.separation(self.seen.masses) > 0.0
 
     @property
     def alone(self) -> bool:
         """Whether each body is one particle, which meets no other twice."""
-        return all(m.size == 1 for m in self.masses)
+        return all(m.size == 1 for m in self.seen.masses)
 
     @property
     def sound_returns(self) -> float:
         """Time that sound needs to cross the longer body and come back."""
         stiffness = 1.0 if self.bond is None else self.bond.stiffness
         # Long waves see the mean mass and are the fastest.
-        return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / stiffness**0.5 for m in self.masses)
+        return max(
+            2.0 * m.size * float(np.mean(m)) ** 0.5 / stiffness**0.5 for m in self.seen.masses
+        )
 
     @property
     def finished(self) -> bool:
@@ -74,13 +69,11 @@ class Ending:
         shown by silence for longer than sound needs to cross the chain and come back.
         """
         known = self.alone or self.argument is not None
-        return self.parting and (known or self.since_contact > self.sound_returns)
+        return self.parting and (known or self.seen.since_contact > self.sound_returns)
 
 
 def collect_caveats(
     reading: CollisionFrames,
-    velocity: float,
-    detection: DetectedContacts,
     ending: Ending,
     *,
     drifts: tuple[float, float] | None,
@@ -93,12 +86,8 @@ def collect_caveats(
     ----------
     reading : CollisionFrames
         The frames, read to the end.
-    velocity : float
-        Impact speed v0.
-    detection : DetectedContacts
-        The contacts.
     ending : Ending
-        How the dump ends.
+        What they show, and how they end.
     drifts : tuple of float or None
         Relative changes of the energy from the first frame to the first after the last contact, and
         to the last; None where the bond is not known.
@@ -114,14 +103,15 @@ def collect_caveats(
     if truncated:
         caveats.append(
             f"the last frame of the dump is cut short and was left out; the last whole one is "
-            f"that of step {ending.state.step}"
+            f"that of step {ending.seen.last.step}"
         )
     if layout.particle_order is not None and not layout.targets:
         caveats.append(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"
         )
-    resolution = float(np.max(reading.last.resolution("vx", reading.digits))) / velocity
+    half = float(np.max(reading.last.resolution("vx", reading.digits)))
+    resolution = half / ending.seen.velocity
     caveats += _precision_caveats(layout, reading.first, reading.digits, resolution)
     if reading.start.kind == "late":
         caveats.append(
@@ -129,7 +119,7 @@ def collect_caveats(
             "times are counted from the first one that is"
         )
     caveats += _ending_caveats(ending)
-    caveats += _contact_caveats(detection, ending.bond)
+    caveats += _contact_caveats(ending.seen.detection, ending.bond)
     if ending.bond is None:
         caveats.append(
             "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
@@ -241,9 +231,9 @@ def _drift_caveats(before: float, after: float) -> list[str]:
 
 
 def _ending_caveats(ending: Ending) -> list[str]:
-    since = f"the dump ends {ending.since_contact:.3g} after the last contact"
+    since = f"the dump ends {ending.seen.since_contact:.3g} after the last contact"
     if not ending.parting:
-        other = "target" if len(ending.masses) > 1 else "wall"
+        other = "target" if len(ending.seen.masses) > 1 else "wall"
         return [
             f"the chain still moves towards the {other} in the last frame: the collision is not "
             "over and restitution is not the final one"
@@ -255,8 +245,8 @@ def _ending_caveats(ending: Ending) -> list[str]:
             "energy alone does not rule out a contact after the last frame; it would take an "
             "unlikely gathering of energy in one bond"
         ]
-    if ending.since_contact <= ending.sound_returns:
-        longer = "the longer body" if len(ending.masses) > 1 else "the chain"
+    if ending.seen.since_contact <= ending.sound_returns:
+        longer = "the longer body" if len(ending.seen.masses) > 1 else "the chain"
         return [
             f"{since}; sound needs {ending.sound_returns:.3g} to cross {longer} and come back, so "
             "a later contact cannot be ruled out"

@@ -88,9 +88,7 @@ def analyze_frames(
     moving = reading.start.kind in ("moving", "turned")
     bound = _largest_restitution(energies[0], seen, moving)
     contradictions = find_contradictions(e**2, error, detection, bound)
-    caveats = collect_caveats(
-        reading, velocity, detection, ending, drifts=drifts, truncated=is_truncated()
-    )
+    caveats = collect_caveats(reading, ending, drifts=drifts, truncated=is_truncated())
     chain, *target = _each_body(seen, energies, known.stiffness, origin)
     for body in (chain, *target):
         caveats += mode_caveats(body["mode_frequencies"])
@@ -170,7 +168,7 @@ def _ending(seen: Followed, known: Known) -> Ending:
         argument = known.end_argument(
             state.gap, strains, root * state.velocities, since, known.bond
         )
-    return Ending(state, seen.masses, known.bond, seen.since_contact, argument)
+    return Ending(seen, known.bond, argument)
 
 
 def _energies(
