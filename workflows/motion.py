@@ -76,24 +76,21 @@ class Motion:
         scene, masses = replay.scene, replay.masses
         room = _HISTORY_BYTES // (16 * scene.all_particles)
         states = self.trajectory(max(2, min(_HISTORY_FRAMES, room)))
-        n = scene.particles
-        chain, target = Record(masses[:n], scene.bond), None
+        n, target = scene.particles, None
+        records = [Record(m, scene.bond) for m in (masses[:n], masses[n:]) if m.size]
         for state in states:
-            chain.feed(state)
+            for record, body in zip(records, state.bodies, strict=True):
+                record.feed(body)
         if scene.target_particles:
-            # From the contact outward a target goes towards -x: seen in a mirror, it is a chain.
-            mirrored = Record(masses[n:], scene.bond)
-            for state in states:
-                u, v = -state.target_displacements, -state.target_velocities
-                mirrored.feed(ChainState(state.step, state.time, u, v))
-            seen = mirrored.history(0.0)
+            # A target is seen in a mirror, in which it is a chain.
+            seen = records[1].history(0.0)
             target = replace(
                 seen,
                 displacements=-seen.displacements,
                 velocities=-seen.velocities,
                 momentum=-seen.momentum,
             )
-        return chain.history(0.0), target
+        return records[0].history(0.0), target
 
     @cached_property
     def sensitivity(self) -> "Sensitivity":
@@ -209,7 +206,7 @@ class Motion:
             With times, masses, ids from the wall outwards (of a free target after the chain's, from
             the contact outward), bonds between neighbours, no box. MDAnalysis keeps positions and
             velocities as float32; float64 ones are in ``ts.data`` as ``v_displacement`` (u_i, see
-            :class:`~chaincor.analysis.dumps.chain_frames.ChainState`) and ``vx``.
+            :class:`~chaincor.analysis.dumps.chain_state.ChainState`) and ``vx``.
 
         Raises
         ------

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from chaincor.lammps_inputs.bonds.potentials import LennardJones, Power, Toda
+from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES, LennardJones, Power, Toda
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.errors import InputError, PotentialError, SceneError
 from chaincor.lammps_inputs.numerics import Numerics
@@ -22,7 +22,7 @@ from tests.elsewhere import old_processor
 BAD = [
     # fields, what the line must say
     ({"colour": 3}, "unknown key 'colour'; expected one of potential, toda_b"),
-    ({"potential": "mie"}, "expected one of harmonic, lj, toda, morse, log, power, table, formula"),
+    ({"potential": "mie"}, f"expected one of {', '.join(POTENTIAL_NAMES)}"),
     ({"potential": 3}, "expected one of harmonic"),
     ({"particles": 0}, "particles is 0: .*greater than or equal to 1"),
     ({"particles": -5}, "particles is -5"),

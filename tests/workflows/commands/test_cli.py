@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 import pytest
 
+from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
 from chaincor.workflows import cli
 from tests.waiting import HANGS
 from tests.workflows.commands.test_run import chaincor
@@ -35,7 +36,7 @@ def test_help_of_run_documents_every_option(capsys):
         assert option in own.partition("Options:")[2]
         assert f"\n  {option}" not in scene
     for option in (
-        "--potential [harmonic|lj|toda|morse|log|power|table|formula]",
+        f"--potential [{'|'.join(POTENTIAL_NAMES)}]",
         "--toda-b",
         "--power-order",
         "--power-c",

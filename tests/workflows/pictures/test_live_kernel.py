@@ -36,19 +36,16 @@ def run(expression, **given):
     return json.loads(done.stdout)
 
 
-BONDS = {
-    "harmonic": {},
-    "lj": {},
+BONDS = {name: {} for name in NAMED_POTENTIALS} | {
     "toda": {"toda_b": 7.0},
     "morse": {"morse_a": 3.0},
-    "log": {},
     "power": {"power_order": 5, "power_c": -2.0},
 }
 STRAINS = [-0.3, -0.1, -0.0999, -1e-2, -1e-5, -1e-12, 0.0, 1e-12, 1e-5, 1e-2, 0.0999, 0.1, 0.2]
 
 
 def test_every_named_potential_is_there():
-    assert set(run("Object.keys(BONDS)")) == set(NAMED_POTENTIALS) == set(BONDS)
+    assert set(run("Object.keys(BONDS)")) == set(NAMED_POTENTIALS)
 
 
 @pytest.mark.parametrize("name", BONDS)
