@@ -1,6 +1,7 @@
 """The JSON objects that commands print: what all of them have besides their own keys."""
 
 import json
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -29,3 +30,19 @@ def stamped(plain: Mapping[str, Any], scene: "Scene | None" = None) -> dict[str,
 def json_text(plain: Mapping[str, Any], scene: "Scene | None" = None) -> str:
     """Return the one line that a command prints; raises ValueError for nan and inf."""
     return json.dumps(stamped(plain, scene), allow_nan=False)
+
+
+_AS_THEY_ARE = {str, int, bool, type(None)}
+
+
+def finite(value: Any) -> Any:
+    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
+    if type(value) in _AS_THEY_ARE:
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(inner) for inner in value]
+    return value

@@ -1,6 +1,5 @@
 """The frozen result of one collision: what is printed, stored and plotted."""
 
-import math
 from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.atomic_write import write_arrays, written_aside
 from chaincor.workflows.bodies import BODY_FIELDS, TARGET_ARRAYS, Bodies
 from chaincor.workflows.error_bar import ErrorBar
+from chaincor.workflows.json_output import finite
 from chaincor.workflows.motion import Motion
 from chaincor.workflows.showing.plots import Plots
 from chaincor.workflows.showing.table import html_table
@@ -223,19 +223,3 @@ def _names_told() -> tuple[list[str], list[str]]:
     rare = (*BODY_FIELDS, *BOND_FIELDS)
     usual = [f.name for f in fields(Collision) if f.name not in (*_NOT_PLAIN, *rare)]
     return usual, [name for name in rare if name not in TARGET_ARRAYS]
-
-
-_AS_THEY_ARE = {str, int, bool, type(None)}
-
-
-def finite(value: Any) -> Any:
-    """Return a plain value as JSON knows it: with None for numbers that are not finite."""
-    if type(value) in _AS_THEY_ARE:
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(inner) for inner in value]
-    return value

@@ -13,7 +13,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.workflows.campaign.ensemble_text import rows_of
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.result import Collision, finite
+from chaincor.workflows.json_output import finite
+from chaincor.workflows.result import Collision
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from chaincor.workflows.json_output import json_text
+from chaincor.workflows.json_output import finite, json_text
 
 _COLUMNS = (
     "potential",
@@ -56,8 +56,6 @@ def show(
         rows = query_rows(store, names, where=where, order=order, limit=limit or None)
         found = count_rows(store, where)
     if as_json:
-        from chaincor.workflows.result import finite
-
         objects = [dict(zip(names, row, strict=True)) for row in rows]
         click.echo(json_text({"count": found, "rows": finite(objects)}))
         return

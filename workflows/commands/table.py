@@ -1,13 +1,12 @@
 """``chaincor table``: whether a LAMMPS table is good, and what its rows and digits leave open."""
 
-import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from chaincor.workflows.json_output import json_text
+from chaincor.workflows.json_output import finite, json_text
 
 if TYPE_CHECKING:
     from chaincor.workflows.tables.check import TableReport
@@ -73,7 +72,7 @@ def table(
     given = {name: value for name, value in options.items() if value is not None}
     report = check_table(file, keyword, **given)
     if as_json:
-        click.echo(json_text(table_to_dict(report)))
+        click.echo(json_text(finite(asdict(report))))
     else:
         click.echo(describe_table(report))
     if write is not None:
@@ -83,15 +82,6 @@ def table(
         click.echo(f"written: {write}", err=as_json)
     if not report.is_good:
         ctx.exit(1)
-
-
-def table_to_dict(report: "TableReport") -> dict[str, Any]:
-    """Return a report as plain values, with None for what is not known."""
-    plain = asdict(report)
-    return {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in plain.items()
-    }
 
 
 def describe_table(report: "TableReport") -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.json_output import stamped
+from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
@@ -21,7 +21,6 @@ from chaincor.workflows.reproduce.measurements import Measurements
 from chaincor.workflows.reproduce.questions import beyond, readings
 from chaincor.workflows.reproduce.slips import read_slips
 from chaincor.workflows.reproduce.trust import examine_points
-from chaincor.workflows.result import finite
 
 # Folder of the figures and their data.
 DRAWINGS = "figures"

@@ -15,7 +15,8 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import MissingLibraryError, RunError, WorkerDiedError
-from chaincor.workflows.result import Collision, finite
+from chaincor.workflows.json_output import finite
+from chaincor.workflows.result import Collision
 from chaincor.workflows.store.schema import (
     FAILURE_COLUMNS,
     FLAG_COLUMNS,

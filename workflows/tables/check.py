@@ -1,7 +1,6 @@
 """What is wrong with a table of a bond, angle or pair, and what its rows and digits leave open."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.table_checks import Section, least_digits, sections_of
-from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows, spline_through
+from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
 from chaincor.lammps_inputs.errors import InputError, TableError
 from chaincor.lammps_inputs.small_file import refuse_endless, why_unreadable
 from chaincor.workflows.tables.faults import (
@@ -18,9 +17,11 @@ from chaincor.workflows.tables.faults import (
     Kind,
     count_inconsistent,
     ends_by_zero,
+    fault_of_numbers,
     faults_of_header,
     faults_of_rows,
 )
+from chaincor.workflows.tables.left_open import left_open
 
 Array = NDArray[np.float64]
 Style = Literal["linear", "spline", "lookup"]
@@ -30,13 +31,6 @@ STYLES: tuple[Style, ...] = ("spline", "linear", "lookup")
 # Of the largest force: what energies and forces may disagree by, and what rows are counted for
 # where nobody says.
 TOLERANCE = 1e-3
-# Rows so many times further apart than those on either side have a gap between them, whose error
-# is seen within so many rows.
-_GAP, _AROUND = 1.9, 10
-# Noise is no larger anywhere than so many times its median.
-_EVEN = 10.0
-# Interpolated between rows, curvature is looked at so many times finer.
-_FINER = 8
 MOST_LINES = 10_000_000
 
 
@@ -225,48 +219,28 @@ def _report(
             data=np.roll(section.data, first, axis=0),
             digits=np.roll(section.digits, first, axis=0),
         )
-    data = section.data
-    faults, notes = faults_of_header(section, kind), []
-    wrong = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
-    usable = len(data) >= LEAST_ROWS and not len(wrong)
-    if len(wrong):
-        said = " ".join(f"{number:g}" for number in data[wrong[0]])
-        faults.append(f"row {wrong[0] + 1} says '{said}'; expected finite numbers")
-    elif not usable:
-        faults.append(f"it has {len(data)} rows; expected {LEAST_ROWS} at least")
-    elif np.any(np.diff(data[:, 0]) <= 0.0):
-        row = int(np.flatnonzero(np.diff(data[:, 0]) <= 0.0)[0]) + 2
-        faults.append(
-            f"{kind} table values are not increasing: row {row} is at {data[row - 1, 0]:.9g} "
-            f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
-        )
-        usable = False
-    largest = float(np.max(np.abs(data[:, 2]))) if usable else 1.0
-    nothing = usable and largest == 0.0 == np.ptp(data[:, 1])
-    if largest == 0.0 and not nothing:
-        faults.append("all forces are 0; expected -dE/dr in the fourth column")
+    data, faults = section.data, faults_of_header(section, kind)
     head = (str(path), section.keyword, kind, style, len(data), tolerance)
-    if nothing:
-        notes.append("all forces are 0, and all energies the same: no interaction")
-        return TableReport(
-            *head,
-            faults=tuple(faults),
-            notes=tuple(notes),
-            low=float(data[0, 0]),
-            high=float(data[-1, 0]),
-            largest_force=0.0,
-            error=0.0,
-            noise=0.0,
-            style_error=0.0,
-        )
-    if not usable or largest == 0.0:
-        return TableReport(*head, tuple(faults))
-    digits = least_digits(data, section.digits)
+    unusable = fault_of_numbers(data, kind)
+    if unusable is not None:
+        return TableReport(*head, (*faults, unusable))
     lengths, energies, forces = data.T
+    largest = float(np.max(np.abs(forces)))
+    whole = TableReport(
+        *head,
+        faults=tuple(faults),
+        low=float(lengths[0]),
+        high=float(lengths[-1]),
+        largest_force=largest,
+    )
+    if largest == 0.0:
+        said = "all forces are 0, and all energies the same: no interaction"
+        return replace(whole, notes=(said,), error=0.0, noise=0.0, style_error=0.0)
+    digits = least_digits(data, section.digits)
     spline = spline_through(lengths, forces)
-    slopes = np.abs(spline(lengths, 1))
-    rows = Rows(lengths, forces, digits[:, 2] + slopes * digits[:, 0])
+    rows = Rows(lengths, forces, digits[:, 2] + np.abs(spline(lengths, 1)) * digits[:, 0])
     faults += faults_of_rows(section, digits, rows, str(path), kind, TOLERANCE * largest)
+    notes = []
     warned = count_inconsistent(lengths, energies, forces)
     if warned:
         notes.append(
@@ -275,95 +249,20 @@ def _report(
         )
     if kind == "pair" and ends_by_zero(data):
         notes.append(f"its last row is 0: there the energy jumps by {-energies[-2]:.3g}")
-    noise = float(np.max(rows.noise())) / largest
-    left = rows.largest_error(float(lengths[0]), float(lengths[-1])) / largest
-    limit = TOLERANCE if tolerance is None else tolerance
-    by_style, wanted = _of_style(lengths, spline, style, largest, limit)
-    error = left + by_style
-    if error > limit:
-        said = _too_large(rows, largest, left, by_style, style, limit, wanted)
-        if tolerance is None:
-            notes.append(said)
-        else:
-            faults.append(f"{said}; expected {tolerance:.2g} at most")
+    left = left_open(rows, spline, style, TOLERANCE if tolerance is None else tolerance)
+    if tolerance is None and left.error > TOLERANCE:
+        notes.append(left.cause)
+    elif tolerance is not None and left.error > tolerance:
+        faults.append(f"{left.cause}; expected {tolerance:.2g} at most")
     zeros = spline.roots(extrapolate=False)
     zeros = zeros[np.isfinite(zeros)]
-    if left < limit:
-        wanted["spline"] = max(
-            LEAST_ROWS, math.ceil(len(data) * (left / limit) ** 0.25)
-        )  # what splines err by falls with the fourth power
-    return TableReport(
-        *head,
+    return replace(
+        whole,
         faults=tuple(faults),
         notes=tuple(notes),
-        low=float(lengths[0]),
-        high=float(lengths[-1]),
         zeros=tuple(float(zero) for zero in zeros[:10]),
-        largest_force=largest,
-        error=error,
-        noise=noise,
-        style_error=by_style,
-        rows_wanted=wanted,
-    )
-
-
-def _of_style(
-    lengths: Array, spline: Callable[..., Array], style: Style, largest: float, tolerance: float
-) -> tuple[float, dict[str, int]]:
-    """Return the error of interpolation in as many rows, and the rows that reach the tolerance."""
-    fine = np.interp(
-        np.linspace(0.0, len(lengths) - 1.0, _FINER * len(lengths)),
-        np.arange(len(lengths)),
-        lengths,
-    )
-    span = float(lengths[-1] - lengths[0])
-    curved = float(np.max(np.abs(spline(fine, 2)))) * span**2 / 8.0 / largest
-    steep = float(np.max(np.abs(spline(fine, 1)))) * span / 2.0 / largest
-    wanted = {
-        "linear": math.ceil(math.sqrt(curved / tolerance)) + 1,
-        "lookup": math.ceil(steep / tolerance) + 1,
-    }
-    intervals = len(lengths) - 1
-    errors = {"linear": curved / intervals**2, "lookup": steep / intervals, "spline": 0.0}
-    return errors[style], wanted
-
-
-def _too_large(
-    rows: Rows,
-    largest: float,
-    left: float,
-    by_style: float,
-    style: Style,
-    tolerance: float,
-    wanted: dict[str, int],
-) -> str:
-    """Say where an error beyond the tolerance comes from."""
-    noises = rows.noise()
-    # At a kink alone it is none.
-    noise = 3.0 * float(min(np.max(noises), _EVEN * np.median(noises))) / largest
-    digits = float(np.max(rows.digits)) / largest
-    unit = "of the largest force"
-    if by_style > tolerance >= left:
-        return (
-            f"{style} interpolation in {len(rows.strains)} rows errs by {by_style:.2g} {unit}: "
-            f"take style spline, or {wanted[style]} rows"
-        )
-    steps = np.diff(rows.strains)
-    wider = steps / np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
-    gap, worst = int(np.argmax(wider)), int(np.argmax(rows.errors()))
-    if wider[gap] > _GAP and abs(gap - worst) <= _AROUND:
-        return (
-            f"between rows {gap + 1} and {gap + 2}, at {rows.strains[gap]:.9g} and "
-            f"{rows.strains[gap + 1]:.9g}, rows are missing, which leaves an error of {left:.2g} "
-            f"{unit}: give rows there"
-        )
-    if max(noise, digits) > 0.5 * left:
-        cause = "its forces are noisy" if noise > digits else "its numbers have few digits"
-        return (
-            f"{cause}, which leaves an error of {left:.2g} {unit} near "
-            f"{rows.strains[worst]:.9g}: write all digits, or smooth"
-        )
-    return (
-        f"its {len(rows.strains)} rows leave an error of {left:.2g} {unit}: give more rows near "
-        f"{rows.strains[worst]:.9g}, or a force without kinks"
+        error=left.error,
+        noise=left.noise,
+        style_error=left.by_style,
+        rows_wanted=left.rows_wanted,
     )

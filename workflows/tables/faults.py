@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.table_checks import Section, check_energies, check_slopes
-from chaincor.lammps_inputs.bonds.table_rows import Rows
+from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
 from chaincor.lammps_inputs.errors import TableError
 
 Array = NDArray[np.float64]
@@ -48,6 +48,26 @@ def faults_of_header(section: Section, kind: Kind) -> list[str]:
             f"{lengths[-1]:g}; expected the natural value inside"
         )
     return faults
+
+
+def fault_of_numbers(data: Array, kind: Kind) -> str | None:
+    """Say why rows are no table at all; None where they are one."""
+    wrong = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
+    if len(wrong):
+        said = " ".join(f"{number:g}" for number in data[wrong[0]])
+        return f"row {wrong[0] + 1} says '{said}'; expected finite numbers"
+    if len(data) < LEAST_ROWS:
+        return f"it has {len(data)} rows; expected {LEAST_ROWS} at least"
+    falling = np.flatnonzero(np.diff(data[:, 0]) <= 0.0)
+    if len(falling):
+        row = int(falling[0]) + 2
+        return (
+            f"{kind} table values are not increasing: row {row} is at {data[row - 1, 0]:.9g} "
+            f"behind {data[row - 2, 0]:.9g}; LAMMPS refuses that or reads past its table"
+        )
+    if np.all(data[:, 2] == 0.0) and np.ptp(data[:, 1]) > 0.0:
+        return "all forces are 0; expected -dE/dr in the fourth column"
+    return None
 
 
 def _of_spacing(header: dict[str, list[float]], lengths: Array, digits: Array) -> list[str]:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import folder_aside
-from chaincor.workflows.json_output import stamped
-from chaincor.workflows.result import finite
+from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.tradeoff.budget import CAUSES, ErrorBudget
 from chaincor.workflows.tradeoff.front import (
     CheapestRow,
