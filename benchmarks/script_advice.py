@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.scripts.rewriting import Change
-from chaincor.workflows.scripts.script_run import Asked, list_files, run_script
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.script_run import Asked, Runner, list_files
 from chaincor.workflows.scripts.study import timestep_study
 
 SCRIPTS = Path(__file__).parents[1] / "docs" / "examples" / "scripts"
@@ -52,22 +52,14 @@ def row(name: str) -> str:
         return f"{head} none on the ladder | - | - | - |"
     random = np.random.default_rng(99)
     with tempfile.TemporaryDirectory() as scratch:
-        files = list_files(SCRIPTS)
+        asked, command = Asked(pattern, ()), find_lmp_command() or "lmp"
+        runner = Runner(script, list_files(SCRIPTS), asked, command, Path(scratch), 3600.0)
 
         def run(step: float) -> float:
             variables = {"timestep": f"{step:.9g}"}
             if seeds:
                 variables["seed"] = str(random.integers(10**7, 10**8))
-            done = run_script(
-                script,
-                files,
-                Asked(pattern, ()),
-                Change(variables=variables),
-                name="run",
-                lmp=find_lmp_command() or "lmp",
-                scratch=Path(scratch),
-                timeout=3600.0,
-            )
+            done = runner.run("run", Change(variables=variables))
             assert done.numbers, done.failure
             return done.numbers[pattern].value
 

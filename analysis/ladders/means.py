@@ -9,10 +9,11 @@ Array = NDArray[np.float64]
 
 # Powers of the step that a bias may fall with; where several agree with the means, all count.
 ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)
+# So many rungs tell a steepest slope; a power has to fit more than these.
 LEAST_RUNGS = 3
 # A power is given up where noise alone would miss it as far in 1 of 20 ladders.
 _CHANCE = 0.05
-# Where no power fits, the finest rung is as far from the limit as from its neighbour, twice.
+# Where no power fits, the bias falls to step 0 as steeply as between the finest rungs, times this.
 _NO_LAW = 2.0
 # A choice among windows makes bars too short, and among verdicts, where a rung has few runs: by
 # 1 + this over them, as `benchmarks.bars.ladders` counts with 4 and 8.
@@ -44,8 +45,9 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     For each p of a few orders, :math:`y = A + B h^p` is fitted to the finest rungs by least
     squares, weighted by the scatter. All p that the misfit does not exclude count: the limit lies
     in the union of their intervals, and the bias of a rung is at most the largest :math:`|B| h^p`
-    with its own error. The widest window of rungs that some p fits is taken. Where none fits even
-    three rungs, the distance of the two finest rungs, twice, stands for what is left.
+    with its own error. The widest window of rungs that some p fits is taken; of three rungs, of
+    which one power or another always nearly fits, nothing is believed. Where none fits, the
+    steepest slope between the three finest rungs, twice, down to step 0, stands for what is left.
 
     Parameters
     ----------
@@ -77,7 +79,7 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     means, errors = values.mean(axis=1), scatter / np.sqrt(columns)
     gaussian = float(t.ppf(0.975, rungs * (columns - 1)))
     sure = (1.0 + _FEW_RUNS / columns) * gaussian
-    for window in range(rungs, LEAST_RUNGS - 1, -1):
+    for window in range(rungs, LEAST_RUNGS, -1):
         x, y, e = h[-window:], means[-window:], errors[-window:]
         fits = [(p, *_fit(x**p, y, e)) for p in ORDERS]
         limit = float(chi2.ppf(1.0 - _CHANCE, window - 2)) * (_WIDER * gaussian / 1.96) ** 2
@@ -85,7 +87,9 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
         if kept:
             break
     else:
-        error = _NO_LAW * abs(means[-1] - means[-2]) + sure * float(np.hypot(*errors[-2:]))
+        slopes = np.diff(means[-LEAST_RUNGS:]) / np.diff(h[-LEAST_RUNGS:])
+        steepest = float(np.max(np.abs(slopes))) * h[-1]
+        error = _NO_LAW * steepest + sure * float(np.hypot(*errors[-2:]))
         bias = np.abs(means - means[-1]) + error
         return Means(float(means[-1]), float(error), bias)
     low = min(a[0] - sure * a[1] for _, a, _, _ in kept)
@@ -102,9 +106,13 @@ def _fit(
     x: Array, y: Array, errors: Array
 ) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Return A and B of y = A + B x with their standard errors, and the weighted misfit."""
-    design = np.stack([np.ones(len(x)), x], axis=1) / errors[:, None]
-    covariance = np.linalg.inv(design.T @ design)
-    a, b = covariance @ design.T @ (y / errors)
-    misfit = float(np.sum(((y - a - b * x) / errors) ** 2))
-    spread = np.sqrt(np.diag(covariance))
-    return (float(a), float(spread[0])), (float(b), float(spread[1])), misfit
+    # About the weighted mean, so that nothing is lost where rungs scatter by powers of ten less.
+    weights = errors.min() ** 2 / errors**2
+    total = weights.sum()
+    middle, mean = weights @ x / total, weights @ y / total
+    spread = weights @ (x - middle) ** 2
+    b = weights @ ((x - middle) * (y - mean)) / spread
+    a = mean - b * middle
+    misfit = weights @ (y - a - b * x) ** 2 / errors.min() ** 2
+    of_a, of_b = errors.min() * np.sqrt([1.0 / total + middle**2 / spread, 1.0 / spread])
+    return (float(a), float(of_a)), (float(b), float(of_b)), float(misfit)

@@ -7,8 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.means import judge_means
-from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order
+from chaincor.analysis.ladders.order_fit import OrderFit
+from chaincor.analysis.ladders.scatter import (
+    bias_is_seen,
+    decay_of_scatter,
+    scatter_about_law,
+    smooth_scatter,
+    spread_of_rungs,
+)
 
+Array = NDArray[np.float64]
 Kind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
@@ -22,8 +30,6 @@ ROUGH = 0.5
 LEAST_DECAY = 0.5
 # Values of one rung are this many standard deviations from their mean at most, in the promise.
 SCATTER_RESERVE = 3.0
-# Bias seen by chance alone in 1 of 100 ladders.
-_CHANCE = 0.01
 _ROUNDING = 4e-15
 
 
@@ -61,14 +67,14 @@ class LadderVerdict:
     order_error: float | None
     value: float | None
     value_error: float | None
-    bias: NDArray[np.float64]
-    scatter: NDArray[np.float64]
+    bias: Array
+    scatter: Array
     fit: OrderFit | None = None
 
 
 def judge_ladder(
-    steps: NDArray[np.float64],
-    values: NDArray[np.float64],
+    steps: Array,
+    values: Array,
     *,
     resolution: float = 0.0,
     seeded: bool = False,
@@ -101,7 +107,7 @@ def judge_ladder(
         )
     h = steps / steps.max()
     floor = resolution / np.sqrt(12.0) + _ROUNDING * float(np.max(np.abs(values)))
-    scatter = np.hypot(values.std(axis=1, ddof=1), floor)
+    scatter = np.hypot(spread_of_rungs(h, values, resolution), floor)
     if np.ptp(values) <= resolution:
         return LadderVerdict(
             "cannot tell",
@@ -111,14 +117,14 @@ def judge_ladder(
             np.full(rungs, np.inf),
             scatter,
         )
-    rough, fit = _roughness(h, values, floor, seeded)
-    decay, decay_error = _decay(h.mean(axis=1), rough, columns, floor)
+    rough, fit = scatter_about_law(h, values, floor, seeded)
+    decay, decay_error = decay_of_scatter(h.mean(axis=1), rough, columns, floor)
     change = np.abs(np.diff(fit.bias(h.mean(axis=1))))
     is_rough = bool(np.median(rough[:-1] - ROUGH * change) > 2.0 * floor)
     known = fit.order_error < KNOWN_ORDER
     if is_rough and decay - decay_error > LEAST_DECAY:
         return _irregular(h, values, scatter, decay, decay_error)
-    biased = _bias_is_seen(h, values)
+    biased = bias_is_seen(h, values)
     if known and biased:
         error = fit.limit_error
         bias = np.abs(values.mean(axis=1) - fit.limit) + error
@@ -133,93 +139,10 @@ def judge_ladder(
     return _bounded(_why_not(is_rough, biased, decay, decay_error, fit), h, values, scatter)
 
 
-def _roughness(
-    h: NDArray[np.float64], values: NDArray[np.float64], floor: float, seeded: bool
-) -> tuple[NDArray[np.float64], OrderFit]:
-    """Return the scatter about a smooth law, by rung, and that law; each needs the other."""
-    rough = np.hypot(values.std(axis=1, ddof=1), floor)
-    fit = fit_order(h, values, rough)
-    for _ in range(3):
-        rest = (values - fit.slope * h**fit.order).std(axis=1, ddof=1)
-        rough = _seeds_apart(h, values, fit.order, rest) if seeded else rest
-        rough = np.hypot(rough, floor)
-        # Single rungs tell their scatter badly: a straight line through the logarithms helps.
-        x, y = np.log(h.mean(axis=1)), np.log(rough)
-        smooth = np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
-        fit = fit_order(h, values, smooth)
-    return rough, fit
-
-
-def _seeds_apart(
-    h: NDArray[np.float64], values: NDArray[np.float64], p: float, rough: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """
-    Return the scatter about A + B h^p with A and B of each seed's own, where seeds have their own.
-
-    Whether they have is decided by an F test; `rough` is the scatter about a common law.
-    """
-    from scipy.stats import f
-
-    rungs, columns = values.shape
-    # As if all rungs scattered alike: what is compared is the same sum of squares.
-    squares = np.zeros(rungs)
-    for k in range(columns):
-        design = np.stack([np.ones(rungs), h[:, k] ** p], axis=1)
-        q, _ = np.linalg.qr(design)
-        rest = values[:, k] - q @ (q.T @ values[:, k])
-        squares += rest**2 / np.maximum(1.0 - np.sum(q**2, axis=1), 0.1)
-    apart = np.sqrt(squares / columns)
-    common, own = float(np.sum(rough**2)), float(np.sum(apart**2))
-    # Degrees of freedom: of a common law one mean a rung, of seeds' own laws two numbers a seed.
-    freedom = rungs * (columns - 1), (rungs - 2) * columns
-    return apart if common / max(own, 1e-300) > f.ppf(1.0 - _CHANCE, *freedom) else rough
-
-
-def _decay(
-    h: NDArray[np.float64], rough: NDArray[np.float64], columns: int, floor: float
-) -> tuple[float, float]:
-    """Return the power of the step by which scatter shrinks, and its 95 % error."""
-    from scipy.special import polygamma
-
-    seen = rough > 2.0 * floor
-    if seen.sum() < LEAST_RUNGS:
-        return 0.0, np.inf
-    x, y = np.log(h[seen]), np.log(rough[seen])
-    slope, level = np.polyfit(x, y, 1)
-    rest = y - slope * x - level
-    # Variance of the logarithm of a standard deviation from M Gaussian values; where the rungs
-    # themselves scatter by more, that counts.
-    expected = float(polygamma(1, 0.5 * (columns - 1))) / 4.0
-    variance = max(expected, float(rest @ rest) / (len(x) - 2))
-    return float(slope), SURE * float(np.sqrt(variance / np.sum((x - x.mean()) ** 2)))
-
-
-def _bias_is_seen(h: NDArray[np.float64], values: NDArray[np.float64]) -> bool:
-    """
-    Test whether the mean changes along the ladder, by more than chance.
-
-    The contrast has the shape of h^1.5, between orders 1 and 2; columns are compared with
-    themselves, so that seeds of different levels do not hide it.
-    """
-    from scipy.stats import t
-
-    rungs, columns = values.shape
-    shape = h.mean(axis=1) ** 1.5
-    shape = shape - shape.mean()
-    rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
-    freedom = (rungs - 1) * (columns - 1)
-    variance = float(np.sum(rest**2)) / freedom
-    if variance == 0.0:
-        return True
-    contrast = float(shape @ values.mean(axis=1))
-    error = np.sqrt(variance * float(shape @ shape) / columns)
-    return bool(abs(contrast) / error > t.ppf(1.0 - 0.5 * _CHANCE, freedom))
-
-
 def _irregular(
-    h: NDArray[np.float64],
-    values: NDArray[np.float64],
-    scatter: NDArray[np.float64],
+    h: Array,
+    values: Array,
+    scatter: Array,
     decay: float,
     decay_error: float,
 ) -> LadderVerdict:
@@ -233,9 +156,7 @@ def _irregular(
     return LadderVerdict("irregular", reason, decay, decay_error, value, error, bias, scatter)
 
 
-def _noise(
-    h: NDArray[np.float64], values: NDArray[np.float64], scatter: NDArray[np.float64], seeded: bool
-) -> LadderVerdict:
+def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdict:
     """The mean of all runs, and the largest bias of order 1 or more that noise may hide."""
     from scipy.stats import t
 
@@ -259,14 +180,12 @@ def _noise(
 
 def _bounded(
     reason: str,
-    h: NDArray[np.float64],
-    values: NDArray[np.float64],
-    scatter: NDArray[np.float64],
+    h: Array,
+    values: Array,
+    scatter: Array,
 ) -> LadderVerdict:
     """What means say where there is no order, with a scatter that all rungs tell together."""
-    x, y = np.log(h.mean(axis=1)), np.log(scatter)
-    smooth = np.exp(0.5 * (y + np.polyval(np.polyfit(x, y, 1), x)))
-    means = judge_means(h, values, smooth)
+    means = judge_means(h, values, smooth_scatter(h, scatter))
     reason += "; means bound the error"
     return LadderVerdict(
         "bounded", reason, None, None, means.value, means.value_error, means.bias, scatter

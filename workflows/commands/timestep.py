@@ -70,13 +70,10 @@ def timestep(script: Path, output: Path | None, as_json: bool, **options: Any) -
     Each run takes place in a copy of the script's folder, at the same physical time exactly;
     dumps are left out. With --vary the same for a variable, a cutoff, seeds, or processes.
     """
+    from chaincor.workflows.scripts.description import describe_script_study
     from chaincor.workflows.scripts.page import PAGE
-    from chaincor.workflows.scripts.report import (
-        describe_script_study,
-        script_study_to_dict,
-        write_script_study,
-    )
     from chaincor.workflows.scripts.study import timestep_study
+    from chaincor.workflows.scripts.study_files import script_study_to_dict, write_script_study
     from chaincor.workflows.study_progress import study_progress
 
     given = {name: value for name, value in options.items() if value is not None}

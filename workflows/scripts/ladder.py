@@ -8,7 +8,7 @@ from itertools import product
 from chaincor.analysis.ladders.verdict import LEAST_COLUMNS, LEAST_RUNGS
 from chaincor.lammps_inputs.errors import InputError
 
-MOST_RUNGS, MOST_PHASES, MOST_FIXED = 40, 100, 100
+MOST_RUNGS, MOST_PHASES, MOST_FIXED, _MOST_RANKS = 40, 100, 100, 64
 # A ladder of less says nothing of an order.
 _LEAST_SPAN = 2.0
 # Nearby values of one rung lie within this share of it on either side.
@@ -134,6 +134,17 @@ def read_fixed(texts: tuple[str, ...]) -> list[dict[str, str]]:
             f"--fix makes {len(found)} ladders; expected {MOST_FIXED} at most: give fewer values"
         )
     return found
+
+
+def read_ranks(vary: str) -> tuple[int, ...]:
+    """Read ``ranks=1,2,4``; raises InputError for anything else."""
+    text = vary.partition("=")[2]
+    if not re.fullmatch(r"\d{1,2}(,\d{1,2})+", text, re.ASCII):
+        raise InputError(f"--vary is {vary!r}; expected two numbers of processes: ranks=1,2,4")
+    ranks = tuple(int(word) for word in text.split(","))
+    if not all(1 <= each <= _MOST_RANKS for each in ranks) or len(set(ranks)) < len(ranks):
+        raise InputError(f"--vary is {vary!r}; expected numbers from 1 to {_MOST_RANKS}, each once")
+    return ranks
 
 
 def check_name(name: str, option: str) -> None:

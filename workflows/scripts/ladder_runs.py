@@ -1,8 +1,7 @@
 """One ladder of a script: its runs made and judged, with an advice for each number."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +14,9 @@ from chaincor.workflows.scripts.advice import (
     own_tolerance,
     promised_errors,
 )
-from chaincor.workflows.scripts.ladder import Ladder
-from chaincor.workflows.scripts.rewriting import Change
-from chaincor.workflows.scripts.script_run import Asked, ScriptRun, ScriptRunError, run_script
-from chaincor.workflows.scripts.script_text import ScriptText
+from chaincor.workflows.scripts.script_run import Runner, ScriptRun, ScriptRunError
+from chaincor.workflows.scripts.varied import Varied
 
-SEED = "seed"
 # The coarse end should not be the dear one: then somebody gave the ends the other way round.
 _DEARER, _SURELY_SECONDS = 2.0, 0.5
 # Runs that end further apart than this share of their time do not answer the same question.
@@ -103,135 +99,116 @@ class ScriptLadder:
     repeatable: bool
 
     @property
+    def failures(self) -> list[tuple[float, str]]:
+        """The varied value and what went wrong of every run that failed."""
+        runs = zip(self.given, self.runs, strict=True)
+        return [(given, run.failure) for given, run in runs if run.failure]
+
+    @property
     def ends_apart(self) -> bool:
         """Whether runs ended at different physical times."""
         return self.ends is not None and self.ends[1] - self.ends[0] > _SAME_END * self.ends[1]
 
 
-@dataclass(frozen=True)
-class Runner:
-    """What all runs of a study share; `own_step` is the script's, where that is what varies."""
-
-    script: ScriptText
-    ladder: Ladder
-    files: list[Path]
-    asked: Asked
-    lmp: str
-    scratch: Path
-    timeout: float
-    seeds: tuple[int, ...]
-    columns: int
-    own_step: float | None
-    setting: bool
-    scale_periods: bool
-    own_seed: bool
-
-    def run(self, fixed: dict[str, str], rung: int, column: int, again: bool = False) -> ScriptRun:
-        """Run one phase or seed of a rung; `again` with the first seed's value and another seed."""
-        ladder = self.ladder
-        value = ladder.value(rung, column, self.columns)
-        change = Change(
-            quantities=self.asked.sampled,
-            variables=dict(fixed),
-            scale_periods=self.scale_periods,
-        )
-        if self.own_step is not None:
-            change = replace(change, finer=self.own_step / value)
-        elif self.setting:
-            change = replace(change, settings={ladder.name: ladder.text(value)})
-        else:
-            change = replace(change, variables={ladder.name: ladder.text(value), **fixed})
-        if self.seeds:
-            seed = self.seeds[1 if again else column]
-            if self.own_seed:
-                change = replace(change, variables={**change.variables, SEED: str(seed)})
-            else:
-                change = replace(change, seed=seed)
-        name = f"{ladder.name}={ladder.text(value)}_{column}{'_again' if again else ''}"
-        return run_script(
-            self.script.path,
-            self.files,
-            self.asked,
-            change,
-            name="_".join([name, *(f"{k}={v}" for k, v in fixed.items())]),
-            lmp=self.lmp,
-            scratch=self.scratch,
-            timeout=self.timeout,
-        )
-
-
 def measure_ladder(
-    runner: Runner, fixed: dict[str, str], tolerance: float | None, progress: Progress
+    runner: Runner,
+    varied: Varied,
+    fixed: dict[str, str],
+    tolerance: float | None,
+    progress: Progress,
 ) -> ScriptLadder:
     """Run one ladder, both ends first: they show what is wrong before time is spent."""
-    ladder, columns = runner.ladder, runner.columns
-    name = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
-    weights = np.array(
-        [1.0 / ladder.step(ladder.value(r, 0, columns)) for r in range(ladder.rungs)]
-    )
-    weights /= weights.sum() * columns
-    progress(name, 0.0)
-    fine = runner.run(fixed, ladder.rungs - 1, 0)
+    ladder, columns = varied.ladder, varied.columns
+    assert ladder is not None
+    title = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
+    steps = [ladder.step(varied.value(rung, 0)) for rung in range(ladder.rungs)]
+    weights = 1.0 / np.array(steps)
+    weights /= weights.sum()
+    done: dict[tuple[int, int], ScriptRun] = {}
+
+    def run(rung: int, column: int) -> ScriptRun:
+        if (rung, column) not in done:
+            done[rung, column] = _run(runner, varied, fixed, rung, column)
+        return done[rung, column]
+
+    progress(title, 0.0)
+    fine = run(ladder.rungs - 1, 0)
     if fine.failure:
-        raise failed(runner, fine, ladder.fine)
-    done = {(ladder.rungs - 1, 0): fine}
-    coarse = done[0, 0] = runner.run(fixed, 0, 0)
-    _check_ends(runner, coarse, fine)
+        raise _failed(runner, varied, fine, ladder.rungs - 1)
+    _check_ends(varied, run(0, 0), fine)
     good: list[int] = []
     for rung in range(ladder.rungs):
         for column in range(columns):
-            if (rung, column) not in done:
-                done[rung, column] = runner.run(fixed, rung, column)
-            if done[rung, column].failure:
+            if run(rung, column).failure:
                 break
-            progress(name, min(1.0, float(weights[:rung].sum() * columns + weights[rung] * column)))
+            progress(title, float(weights[:rung].sum() + weights[rung] * column / columns))
         else:
             good.append(rung)
     if len(good) < LEAST_RUNGS:
         place = next(key for key in reversed(done) if done[key].failure)
-        raise failed(runner, done[place], ladder.value(*place, columns))
-    repeatable = _repeat(runner, fixed, done[good[0], 0], good[0])
-    inputs = np.array([[ladder.value(r, c, columns) for c in range(columns)] for r in good])
-    seconds = np.array([np.median([done[r, c].seconds for c in range(columns)]) for r in good])
-    rows = [[done[r, c] for c in range(columns)] for r in good]
-    values = np.array([ladder.value(r, 0, columns) for r in good])
+        raise _failed(runner, varied, done[place], *place)
+    repeatable = _repeat(runner, varied, fixed, done[good[0], 0], good[0])
+    rows = [[done[rung, column] for column in range(columns)] for rung in good]
+    inputs = np.array([[varied.value(rung, column) for column in range(columns)] for rung in good])
+    seconds = np.array([np.median([run.seconds for run in row]) for row in rows])
     ends = [run.samples.end for row in rows for run in row if run.samples is not None]
     return ScriptLadder(
         fixed=fixed,
         runs=tuple(done.values()),
-        given=tuple(ladder.value(*place, columns) for place in done),
-        values=values,
+        given=tuple(varied.value(*place) for place in done),
+        values=inputs[:, 0],
         inputs=inputs,
         seconds=seconds,
         numbers=tuple(
-            _judge(runner, each, rows, values, inputs, seconds, tolerance)
-            for each in runner.asked.names
+            _judge(varied, name, rows, inputs, seconds, tolerance, name != runner.asked.pattern)
+            for name in runner.asked.names
         ),
         ends=(min(ends), max(ends)) if ends else None,
         repeatable=repeatable,
     )
 
 
-def _judge(
+def _run(
     runner: Runner,
+    varied: Varied,
+    fixed: dict[str, str],
+    rung: int,
+    column: int,
+    *,
+    again: bool = False,
+) -> ScriptRun:
+    assert varied.ladder is not None
+    text = varied.ladder.text(varied.value(rung, column))
+    name = f"{varied.ladder.name}={text}_{column}{'_again' if again else ''}"
+    return runner.run(
+        "_".join([name, *(f"{key}={value}" for key, value in fixed.items())]),
+        varied.change(fixed, rung, column, again=again),
+    )
+
+
+def _judge(
+    varied: Varied,
     name: str,
     rows: list[list[ScriptRun]],
-    values: NDArray[np.float64],
     inputs: NDArray[np.float64],
     seconds: NDArray[np.float64],
     tolerance: float | None,
+    sampled: bool,
 ) -> NumberLadder:
     """Say of one number what its error is like, and what to run."""
-    ladder = runner.ladder
+    ladder, seeded = varied.ladder, bool(varied.seeds)
+    assert ladder is not None
     results = np.array([[run.numbers[name].value for run in row] for row in rows])
     resolution = min(run.numbers[name].unit for row in rows for run in row)
     steps = np.array([[ladder.step(value) for value in row] for row in inputs])
-    verdict = judge_ladder(steps, results, resolution=resolution, seeded=bool(runner.seeds))
-    sampled = name != runner.asked.pattern
+    verdict = judge_ladder(steps, results, resolution=resolution, seeded=seeded)
     if tolerance is None and sampled:
         tolerance = own_tolerance(verdict)
-    errors = [run.errors[name] for run in rows[-1] if name in run.errors]
-    error = float(np.sqrt(np.mean(np.square(errors)))) if errors else np.nan
+    advice = None
+    if tolerance is not None:
+        repeats = seeded or sampled
+        advice = give_advice(ladder, inputs[:, 0], verdict, seconds, tolerance, repeats=repeats)
+    error = float(np.sqrt(np.mean([run.numbers[name].error ** 2 for run in rows[-1]])))
     return NumberLadder(
         name=name,
         results=results,
@@ -240,22 +217,18 @@ def _judge(
         verdict=verdict,
         promised=promised_errors(verdict),
         tolerance=tolerance,
-        advice=None
-        if tolerance is None
-        else give_advice(
-            ladder, values, verdict, seconds, tolerance, repeats=bool(runner.seeds) or sampled
-        ),
+        advice=advice,
     )
 
 
-def _check_ends(runner: Runner, coarse: ScriptRun, fine: ScriptRun) -> None:
+def _check_ends(varied: Varied, coarse: ScriptRun, fine: ScriptRun) -> None:
     """Raise InputError where the variable is not used, or the ends are the wrong way round."""
-    ladder, script = runner.ladder, runner.script
+    ladder, script = varied.ladder, varied.script
+    assert ladder is not None
     if coarse.failure or fine.failure:
         return
     same = all(coarse.numbers[k].value == fine.numbers[k].value for k in fine.numbers)
-    varies_variable = runner.own_step is None and not runner.setting
-    if same and varies_variable and not script.mentions(ladder.name):
+    if same and varied.kind == "variable" and not script.mentions(ladder.name):
         value = next(iter(fine.numbers.values())).value
         raise InputError(
             f"{script.path.name} gives {value!r} at both ends of the ladder and "
@@ -263,7 +236,7 @@ def _check_ends(runner: Runner, coarse: ScriptRun, fine: ScriptRun) -> None:
         )
     dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
     # Of a step it is known which end is fine.
-    if dearer and runner.own_step is None:
+    if dearer and varied.kind != "step":
         raise InputError(
             f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s and at "
             f"{ladder.fine:g} only {fine.seconds:.2g} s; expected the coarse end first: "
@@ -271,27 +244,29 @@ def _check_ends(runner: Runner, coarse: ScriptRun, fine: ScriptRun) -> None:
         )
 
 
-def _repeat(runner: Runner, fixed: dict[str, str], first: ScriptRun, rung: int) -> bool:
+def _repeat(
+    runner: Runner, varied: Varied, fixed: dict[str, str], first: ScriptRun, rung: int
+) -> bool:
     """Run one command again: with the same seed or, to see that it matters, with another."""
-    second = runner.run(fixed, rung, 0, again=True)
+    second = _run(runner, varied, fixed, rung, 0, again=True)
     if second.failure:
-        raise failed(runner, second, runner.ladder.value(rung, 0, runner.columns))
+        raise _failed(runner, varied, second, rung)
     same = all(first.numbers[k].value == second.numbers[k].value for k in first.numbers)
-    if runner.seeds and same:
+    if varied.seeds and same:
         raise InputError(
-            f"{runner.script.path.name} gives {next(iter(first.numbers.values())).value!r} with "
-            f"seed {runner.seeds[0]} and with {runner.seeds[1]}; expected a script whose random "
+            f"{runner.script.name} gives {next(iter(first.numbers.values())).value!r} with "
+            f"seed {varied.seeds[0]} and with {varied.seeds[1]}; expected a script whose random "
             "numbers obey the variable 'seed', or seeds that are whole numbers in it: leave "
             "--seeds out where it draws none"
         )
-    return same or bool(runner.seeds)
+    return same or bool(varied.seeds)
 
 
-def failed(runner: Runner, run: ScriptRun, value: float) -> ScriptRunError:
-    """Return the error of a run that failed, with where its files are."""
-    told = {runner.ladder.name: runner.ladder.text(value), **run.variables}
-    given = ", ".join(f"{name} = {text}" for name, text in told.items())
-    return ScriptRunError(
-        f"{runner.script.path.name} failed at {given}: {run.failure}; expected a run that ends and "
-        f"gives its number: files, screen and command are kept in {runner.scratch}"
-    )
+def _failed(
+    runner: Runner, varied: Varied, run: ScriptRun, rung: int, column: int = 0
+) -> ScriptRunError:
+    assert varied.ladder is not None
+    text = varied.ladder.text(varied.value(rung, column))
+    told = {varied.ladder.name: text, **run.variables}
+    where = "at " + ", ".join(f"{name} = {value}" for name, value in told.items())
+    return runner.error(where, str(run.failure))

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from chaincor.workflows.pages.page import drawn_figures, files_written, listed_file, write_page
+from chaincor.workflows.scripts.description import told
 from chaincor.workflows.scripts.study import ScriptStudy
 from chaincor.workflows.showing.terms import OF_SCRIPTS
 
@@ -27,24 +28,18 @@ _HOLDS = {
 }
 
 
-def write_script_page(
-    study: ScriptStudy,
-    told: list[list[tuple[str, list[tuple[str, str]]]]],
-    plain: Mapping[str, Any],
-    folder: Path,
-) -> None:
-    """
-    Write the page about the files of a study that lie in a folder.
-
-    `told` are, by ladder, each number's name with verdict, order, value and advice in words,
-    `plain` is what JSON has of the study.
-    """
+def write_script_page(study: ScriptStudy, plain: Mapping[str, Any], folder: Path) -> None:
+    """Write the page about the study whose files lie in a folder; `plain` is what goes to JSON."""
     vary = study.ladder
+    words = [
+        [(number.name, told(study, each, number)) for number in each.numbers]
+        for each in study.ladders
+    ]
     contents = {
         "script": study.script.name,
         "numbers": study.asked.names,
         "variable": "" if vary is None else vary.name,
-        "ladders": list(zip(plain["ladders"], told, strict=True)),
+        "ladders": list(zip(plain["ladders"], words, strict=True)),
         "comparisons": study.comparisons,
         "notes": plain["notes"],
         "terms": OF_SCRIPTS,

@@ -6,17 +6,17 @@ distance grows as exp(lambda t). In a crystal it does not. What differs at once 
 """
 
 import math
-import re
-from dataclasses import dataclass
+import shutil
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.scripts.ladder_runs import Runner
-from chaincor.workflows.scripts.rewriting import FRAME_FILE, Change
-from chaincor.workflows.scripts.script_run import ScriptRun, ScriptRunError, run_script
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.script_run import Runner, ScriptRun
+from chaincor.workflows.scripts.timed_runs import FRAME_FILE
 
 # Of the distance between neighbours: runs have parted when they differ by this much.
 PARTED = 0.01
@@ -24,7 +24,6 @@ PARTED = 0.01
 _AT_ONCE, _EARLY = 1e-6, 0.1
 # A coordinate's last digit, as a share of the box.
 _LAST_DIGIT = 1e-15
-_MOST_RANKS = 64
 # Growth is fitted between roundings and what is visible.
 _GROWN_FROM = 1e3
 _SURE = 3.0
@@ -69,28 +68,20 @@ class Comparison:
         return None if not math.isfinite(error) else abs(difference) <= _SURE * error
 
 
-def read_ranks(vary: str) -> tuple[int, ...]:
-    """Read ``ranks=1,2,4``; raises InputError for anything else."""
-    text = vary.partition("=")[2]
-    if not re.fullmatch(r"\d{1,2}(,\d{1,2})+", text, re.ASCII):
-        raise InputError(f"--vary is {vary!r}; expected two numbers of processes: ranks=1,2,4")
-    ranks = tuple(int(word) for word in text.split(","))
-    if not all(1 <= each <= _MOST_RANKS for each in ranks) or len(set(ranks)) < len(ranks):
-        raise InputError(f"--vary is {vary!r}; expected numbers from 1 to {_MOST_RANKS}, each once")
-    return ranks
-
-
 def compare_last_digit(runner: Runner) -> Comparison:
     """Run the script as it stands, and with all particles displaced by a last digit."""
-    first = _run(runner, "as it stands", runner.lmp, 0.0)
-    second = _run(runner, "last digit changed", runner.lmp, _LAST_DIGIT)
+    first = _run(runner, "as it stands")
+    second = _run(runner, "last digit changed", _LAST_DIGIT)
     return _compare("last digit of the coordinates", first, second)
 
 
 def compare_ranks(runner: Runner, ranks: tuple[int, ...]) -> tuple[Comparison, ...]:
     """Run the script on each number of processes, and compare with the first."""
-    runs = [_run(runner, f"{k} processes", f"{_launcher(runner.lmp)} -n {k} {runner.lmp}", 0.0)
-            for k in ranks]  # fmt: skip
+    launcher = _launcher(runner.lmp)
+    runs = [
+        _run(replace(runner, lmp=f"{launcher} -n {k} {runner.lmp}"), f"{k} processes")
+        for k in ranks
+    ]
     return tuple(
         _compare(f"{k} processes instead of {ranks[0]}", runs[0], each)
         for k, each in zip(ranks[1:], runs[1:], strict=True)
@@ -99,8 +90,6 @@ def compare_ranks(runner: Runner, ranks: tuple[int, ...]) -> tuple[Comparison, .
 
 def _launcher(lmp: str) -> str:
     """Return the command that starts copies of LAMMPS: of its own folder, or of the PATH."""
-    import shutil
-
     beside = str(Path(lmp.split()[0]).parent)
     found = next(
         (path for where in (beside, None) for name in ("mpiexec", "mpirun")
@@ -117,25 +106,16 @@ def _launcher(lmp: str) -> str:
 _Found = tuple[ScriptRun, NDArray[np.float64], NDArray[np.float64], float]
 
 
-def _run(runner: Runner, name: str, lmp: str, shaken: float) -> _Found:
+def _run(runner: Runner, name: str, shaken: float = 0.0) -> _Found:
     """Return a run, the times of its frames, its positions, and the distance of neighbours."""
     frames: list[tuple[NDArray[np.float64], NDArray[np.float64], float]] = []
-    run = run_script(
-        runner.script.path,
-        runner.files,
-        runner.asked,
-        Change(quantities=runner.asked.sampled, shaken=shaken, frames=True),
-        name=name,
-        lmp=lmp,
-        scratch=runner.scratch,
-        timeout=runner.timeout,
+    run = runner.run(
+        name,
+        Change(shaken=shaken, frames=True),
         read=lambda folder: frames.append(read_frames(folder / FRAME_FILE)),
     )
     if run.failure:
-        raise ScriptRunError(
-            f"{runner.script.path.name} failed with {name}: {run.failure}; expected a run that "
-            f"ends: files, screen and command are kept in {runner.scratch}"
-        )
+        raise runner.error(f"with {name}", run.failure)
     return run, *frames[0]
 
 
@@ -181,11 +161,11 @@ def _compare(what: str, first: _Found, second: _Found) -> Comparison:
     distances = np.sqrt(np.nanmean(np.sum(apart**2, axis=2), axis=1)) / first[3]
     numbers = {
         name: (
-            first[0].numbers[name].value,
-            second[0].numbers[name].value - first[0].numbers[name].value,
-            math.hypot(first[0].errors.get(name, math.nan), second[0].errors.get(name, math.nan)),
+            number.value,
+            second[0].numbers[name].value - number.value,
+            math.hypot(number.error, second[0].numbers[name].error),
         )
-        for name in first[0].numbers
+        for name, number in first[0].numbers.items()
     }
     kind, parted, growth = judge_distances(times, distances)
     return Comparison(what, kind, parted, growth, times, distances, numbers)

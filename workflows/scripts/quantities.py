@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.scripts.observable import Observed
 
 # What is asked for without a word.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
@@ -63,15 +64,11 @@ class Samples:
         """The time at which the run ended."""
         return float(self.times[-1])
 
-    def number(self, quantity: Quantity) -> tuple[float, float]:
-        """
-        Return a number of the run and its standard error from this run alone.
-
-        The error is that of a mean of a correlated series; nan for numbers that are no means.
-        """
+    def number(self, quantity: Quantity) -> Observed:
+        """Return a number of the run, a mean with the standard error of a correlated series."""
         all_values = self.values[quantity.what]
         if quantity.kind == "last":
-            return float(all_values[-1]), float("nan")
+            return Observed(float(all_values[-1]))
         times = self.times - self.times[0]
         start = (1.0 - SHARE) * times[-1]
         # Times are sums of steps, and rounded.
@@ -84,12 +81,12 @@ class Samples:
         weights /= weights.sum()
         mean = float(weights @ values)
         if quantity.kind == "mean":
-            return mean, standard_error(values)
+            return Observed(mean, error=standard_error(values))
         from_middle = times - weights @ times
         slope = float((weights * from_middle) @ values / (weights @ from_middle**2))
         if quantity.kind == "drift":
-            return slope * float(np.ptp(times)), float("nan")
-        return float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)), float("nan")
+            return Observed(slope * float(np.ptp(times)))
+        return Observed(float(np.sqrt(weights @ (values - mean - slope * from_middle) ** 2)))
 
 
 def read_quantity(text: str) -> Quantity:

@@ -14,9 +14,11 @@ from pathlib import Path
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
+from chaincor.workflows.scripts.change import AS_IT_STANDS, Change
 from chaincor.workflows.scripts.observable import Observed, find_observable
 from chaincor.workflows.scripts.quantities import Quantity, Samples, read_samples
-from chaincor.workflows.scripts.rewriting import SAMPLE_FILE, Change, rewrite_folder
+from chaincor.workflows.scripts.rewriting import rewrite_folder
+from chaincor.workflows.scripts.timed_runs import SAMPLE_FILE
 
 SCREEN_FILE = "screen.txt"
 _MOST_FOLDER_BYTES = 200_000_000
@@ -65,8 +67,6 @@ class ScriptRun:
         What was given by -var.
     numbers : dict of str to Observed
         By name; empty where the run failed.
-    errors : dict of str to float
-        Standard error of a mean from this run alone, where a number is one.
     samples : Samples or None
         What was sampled; None where nothing was.
     seconds : float
@@ -78,7 +78,6 @@ class ScriptRun:
 
     variables: dict[str, str]
     numbers: dict[str, Observed]
-    errors: dict[str, float]
     samples: Samples | None
     seconds: float
     failure: str | None = None
@@ -114,22 +113,12 @@ def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
     return shlex.join([*shlex.split(lmp), *_options(variables), "-in", script])
 
 
-def run_script(
-    script: Path,
-    files: list[Path],
-    asked: Asked,
-    change: Change,
-    *,
-    name: str,
-    lmp: str,
-    scratch: Path,
-    timeout: float,
-    read: Callable[[Path], None] = lambda _folder: None,
-) -> ScriptRun:
+@dataclass(frozen=True)
+class Runner:
     """
-    Run a script in a changed copy of its folder, and read its numbers.
+    What runs one script, time and again.
 
-    Parameters
+    Attributes
     ----------
     script : pathlib.Path
         The script.
@@ -137,54 +126,75 @@ def run_script(
         What lies in its folder and is copied.
     asked : Asked
         What is read.
-    change : Change
-        What the run does otherwise than the script says.
-    name : str
-        Of the copy, in `scratch`; it is removed after the run, and stays where that failed.
     lmp : str
         The command; of several words where a launcher stands before it.
     scratch : pathlib.Path
-        An absolute folder.
+        An absolute folder, for the copies.
     timeout : float
-        Seconds of the wall clock.
-    read : callable, optional
-        Called with the copy before it is removed.
+        Seconds of the wall clock that a run may take.
     """
-    folder = scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
-    source = script.resolve().parent
-    for path in files:
-        target = folder / path.relative_to(source)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, target)
-    change = replace(change, printed=asked.pattern is not None)
-    rewrite_folder(folder, folder / script.name, change)
-    screen = folder / SCREEN_FILE
-    variables = dict(change.variables)
-    words = shlex.split(lmp)
-    status, seconds = _execute(
-        [*words, *_options(variables), "-in", script.name], folder, screen, timeout
-    )
-    if status is None:
-        failure = f"it has not ended after {timeout:g} s"
-    elif status != 0:
-        failure = _said(screen, status)
-    else:
-        try:
-            run = _read(folder, asked, variables, seconds if len(words) == 1 else _loops(screen))
-            read(folder)
-        except RunError as error:
-            failure = str(error)
+
+    script: Path
+    files: list[Path]
+    asked: Asked
+    lmp: str
+    scratch: Path
+    timeout: float
+
+    def run(
+        self,
+        name: str,
+        change: Change = AS_IT_STANDS,
+        read: Callable[[Path], None] = lambda _folder: None,
+    ) -> ScriptRun:
+        """
+        Run the script in a changed copy of its folder, and read its numbers.
+
+        `name` is that of the copy, which is removed after the run, once `read` was called with it,
+        and stays where the run failed.
+        """
+        folder = self.scratch / re.sub(r"[^\w.=+-]", "_", name)[:150]
+        source = self.script.resolve().parent
+        for path in self.files:
+            target = folder / path.relative_to(source)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, target)
+        printed = self.asked.pattern is not None
+        change = replace(change, quantities=self.asked.sampled, printed=printed)
+        rewrite_folder(folder, folder / self.script.name, change)
+        screen = folder / SCREEN_FILE
+        variables = dict(change.variables)
+        words = [*shlex.split(self.lmp), *_options(variables), "-in", self.script.name]
+        status, seconds = _execute(words, folder, screen, self.timeout)
+        if status is None:
+            failure = f"it has not ended after {self.timeout:g} s"
+        elif status != 0:
+            failure = _said(screen, status)
         else:
-            shutil.rmtree(folder, ignore_errors=True)
-            return run
-    command = format_command(lmp, variables, script.name)
-    (folder / "command.txt").write_text(f"{command}\n{failure}\n", encoding="utf-8")
-    return ScriptRun(variables, {}, {}, None, seconds, failure)
+            try:
+                cost = seconds if len(shlex.split(self.lmp)) == 1 else _loops(screen)
+                run = _read(folder, self.asked, variables, cost)
+                read(folder)
+            except RunError as error:
+                failure = str(error)
+            else:
+                shutil.rmtree(folder, ignore_errors=True)
+                return run
+        text = f"{shlex.join(words)}\n{failure}\n"
+        (folder / "command.txt").write_text(text, encoding="utf-8")
+        return ScriptRun(variables, {}, None, seconds, failure)
+
+    def error(self, where: str, failure: str) -> ScriptRunError:
+        """Return the error of a run that failed, with where its files are."""
+        return ScriptRunError(
+            f"{self.script.name} failed {where}: {failure}; expected a run that ends and gives its "
+            f"number: files, screen and command are kept in {self.scratch}"
+        )
 
 
 def _read(folder: Path, asked: Asked, variables: dict[str, str], seconds: float) -> ScriptRun:
     """Read a run's numbers; raises RunError where one is missing."""
-    numbers, errors, samples = {}, {}, None
+    numbers, samples = {}, None
     if asked.pattern is not None:
         numbers[asked.pattern] = find_observable(asked.pattern, folder / SCREEN_FILE)
     if (folder / SAMPLE_FILE).is_file() or asked.quantities:
@@ -195,9 +205,8 @@ def _read(folder: Path, asked: Asked, variables: dict[str, str], seconds: float)
                 raise
     for each in asked.quantities:
         assert samples is not None
-        value, errors[str(each)] = samples.number(each)
-        numbers[str(each)] = Observed(value, 0.0)
-    return ScriptRun(variables, numbers, errors, samples, seconds)
+        numbers[str(each)] = samples.number(each)
+    return ScriptRun(variables, numbers, samples, seconds)
 
 
 def _loops(screen: Path) -> float:

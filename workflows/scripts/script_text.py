@@ -10,15 +10,8 @@ from chaincor.lammps_inputs.errors import InputError
 _COUNTS = ("loop", "world", "universe", "uloop")
 # Commands that run many times by themselves, or run again what was dumped.
 _OTHER_RUNS = (
-    "rerun",
-    "temper",
-    "temper/grem",
-    "temper/npt",
-    "neb",
-    "neb/spin",
-    "prd",
-    "tad",
-    "hyper",
+    *("rerun", "temper", "temper/grem", "temper/npt", "neb", "neb/spin"),
+    *("prd", "tad", "hyper"),
 )
 # What stands in quotes or not, up to a comment.
 _COMMENT = re.compile(r"""^((?:[^#"']|"[^"]*"|'[^']*'|["'])*?)#.*$""")

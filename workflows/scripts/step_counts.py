@@ -8,45 +8,24 @@ from chaincor.workflows.scripts.script_text import ScriptText
 # Where each style of `fix` holds numbers of steps: words of the line, from 0. A second one must
 # stay a multiple of the first.
 _FIXES: dict[str, tuple[int, ...]] = {
-    "temp/rescale": (4,),
-    "ave/time": (4, 6),
-    "ave/atom": (4, 6),
-    "ave/chunk": (4, 6),
-    "ave/grid": (4, 6),
-    "ave/histo": (4, 6),
-    "ave/histo/weight": (4, 6),
-    "ave/correlate": (4, 6),
-    "ave/correlate/long": (4, 6),
+    **dict.fromkeys(
+        (
+            *("temp/rescale", "deform", "adapt", "adapt/fep", "halt", "momentum", "momentum/chunk"),
+            *("evaporate", "bond/create", "bond/break", "bond/swap", "gcmc", "widom", "atom/swap"),
+            *("mol/swap", "heat", "thermal/conductivity", "viscosity", "srd", "vector"),
+            *("store/state", "balance", "qeq/point", "qeq/shielded", "qeq/slater", "qeq/dynamic"),
+            *("qeq/fire", "qeq/reaxff", "qeq/comb"),
+        ),
+        (4,),
+    ),
+    **dict.fromkeys(
+        (
+            *("ave/time", "ave/atom", "ave/chunk", "ave/grid", "ave/histo", "ave/histo/weight"),
+            *("ave/correlate", "ave/correlate/long"),
+        ),
+        (4, 6),
+    ),
     "deposit": (6,),
-    "deform": (4,),
-    "adapt": (4,),
-    "adapt/fep": (4,),
-    "halt": (4,),
-    "momentum": (4,),
-    "momentum/chunk": (4,),
-    "evaporate": (4,),
-    "bond/create": (4,),
-    "bond/break": (4,),
-    "bond/swap": (4,),
-    "gcmc": (4,),
-    "widom": (4,),
-    "atom/swap": (4,),
-    "mol/swap": (4,),
-    "heat": (4,),
-    "thermal/conductivity": (4,),
-    "viscosity": (4,),
-    "srd": (4,),
-    "electron/stopping/fit": (),
-    "vector": (4,),
-    "store/state": (4,),
-    "balance": (4,),
-    "qeq/point": (4,),
-    "qeq/shielded": (4,),
-    "qeq/slater": (4,),
-    "qeq/dynamic": (4,),
-    "qeq/fire": (4,),
-    "qeq/reaxff": (4,),
-    "qeq/comb": (4,),
 }
 # No period, and yet a limit or a rate for each step.
 _PER_STEP = {
@@ -96,7 +75,7 @@ def count_positions(words: list[str]) -> tuple[int, ...]:
     """Return which words of a command are numbers of steps; none where it counts none."""
     if len(words) < 4 or words[0] != "fix":
         return ()
-    found = _FIXES.get(_plain(words[3]), ())
+    found = _FIXES.get(plain_style(words[3]), ())
     return found if found and len(words) > max(found) else ()
 
 
@@ -126,7 +105,7 @@ _Told = tuple[str, str, bool, bool]
 
 
 def _of_fix(words: list[str], coarsest: float | None) -> _Told | None:
-    style = _plain(words[3])
+    style = plain_style(words[3])
     what = f"fix {words[3]}"
     if style in _PER_STEP:
         return what, _PER_STEP[style], True, False
@@ -166,7 +145,7 @@ def _of_others(words: list[str], line: str) -> _Told | None:
 
 def _damping(words: list[str]) -> float | None:
     """Return a thermostat's damping time where it is a plain number."""
-    style = _plain(words[3])
+    style = plain_style(words[3])
     try:
         if style in ("langevin", "temp/berendsen", "temp/csvr", "temp/csld"):
             return float(words[6])
@@ -177,6 +156,6 @@ def _damping(words: list[str]) -> float | None:
     return None
 
 
-def _plain(style: str) -> str:
+def plain_style(style: str) -> str:
     """Return a style without the suffix of its accelerated variant."""
     return re.sub(r"/(omp|kk|gpu|intel|opt)$", "", style)

@@ -1,13 +1,11 @@
 """Which step is small enough for a script: ladders run and judged, an advice for each number."""
 
-import random
-import re
 import shlex
 import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,45 +13,24 @@ import numpy as np
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
-from chaincor.workflows.scripts.ladder import (
-    Ladder,
-    check_phases,
-    ladder_around,
-    read_fixed,
-    read_ladder,
-)
-from chaincor.workflows.scripts.ladder_runs import (
-    SEED,
-    Progress,
-    Runner,
-    ScriptLadder,
-    measure_ladder,
-)
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.ladder import Ladder, ladder_around
+from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
 from chaincor.workflows.scripts.observable import check_pattern
-from chaincor.workflows.scripts.parting import (
-    Comparison,
-    compare_last_digit,
-    compare_ranks,
-    read_ranks,
-)
+from chaincor.workflows.scripts.parting import Comparison, compare_last_digit, compare_ranks
 from chaincor.workflows.scripts.quantities import ALL, read_quantity
-from chaincor.workflows.scripts.rewriting import STEP_FILE, Change
-from chaincor.workflows.scripts.script_run import Asked, ScriptRunError, list_files, run_script
+from chaincor.workflows.scripts.script_run import Asked, Runner, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import (
-    ScriptText,
     check_paths,
-    check_variable,
     included,
     read_script,
     refuse_other_runs,
 )
 from chaincor.workflows.scripts.step_counts import StepCount, find_step_counts
+from chaincor.workflows.scripts.timed_runs import STEP_FILE
+from chaincor.workflows.scripts.varied import LAST_DIGIT, RANKS, STEP, Varied, read_varied
 
-DEFAULT_PHASES, PRINTED_PHASES = 4, 8
 DEFAULT_TIMEOUT = 600.0
-STEP, LAST_DIGIT, RANKS = "timestep", "lastdigit", "ranks"
-SETTINGS = ("cutoff", "skin", "rows")
-_LARGEST_SEED = 9_999_999
 # A coarse end that no run survives is halved so often.
 _HALVINGS = 3
 
@@ -196,52 +173,28 @@ def timestep_study(
         raise InputError(f"the tolerance is {tolerance}; expected a positive error to keep")
     if not 0.0 < timeout < np.inf:
         raise InputError(f"--timeout is {timeout}; expected positive seconds")
-    vary, seeds = _seeds_varied(vary, seeds)
-    fixed = read_fixed(tuple(fix))
-    drawn = _seeds(seeds)
-    if seeds is not None and phases is not None:
-        raise InputError("each seed has a phase of its own; expected seeds or phases: drop one")
-    default = DEFAULT_PHASES if vary is None or observable is None else PRINTED_PHASES
-    columns = len(drawn) or (default if phases is None else phases)
-    check_phases(columns, "--phases" if seeds is None else "--seeds")
     text = read_script(Path(script))
     check_paths(text)
     refuse_other_runs(text)
-    kind = _kind(text, vary)
-    ladder = read_ladder(vary) if vary and kind in ("variable", "setting", "step") else None
-    if kind == "step" and ladder is not None and ladder.fine > ladder.coarse:
-        raise InputError(
-            f"--vary goes from {ladder.coarse:g} to {ladder.fine:g}; expected the coarse end "
-            f"first: --vary {STEP}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
-        )
-    _check_names(text, ladder if kind == "variable" else None, fixed, bool(drawn))
+    printed = observable is not None
+    varied = read_varied(
+        text, vary, fix, seeds, phases, printed=printed, scale_periods=scale_periods
+    )
     command = _command(lmp)
     files = list_files(text.path.resolve().parent)
     scratch = Path(tempfile.mkdtemp(prefix="chaincor-script-")).resolve()
+    runner = Runner(text.path, files, asked, command, scratch, timeout)
     keep = False
+    comparisons: tuple[Comparison, ...] = ()
+    found: list[ScriptLadder] = []
     try:
-        base = _Base(text, files, asked, command, scratch, timeout)
-        own_step = base.own_step() if kind == "step" else None
-        comparisons: tuple[Comparison, ...] = ()
-        found: list[ScriptLadder] = []
-        if kind == LAST_DIGIT:
-            comparisons = (compare_last_digit(base.runner(progress)),)
-        elif kind == RANKS:
-            comparisons = compare_ranks(base.runner(progress), read_ranks(str(vary)))
+        if varied.kind == LAST_DIGIT:
+            comparisons = (compare_last_digit(runner),)
+        elif varied.kind == RANKS:
+            comparisons = compare_ranks(runner, varied.ranks)
         else:
-            if own_step is not None and ladder is None:
-                ladder = _survived(base, own_step)
-            assert ladder is not None
-            runner = Runner(
-                text, ladder, files, asked, command, scratch, timeout, drawn, columns,
-                own_step, kind == "setting", scale_periods, _has_variable(text, SEED),
-            )  # fmt: skip
-            for k, values in enumerate(fixed):
-
-                def part(name: str, done: float, k: int = k) -> None:
-                    progress(name, (k + done) / len(fixed))
-
-                found.append(measure_ladder(runner, values, tolerance, part))
+            varied = _with_step(runner, varied)
+            found = _measure_ladders(runner, varied, tolerance, progress)
         keep = any(run.failure for each in found for run in each.runs)
     except ScriptRunError:
         keep = True
@@ -249,20 +202,17 @@ def timestep_study(
     finally:
         if not keep:
             shutil.rmtree(scratch, ignore_errors=True)
-    coarsest = ladder.coarse if ladder is not None and own_step is not None else None
     return ScriptStudy(
         script=text.path,
         asked=asked,
-        ladder=ladder,
-        own_step=own_step,
-        seeds=drawn,
-        phases=columns,
+        ladder=varied.ladder,
+        own_step=varied.own_step,
+        seeds=varied.seeds,
+        phases=varied.columns,
         tolerance=tolerance,
         ladders=tuple(found),
         comparisons=comparisons,
-        counts=tuple(find_step_counts(included(text), coarsest))
-        if own_step is not None or (ladder is not None and ladder.name == STEP)
-        else (),
+        counts=_step_counts(varied),
         scale_periods=scale_periods,
         lmp=command,
         kept=scratch if keep else None,
@@ -278,53 +228,6 @@ def _asked(quantities: Sequence[str], observable: str | None) -> Asked:
     if len(set(asked.names)) < len(asked.names):
         raise InputError(f"a quantity is given twice in {' '.join(texts)}; expected each once")
     return asked
-
-
-def _seeds_varied(vary: str | None, seeds: int | None) -> tuple[str | None, int | None]:
-    """Read ``--vary seed=N``, which is the ladder of steps with N seeds a rung."""
-    found = re.fullmatch(r"seed(?:=(\d{1,3}))?", vary or "", re.ASCII)
-    if not found:
-        return vary, seeds
-    if seeds is not None:
-        raise InputError("--vary seed and --seeds are the same; expected one: drop the other")
-    return None, int(found[1] or 2 * DEFAULT_PHASES)
-
-
-def _kind(script: ScriptText, vary: str | None) -> str:
-    """Return what is varied: a variable, a setting, the step, the last digit or processes."""
-    if vary is None:
-        return "step"
-    name = vary.partition("=")[0]
-    if _has_variable(script, name):
-        return "variable"
-    used = any(each.mentions(name) for each in included(script))
-    if name == STEP:
-        # What is used without being set is for -var.
-        return "variable" if used else "step"
-    if name in (LAST_DIGIT, RANKS):
-        return name
-    return "setting" if name in SETTINGS and not used else "variable"
-
-
-def _has_variable(script: ScriptText, name: str) -> bool:
-    given = re.compile(rf"\s*variable\s+{re.escape(name)}\s+(?!delete)")
-    return any(given.match(line) for each in included(script) for _, line in each.lines)
-
-
-def _check_names(
-    script: ScriptText, ladder: Ladder | None, fixed: list[dict[str, str]], seeded: bool
-) -> None:
-    """Raise InputError where a variable is given twice, or the script has none of the name."""
-    names = [*([ladder.name] if ladder else []), *(fixed[0] if fixed else {})]
-    if seeded and _has_variable(script, SEED):
-        names.append(SEED)
-    if len(set(names)) < len(names):
-        raise InputError(
-            f"{', '.join(sorted({n for n in names if names.count(n) > 1}))} is given twice; "
-            "expected a variable to be varied, fixed, or the seed"
-        )
-    for name in names:
-        check_variable(script, name)
 
 
 def _command(lmp: str | None) -> str:
@@ -344,76 +247,60 @@ def _command(lmp: str | None) -> str:
     return shlex.join(words)
 
 
-@dataclass(frozen=True)
-class _Base:
-    """The script as it stands, before any ladder."""
+def _with_step(runner: Runner, varied: Varied) -> Varied:
+    """
+    Find the script's own step, where that is varied, by a run as it stands.
 
-    script: ScriptText
-    files: list[Path]
-    asked: Asked
-    lmp: str
-    scratch: Path
-    timeout: float
-
-    def runner(self, progress: Progress) -> Runner:
-        """Return what makes runs that are compared."""
-        del progress
-        return Runner(
-            self.script, ladder_around(1.0), self.files, self.asked, self.lmp, self.scratch,
-            self.timeout, (), 1, 1.0, False, False, False,
-        )  # fmt: skip
-
-    def own_step(self) -> float:
-        """Run the script as it stands; returns the step of its last run."""
-        steps: list[float] = []
-
-        def read(folder: Path) -> None:
-            path = folder / STEP_FILE
-            if path.is_file():
-                steps.append(float(path.read_text().split()[-1]))
-
-        run = run_script(
-            self.script.path,
-            self.files,
-            self.asked,
-            Change(quantities=self.asked.sampled),
-            name="as it stands",
-            lmp=self.lmp,
-            scratch=self.scratch,
-            timeout=self.timeout,
-            read=read,
-        )
-        if run.failure or not steps:
-            raise ScriptRunError(
-                f"{self.script.path.name} failed as it stands: "
-                f"{run.failure or 'it has no run, so that no step can be varied'}; expected a run "
-                f"that ends: files, screen and command are kept in {self.scratch}"
-            )
-        return steps[-1]
-
-    def try_step(self, finer: float) -> bool:
-        """Return whether a run at another step ends well."""
-        change = Change(finer=finer, quantities=self.asked.sampled)
-        run = run_script(
-            self.script.path, self.files, self.asked, change,
-            name=f"step over {finer:g}", lmp=self.lmp, scratch=self.scratch, timeout=self.timeout,
-        )  # fmt: skip
-        return run.failure is None
+    The ladder around it, where none was given, begins at the coarsest step that a run survives.
+    """
+    if varied.kind != "step":
+        return varied
+    own = _own_step(runner)
+    ladder = varied.ladder
+    if ladder is None:
+        ladder = ladder_around(own)
+        for _ in range(_HALVINGS):
+            finer = own / ladder.coarse
+            if not runner.run(f"step over {finer:g}", Change(finer=finer)).failure:
+                break
+            ladder = ladder_around(own, 0.5 / finer)
+    return replace(varied, ladder=ladder, own_step=own)
 
 
-def _survived(base: _Base, own_step: float) -> Ladder:
-    """Return the ladder around a step, from the coarsest that a run survives."""
-    ladder = ladder_around(own_step)
-    for _ in range(_HALVINGS):
-        if base.try_step(own_step / ladder.coarse):
-            break
-        ladder = ladder_around(own_step, 0.5 * ladder.coarse / own_step)
-    return ladder
+def _own_step(runner: Runner) -> float:
+    """Run the script as it stands; returns the step of its last run."""
+    steps: list[float] = []
+
+    def read(folder: Path) -> None:
+        path = folder / STEP_FILE
+        if path.is_file():
+            steps.append(float(path.read_text().split()[-1]))
+
+    run = runner.run("as it stands", read=read)
+    if run.failure or not steps:
+        said = run.failure or "it has no run, so that no step can be varied"
+        raise runner.error("as it stands", said)
+    return steps[-1]
 
 
-def _seeds(count: int | None) -> tuple[int, ...]:
-    """Return seeds far from each other: neighbours begin alike in simple generators."""
-    if count is None:
+def _measure_ladders(
+    runner: Runner, varied: Varied, tolerance: float | None, progress: Progress
+) -> list[ScriptLadder]:
+    """Measure the ladder at each combination of the other variables."""
+    found: list[ScriptLadder] = []
+    for values in varied.fixed:
+
+        def part(name: str, done: float) -> None:
+            progress(name, (len(found) + done) / len(varied.fixed))
+
+        found.append(measure_ladder(runner, varied, values, tolerance, part))
+    return found
+
+
+def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
+    """Return what in the script counts steps, where the step is varied."""
+    ladder = varied.ladder
+    if ladder is None or ladder.name != STEP:
         return ()
-    check_phases(count, "--seeds")
-    return tuple(random.Random(count).sample(range(1, _LARGEST_SEED), count))
+    coarsest = ladder.coarse if varied.kind == "step" else None
+    return tuple(find_step_counts(included(varied.script), coarsest))

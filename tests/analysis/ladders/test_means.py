@@ -50,6 +50,33 @@ def test_what_follows_no_power_is_bounded_by_its_finest_rungs():
     assert found.value_error >= 2.0 * abs(values[-1, 0] - values[-2, 0])
 
 
+def test_rungs_that_agree_by_luck_promise_nothing():
+    """Of `couette` and `langevin` inputs: finest rungs that agree, or that some power fits."""
+    h = np.array([1.0, 0.5, 0.25, 0.125])
+    for values, limit in (
+        ([2.4762, 2.6902, 2.9291, 2.9279], 2.8690),
+        ([0.95624, 0.95967, 0.97748, 0.98223], 0.9697),
+        ([0.93574, 0.95569, 0.90861, 0.92880], 0.9600),
+    ):
+        columns = np.array(values)[:, None] * np.ones((4, 3))
+        found = judge_means(h[:, None] * np.ones((4, 3)), columns, np.full(4, 1e-6))
+        assert abs(found.value - limit) < found.value_error
+        # As steep as between the finest rungs, twice.
+        slopes = np.abs(np.diff(values[1:]) / np.diff(h[1:]))
+        assert found.value_error == pytest.approx(2.0 * slopes.max() * h[-1], rel=1e-3)
+
+
+def test_a_rung_without_scatter_is_no_end():
+    """All runs of a rung may have as many steps, and the same digits, where others scatter."""
+    h = np.array([1.0, 0.5, 0.25, 0.125])[:, None] * np.array([[0.98, 1.0, 1.01, 1.02]])
+    values = 3.0 + 1e-2 * h**2 + 1e-3 * np.random.default_rng(4).normal(size=h.shape)
+    for rung in range(4):
+        same = values.copy()
+        same[rung] = same[rung, 0]
+        verdict = judge_ladder(h, same)
+        assert abs(verdict.value - 3.0) <= verdict.value_error < 0.03
+
+
 @pytest.mark.parametrize("time", [0.0, 1.5, 10.0])
 def test_standard_errors_of_long_series(time):
     """An autoregressive series: its mean has variance (1 + a)/(1 - a)/N of a sample's."""

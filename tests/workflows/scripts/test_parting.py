@@ -8,15 +8,12 @@ import pytest
 from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
-from chaincor.workflows.scripts.parting import (
-    PARTED,
-    judge_distances,
-    read_frames,
-    read_ranks,
-)
-from chaincor.workflows.scripts.report import describe_script_study
-from chaincor.workflows.scripts.rewriting import FRAME_FILE, Change
-from chaincor.workflows.scripts.script_run import Asked, run_script
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.description import describe_script_study
+from chaincor.workflows.scripts.ladder import read_ranks
+from chaincor.workflows.scripts.parting import PARTED, judge_distances, read_frames
+from chaincor.workflows.scripts.script_run import Asked, Runner
+from chaincor.workflows.scripts.timed_runs import FRAME_FILE
 
 SCRIPT = """
 units lj
@@ -48,11 +45,11 @@ def frames_of(path, tmp_path, shaken):
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = list(path.parent.glob("*.*"))
-    done = run_script(
-        path, files, Asked(None, ()), Change(shaken=shaken, frames=True), name=f"{shaken}",
-        lmp=find_lmp_command(), scratch=scratch, timeout=600.0,
+    done = Runner(path, files, Asked(None, ()), find_lmp_command(), scratch, 600.0).run(
+        f"{shaken}",
+        Change(shaken=shaken, frames=True),
         read=lambda folder: found.append(read_frames(folder / FRAME_FILE)),
-    )  # fmt: skip
+    )
     assert done.failure is None
     return found[0]
 

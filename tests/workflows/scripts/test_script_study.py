@@ -20,9 +20,9 @@ from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts import ladder_runs
 from chaincor.workflows.scripts import study as study_module
-from chaincor.workflows.scripts.report import script_study_to_dict
-from chaincor.workflows.scripts.rewriting import Change
-from chaincor.workflows.scripts.script_run import Asked, ScriptRunError, list_files, run_script
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.script_run import Asked, Runner, ScriptRunError, list_files
+from chaincor.workflows.scripts.study_files import script_study_to_dict
 from tests.page_checks import check_file_list, read_page, words_of
 from tests.waiting import HANGS, wait_until
 
@@ -52,11 +52,9 @@ def run(script, vary="timestep=0.1:0.01:5", observable=OBSERVABLE, **options):
 
 def one_run(script, variables, pattern):
     with tempfile.TemporaryDirectory() as scratch:
-        files = list_files(script.resolve().parent)
-        options = {"lmp": find_lmp_command(), "scratch": Path(scratch), "timeout": 600.0}
-        change = Change(variables=variables)
-        done = run_script(script, files, Asked(pattern, ()), change, name="one", **options)
-        return done.numbers[pattern].value
+        files, asked = list_files(script.resolve().parent), Asked(pattern, ())
+        runner = Runner(script, files, asked, find_lmp_command(), Path(scratch), 600.0)
+        return runner.run("one", Change(variables=variables)).numbers[pattern].value
 
 
 @pytest.mark.slow

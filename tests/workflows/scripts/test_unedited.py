@@ -9,12 +9,14 @@ from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
+from chaincor.workflows.scripts.change import Change
+from chaincor.workflows.scripts.description import describe_script_study, notes
 from chaincor.workflows.scripts.quantities import Quantity, Samples, read_quantity
-from chaincor.workflows.scripts.report import describe_script_study, notes, script_study_to_dict
-from chaincor.workflows.scripts.rewriting import Change, rewrite
-from chaincor.workflows.scripts.script_run import Asked, list_files, run_script
+from chaincor.workflows.scripts.rewriting import rewrite
+from chaincor.workflows.scripts.script_run import Asked, Runner, list_files
 from chaincor.workflows.scripts.script_text import included, read_script
 from chaincor.workflows.scripts.step_counts import find_step_counts
+from chaincor.workflows.scripts.study_files import script_study_to_dict
 from tests.programs import python
 
 # A particle on a spring, exactly x = 0.1 cos t: energy drifts by nothing, and errors are known.
@@ -64,17 +66,21 @@ def spring(tmp_path):
     return path
 
 
+def runner(script, asked, scratch, files=None):
+    return Runner(script, files or [script], asked, find_lmp_command(), scratch, 600.0)
+
+
 def one_run(script, tmp_path, names=("v_x:last",), **change):
     asked = Asked(None, tuple(map(read_quantity, names)))
     scratch = tmp_path / "scratch"
     scratch.mkdir(exist_ok=True)
     files = [path for path in list_files(script.parent) if scratch not in path.parents]
     kept = []
-    run = run_script(
-        script, files, asked, Change(quantities=asked.sampled, **change), name="a run",
-        lmp=find_lmp_command(), scratch=scratch, timeout=600.0,
+    run = runner(script, asked, scratch, files).run(
+        "a run",
+        Change(**change),
         read=lambda folder: kept.extend(path.name for path in folder.iterdir()),
-    )  # fmt: skip
+    )
     assert run.failure is None
     return run, kept
 
@@ -126,10 +132,7 @@ def test_between_runs_the_script_sees_its_own_step(tmp_path):
     path = tmp_path / "in.x"
     path.write_text(SPRING + 'timestep 0.03\nrun 50\nprint "dt is $(dt)"\nrun 0\n')
     asked = Asked(r"dt is (\S+)", ())
-    run = run_script(
-        path, [path], asked, Change(finer=4.0), name="x", lmp=find_lmp_command(),
-        scratch=tmp_path, timeout=600.0,
-    )  # fmt: skip
+    run = runner(path, asked, tmp_path).run("x", Change(finer=4.0))
     assert run.numbers[asked.pattern].value == 0.03
 
 
@@ -166,10 +169,7 @@ def test_thermo_output_of_fixes_with_a_period_stops_no_run(tmp_path):
     assert run.samples.end == pytest.approx(20 * 0.005, abs=1e-12)
     # A number that the script prints may be one of these: there they stay.
     asked = Asked(r"Step.*\n.* (\S+)$", ())
-    run = run_script(
-        path, [path], asked, Change(finer=1.65), name="x", lmp=find_lmp_command(),
-        scratch=tmp_path, timeout=600.0,
-    )  # fmt: skip
+    run = runner(path, asked, tmp_path).run("x", Change(finer=1.65))
     assert "compatible time" in run.failure
 
 
@@ -179,10 +179,10 @@ def test_means_are_integrals_over_the_same_time():
         times = np.linspace(0.0, 2.0, count)
         samples = Samples(times, {"x": times**2})
         step = times[1]
-        assert abs(samples.number(Quantity("x", "mean"))[0] - 7.0 / 3.0) < step**2 / 3.0
+        assert abs(samples.number(Quantity("x", "mean")).value - 7.0 / 3.0) < step**2 / 3.0
         # Of the line through t^2 on [1, 2]: slope 3, and 1/sqrt(180) about it.
-        assert samples.number(Quantity("x", "drift"))[0] == pytest.approx(3.0, abs=step**2)
-        rest = samples.number(Quantity("x", "fluctuation"))[0]
+        assert samples.number(Quantity("x", "drift")).value == pytest.approx(3.0, abs=step**2)
+        rest = samples.number(Quantity("x", "fluctuation")).value
         assert rest == pytest.approx(180**-0.5, abs=step**2)
 
 
@@ -292,10 +292,7 @@ def test_periods_are_held_in_time(tmp_path):
     program += "print 'f = $(v_chaincor_c6x)'\n"
     path.write_text(program.replace("'", '"'))
     for pattern, count in ((r"n = (\d+)", 20.0), (r"f = (\d+)", 80.0)):
-        run = run_script(
-            path, [path], Asked(pattern, ()), Change(), name="p", lmp=find_lmp_command(),
-            scratch=tmp_path, timeout=600.0,
-        )  # fmt: skip
+        run = runner(path, Asked(pattern, ()), tmp_path).run("p")
         assert run.numbers[pattern].value == count
 
 
@@ -309,6 +306,37 @@ def test_seeds_and_settings_are_found(tmp_path):
         ("bond_style table spline 1000", "bond_style table spline 99"),
     ):
         assert rewrite(line, tmp_path, change).split("\n")[0] == expected
+
+
+def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
+    change = Change(seed=5, forces_alone=True)
+    for line, expected in (
+        ("fix 1 all langevin/kk 1 1 0.1 48279", "fix 1 all langevin/kk 1 1 0.1 48285"),
+        ("fix g all gcmc 10 1000 0 2 29494 298 -0.5 0.01",
+         "fix g all gcmc 10 1000 0 2 29500 298 -0.5 0.01"),
+        ("pair_style dpd 1.0 2.5 100", "pair_style dpd 1.0 2.5 106"),
+        ("velocity all create 1.0 100 dist gaussian", "velocity all create 1.0 100 dist gaussian"),
+        ("fix d all deposit 10 1 5 100 region r", "fix d all deposit 10 1 5 100 region r"),
+    ):  # fmt: skip
+        assert rewrite(line, tmp_path, change).split("\n")[0] == expected
+    # One that is a variable's value, as LAMMPS works it out.
+    path = tmp_path / "in.x"
+    path.write_text(f"{SPRING}variable s equal 899999999\nfix 1 all langevin 1 1 0.1 $s\nrun 10\n")
+    path.write_text(path.read_text() + 'print "s = ${chaincor_seed}"\n')
+    run = runner(path, Asked(r"s = (\S+)", ()), tmp_path).run("seed", change)
+    assert run.numbers[r"s = (\S+)"].value == 5.0
+
+
+def test_nearby_steps_of_a_thermostat_scatter_as_its_random_forces_do(tmp_path):
+    """A particle pushed for a hundredth of its damping time: v has variance 2 T t/damp = 0.02."""
+    path = tmp_path / "in.x"
+    path.write_text(SPRING + "fix 2 all langevin 1 1 1 48279\ntimestep 1e-4\nrun 100\n")
+    path.write_text(path.read_text().replace("variable    x equal x[1]", "variable v equal vx[1]"))
+    study = timestep_study(path, ["v_v:last"], phases=3)
+    (number,) = study.ladders[0].numbers
+    # Of twelve runs, two degrees of freedom a rung: chi squared of 8 is 1.6 to 20 in 99 of 100.
+    squares = float(np.sum(number.verdict.scatter**2)) * 2.0 / 0.02
+    assert 1.6 < squares < 20.0
 
 
 def test_what_cannot_be_studied_is_refused(tmp_path):
@@ -331,7 +359,7 @@ def test_scripts_need_no_scene_and_no_compiler():
     code = (
         "import sys, chaincor\nchaincor.timestep_study\nchaincor.check_table\n"
         "import chaincor.workflows.commands.timestep, chaincor.workflows.commands.table\n"
-        "import chaincor.workflows.scripts.report\n"
+        "import chaincor.workflows.scripts.study_files\n"
         "print(*(m for m in ('numba', 'MDAnalysis', 'lammps', 'pydantic', "
         "'chaincor.lammps_inputs.scene') if m in sys.modules))"
     )

@@ -1,23 +1,17 @@
-"""A study of a script: as text, as JSON, and in files."""
+"""A study of a script in words: verdict, table and advice of each ladder."""
 
-import csv
-import json
 import math
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.atomic_write import folder_aside
-from chaincor.workflows.json_output import stamped
 from chaincor.workflows.scripts.advice import runs_wanted
-from chaincor.workflows.scripts.ladder_runs import SEED, NumberLadder, ScriptLadder
-from chaincor.workflows.scripts.page import JSON, write_script_page
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
 from chaincor.workflows.scripts.parting import PARTED, Comparison
 from chaincor.workflows.scripts.script_run import format_command
 from chaincor.workflows.scripts.study import ScriptStudy
+from chaincor.workflows.scripts.varied import SEED
 
-_KINDS = {
+KINDS = {
     "same": "not a digit differs",
     "together": "roundings stay invisible: the runs do not part",
     "chaos": "roundings grow until the runs have parted: no bug, and only means can be compared",
@@ -86,13 +80,12 @@ def _table(study: ScriptStudy, each: ScriptLadder) -> list[str]:
     name = study.ladder.name
     return [
         *lines,
-        *(f"failed at {name} = {study.ladder.text(given)}: {run.failure}"
-          for given, run in zip(each.given, each.runs, strict=True) if run.failure),
-    ]  # fmt: skip
+        *(f"failed at {name} = {study.ladder.text(given)}: {why}" for given, why in each.failures),
+    ]
 
 
 def _describe_comparison(each: Comparison) -> list[str]:
-    lines = [each.what, f"{'verdict':<12} {each.kind}: {_KINDS[each.kind]}"]
+    lines = [each.what, f"{'verdict':<12} {each.kind}: {KINDS[each.kind]}"]
     if each.parted is not None:
         lines.append(
             f"{'parted':<12} after a time of {each.parted:.6g}: by then {PARTED:g} of the distance "
@@ -159,9 +152,7 @@ def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[t
         said.append(("one run", f"+- {number.standard_error:.1e}, by its own samples"))
     name = study.ladder.name
     said += [
-        ("failed", f"{name} = {study.ladder.text(given)}: {run.failure}")
-        for given, run in zip(each.given, each.runs, strict=True)
-        if run.failure
+        ("failed", f"{name} = {study.ladder.text(given)}: {why}") for given, why in each.failures
     ]
     return [*said, ("advice", advise(study, each, number))]
 
@@ -207,188 +198,3 @@ def with_bar(value: float, error: float) -> str:
         return f"{value:.12g} +- {error:.1e}"
     digits = min(max(1 - math.floor(math.log10(error)), 0), 16)
     return f"{value:.{digits}f} +- {error:.1e}"
-
-
-def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
-    """Return a study as plain values; what is told at the top is the first ladder's."""
-    ladder = study.ladder
-    ladders = [_ladder_dict(study, each) for each in study.ladders]
-    observables = ladders[0]["observables"] if ladders else _compared(study.comparisons)
-    first = observables[0]
-    plain: dict[str, Any] = {
-        "script": str(study.script),
-        "vary": None
-        if ladder is None
-        else {
-            "name": ladder.name,
-            "from": ladder.coarse,
-            "to": ladder.fine,
-            "count": ladder.rungs,
-        },
-        "own_step": study.own_step,
-        "phases": study.phases,
-        "seeds": list(study.seeds),
-        "tolerance": study.tolerance,
-        "observables": observables,
-        **{name: first[name] for name in ("verdict", "order", "order_error", "value")},
-        "value_error": first["value_error"],
-        "ladders": ladders,
-        "parting": [_parting(each) for each in study.comparisons],
-        "notes": notes(study),
-        "lmp": study.lmp,
-        "kept": None if study.kept is None else str(study.kept),
-        "seconds_total": study.seconds,
-    }
-    return dict(_finite(plain))
-
-
-def _ladder_dict(study: ScriptStudy, each: ScriptLadder) -> dict[str, Any]:
-    return {
-        "fixed": each.fixed,
-        "ends": None if each.ends is None else list(each.ends),
-        "repeatable": each.repeatable,
-        "observables": [_number_dict(study, each, number) for number in each.numbers],
-        "runs": [
-            {
-                "value": given,
-                "seed": int(run.variables[SEED]) if SEED in run.variables and study.seeds else None,
-                "results": {name: found.value for name, found in run.numbers.items()},
-                "seconds": run.seconds,
-                "failure": run.failure,
-            }
-            for given, run in zip(each.given, each.runs, strict=True)
-        ],
-    }
-
-
-def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> dict[str, Any]:
-    verdict, advice = number.verdict, number.advice
-    return {
-        "name": number.name,
-        "verdict": verdict.kind,
-        "reason": verdict.reason,
-        "order": verdict.order,
-        "order_error": verdict.order_error,
-        "value": verdict.value,
-        "value_error": verdict.value_error,
-        "standard_error": number.standard_error,
-        "resolution": number.resolution,
-        "tolerance": number.tolerance,
-        "advice": None if advice is None else advice.value,
-        "bound": float(number.promised[-1]) if advice is None else advice.promised_error,
-        "advised_runs": None if advice is None else advice.runs,
-        "advised_seconds": None if advice is None else advice.seconds,
-        "tried": None if advice is None else advice.tried,
-        "text": advise(study, each, number),
-        "rungs": [
-            {
-                "value": float(value),
-                "mean": float(number.results[k].mean()),
-                "scatter": float(verdict.scatter[k]),
-                "bias": float(verdict.bias[k]),
-                "promised_error": float(number.promised[k]),
-                "seconds": float(each.seconds[k]),
-            }
-            for k, value in enumerate(each.values)
-        ],
-    }
-
-
-def _compared(comparisons: tuple[Comparison, ...]) -> list[dict[str, Any]]:
-    """Return numbers of runs that were compared, with the keys of those on a ladder."""
-    words = {True: "agrees", False: "differs", None: "cannot tell"}
-    return [
-        {
-            "name": f"{name}, {each.what}",
-            "verdict": words[each.agrees(name)],
-            "reason": _KINDS[each.kind],
-            "order": None,
-            "order_error": None,
-            "value": value,
-            "value_error": error,
-            "advice": None,
-            "bound": abs(difference),
-        }
-        for each in comparisons
-        for name, (value, difference, error) in each.numbers.items()
-    ]
-
-
-def _parting(each: Comparison) -> dict[str, Any]:
-    return {
-        "what": each.what,
-        "verdict": each.kind,
-        "parted": each.parted,
-        "growth": each.growth,
-        "times": each.times.tolist(),
-        "distances": each.distances.tolist(),
-    }
-
-
-def _finite(value: Any) -> Any:
-    """Return plain values with None for numbers that are not finite."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    return [_finite(inner) for inner in value] if isinstance(value, list) else value
-
-
-def write_script_study(study: ScriptStudy, folder: Path) -> None:
-    """Write a study: a page and its JSON, ``runs.csv``, the figure as PNG and SVG."""
-    plain = stamped(script_study_to_dict(study))
-    with folder_aside(folder) as aside:
-        text = json.dumps(plain, indent=2, allow_nan=False)
-        (aside / JSON).write_text(text + "\n", encoding="utf-8")
-        rows = [
-            {**each.fixed, "value": run["value"], **run["results"]}
-            | {key: run[key] for key in ("seed", "seconds", "failure")}
-            for each, ladder in zip(study.ladders, plain["ladders"], strict=True)
-            for run in ladder["runs"]
-        ]
-        columns = list(dict.fromkeys(key for row in rows for key in row))
-        with (aside / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
-            writer = csv.DictWriter(stream, columns)
-            writer.writeheader()
-            writer.writerows(rows)
-        if study.ladders:
-            _draw(study, aside)
-        pairs = [
-            [(number.name, told(study, each, number)) for number in each.numbers]
-            for each in study.ladders
-        ]
-        write_script_page(study, pairs, plain, aside)
-
-
-def _draw(study: ScriptStudy, folder: Path) -> None:
-    from matplotlib.figure import Figure
-
-    from chaincor.analysis.figures.script_ladder import LadderCurve, plot_script_ladders
-
-    assert study.ladder is not None
-    curves = []
-    for each in study.ladders:
-        fixed = ", ".join(f"{name} {value}" for name, value in each.fixed.items())
-        for number in each.numbers:
-            verdict = number.verdict
-            best = verdict.value if verdict.value is not None else float(number.results[-1].mean())
-            law = None
-            if verdict.fit is not None:
-                steps = np.vectorize(study.ladder.step)(each.inputs)
-                law = np.abs(verdict.fit.bias(np.median(steps / steps.max(), axis=1)))
-            named = ", ".join(filter(None, [fixed, number.name if len(each.numbers) > 1 else ""]))
-            curves.append(
-                LadderCurve(
-                    label=named or verdict.kind,
-                    inputs=each.inputs,
-                    errors=np.abs(number.results - best),
-                    seconds=each.seconds,
-                    promised=number.promised,
-                    law=law,
-                )
-            )
-    axes = plot_script_ladders(curves, variable=study.ladder.name, tolerance=study.tolerance)
-    figure = axes.get_figure()
-    assert isinstance(figure, Figure)
-    for ending in ("png", "svg"):
-        figure.savefig(folder / f"work_precision.{ending}")

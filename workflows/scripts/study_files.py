@@ -1,0 +1,183 @@
+"""A study of a script in files: JSON, each run as CSV, the figure, a page."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from chaincor.analysis.atomic_write import folder_aside
+from chaincor.workflows.json_output import finite, stamped
+from chaincor.workflows.scripts.description import KINDS, advise, notes
+from chaincor.workflows.scripts.ladder_runs import NumberLadder, ScriptLadder
+from chaincor.workflows.scripts.page import JSON, write_script_page
+from chaincor.workflows.scripts.parting import Comparison
+from chaincor.workflows.scripts.study import ScriptStudy
+from chaincor.workflows.scripts.varied import SEED
+
+# What JSON has of each part of a study; where it has another name, key and name.
+_VERDICT = ("reason", "order", "order_error", "value", "value_error")
+_NUMBER = ("standard_error", "resolution", "tolerance")
+_VARY = {"name": "name", "from": "coarse", "to": "fine", "count": "rungs"}
+_ADVICE = {
+    "advice": "value",
+    "advised_runs": "runs",
+    "advised_seconds": "seconds",
+    "tried": "tried",
+}
+
+
+def script_study_to_dict(study: ScriptStudy) -> dict[str, Any]:
+    """Return a study as plain values; what is told at the top is the first ladder's."""
+    ladder = study.ladder
+    ladders = [_ladder_dict(study, each) for each in study.ladders]
+    observables = ladders[0]["observables"] if ladders else _compared(study.comparisons)
+    first = observables[0]
+    plain: dict[str, Any] = {
+        "script": str(study.script),
+        "vary": ladder and {key: getattr(ladder, name) for key, name in _VARY.items()},
+        "own_step": study.own_step,
+        "phases": study.phases,
+        "seeds": list(study.seeds),
+        "tolerance": study.tolerance,
+        "observables": observables,
+        **{name: first[name] for name in ("verdict", *_VERDICT[1:])},
+        "ladders": ladders,
+        "parting": [_parting(each) for each in study.comparisons],
+        "notes": notes(study),
+        "lmp": study.lmp,
+        "kept": None if study.kept is None else str(study.kept),
+        "seconds_total": study.seconds,
+    }
+    return dict(finite(plain))
+
+
+def _ladder_dict(study: ScriptStudy, each: ScriptLadder) -> dict[str, Any]:
+    return {
+        "fixed": each.fixed,
+        "ends": None if each.ends is None else list(each.ends),
+        "repeatable": each.repeatable,
+        "observables": [_number_dict(study, each, number) for number in each.numbers],
+        "runs": [
+            {
+                "value": given,
+                "seed": int(run.variables[SEED]) if SEED in run.variables and study.seeds else None,
+                "results": {name: found.value for name, found in run.numbers.items()},
+                "seconds": run.seconds,
+                "failure": run.failure,
+            }
+            for given, run in zip(each.given, each.runs, strict=True)
+        ],
+    }
+
+
+def _number_dict(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> dict[str, Any]:
+    verdict, advice = number.verdict, number.advice
+    return {
+        "name": number.name,
+        "verdict": verdict.kind,
+        **{name: getattr(verdict, name) for name in _VERDICT},
+        **{name: getattr(number, name) for name in _NUMBER},
+        "bound": float(number.promised[-1]) if advice is None else advice.promised_error,
+        **{key: advice and getattr(advice, name) for key, name in _ADVICE.items()},
+        "text": advise(study, each, number),
+        "rungs": [
+            {
+                "value": float(value),
+                "mean": float(number.results[k].mean()),
+                "scatter": float(verdict.scatter[k]),
+                "bias": float(verdict.bias[k]),
+                "promised_error": float(number.promised[k]),
+                "seconds": float(each.seconds[k]),
+            }
+            for k, value in enumerate(each.values)
+        ],
+    }
+
+
+def _compared(comparisons: tuple[Comparison, ...]) -> list[dict[str, Any]]:
+    """Return numbers of runs that were compared, with the keys of those on a ladder."""
+    words = {True: "agrees", False: "differs", None: "cannot tell"}
+    return [
+        {
+            "name": f"{name}, {each.what}",
+            "verdict": words[each.agrees(name)],
+            "reason": KINDS[each.kind],
+            "order": None,
+            "order_error": None,
+            "value": value,
+            "value_error": error,
+            "advice": None,
+            "bound": abs(difference),
+        }
+        for each in comparisons
+        for name, (value, difference, error) in each.numbers.items()
+    ]
+
+
+def _parting(each: Comparison) -> dict[str, Any]:
+    return {
+        "what": each.what,
+        "verdict": each.kind,
+        "parted": each.parted,
+        "growth": each.growth,
+        "times": each.times.tolist(),
+        "distances": each.distances.tolist(),
+    }
+
+
+def write_script_study(study: ScriptStudy, folder: Path) -> None:
+    """Write a study: a page and its JSON, ``runs.csv``, the figure as PNG and SVG."""
+    plain = stamped(script_study_to_dict(study))
+    with folder_aside(folder) as aside:
+        text = json.dumps(plain, indent=2, allow_nan=False)
+        (aside / JSON).write_text(text + "\n", encoding="utf-8")
+        rows = [
+            {**each.fixed, "value": run["value"], **run["results"]}
+            | {key: run[key] for key in ("seed", "seconds", "failure")}
+            for each, ladder in zip(study.ladders, plain["ladders"], strict=True)
+            for run in ladder["runs"]
+        ]
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+        with (aside / "runs.csv").open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.DictWriter(stream, columns)
+            writer.writeheader()
+            writer.writerows(rows)
+        if study.ladders:
+            _draw(study, aside)
+        write_script_page(study, plain, aside)
+
+
+def _draw(study: ScriptStudy, folder: Path) -> None:
+    from matplotlib.figure import Figure
+
+    from chaincor.analysis.figures.script_ladder import LadderCurve, plot_script_ladders
+
+    assert study.ladder is not None
+    curves = []
+    for each in study.ladders:
+        fixed = ", ".join(f"{name} {value}" for name, value in each.fixed.items())
+        for number in each.numbers:
+            verdict = number.verdict
+            best = verdict.value if verdict.value is not None else float(number.results[-1].mean())
+            law = None
+            if verdict.fit is not None:
+                steps = np.vectorize(study.ladder.step)(each.inputs)
+                law = np.abs(verdict.fit.bias(np.median(steps / steps.max(), axis=1)))
+            named = ", ".join(filter(None, [fixed, number.name if len(each.numbers) > 1 else ""]))
+            curves.append(
+                LadderCurve(
+                    label=named or verdict.kind,
+                    inputs=each.inputs,
+                    errors=np.abs(number.results - best),
+                    seconds=each.seconds,
+                    promised=number.promised,
+                    law=law,
+                )
+            )
+    axes = plot_script_ladders(curves, variable=study.ladder.name, tolerance=study.tolerance)
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
+    for ending in ("png", "svg"):
+        figure.savefig(folder / f"work_precision.{ending}")
