@@ -62,7 +62,6 @@ class Constant:
 
 CONSTANTS = {
     "proof_share": Constant(bar_studies.proof_share, 0.995, 1.2),
-    "coarser_share": Constant(bar_studies.coarser_share, 0.995, 1.5, 0.3),
     "adaptive_share": Constant(bar_studies.adaptive_share, 0.99, 2.0, 0.2),
     "table_sensitivity": Constant(bar_studies.table_sensitivity, 1.0, 1.5, 0.2),
     "coordinate_rounding": Constant(bar_studies.coordinate_rounding, 1.0, 1.2, 0.3),

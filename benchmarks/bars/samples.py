@@ -10,15 +10,15 @@ import numpy as np
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
+from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.convergence import (
     Converged,
     converge,
     exact_modes,
-    find_rounding_sensitivity,
 )
 from chaincor.workflows.accuracy.error_bars import PROOF_STEPS, spreads, table_error
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step, largest_step, sharpness
 from chaincor.workflows.engines.compositions import COMPOSITIONS
@@ -95,33 +95,6 @@ def proof_share(random: Random, count: int) -> Samples:
             known = truth.error + table_error(runs[0], scene) + rounding_of(runs[0], scene)
             error = max(abs(etas[0] - truth.restitution) - known, 0.0)
             samples.append(error / max(float(np.max(np.abs(etas[1:] - etas[0]))), _TINY))
-    return found
-
-
-def coarser_share(random: Random, count: int) -> Samples:
-    """Error at a step over the larger difference to twice the step and one a little below."""
-    names: tuple[StepSchemeName, ...] = (
-        *SCHEME_ORDERS,
-        "extrapolated14",
-        "extrapolated12",
-        "srkn14",
-    )
-    found: Samples = {name: [] for name in names}
-    for name, samples in found.items():
-        while len(samples) < count:
-            scene = draw_scene(random)
-            goal = float(10 ** random.uniform(-10, -3))
-            step = 0.5 * guess_step(scene, name, goal)
-            try:
-                truth = find_truth(scene)
-                fine, *coarse = (
-                    eta_of(scene, run_in_house(scene, name, k * step)) for k in (1.0, 2.0, 1.86)
-                )
-            except RunError:
-                continue
-            error = abs(fine - truth.restitution) - truth.error - rounding_error("reference", scene)
-            difference = max(abs(eta - fine) for eta in coarse)
-            samples.append(max(error, 0.0) / max(difference, _TINY))
     return found
 
 

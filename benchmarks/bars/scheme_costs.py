@@ -17,10 +17,10 @@ from chaincor.workflows.accuracy.by_lammps import (
 )
 from chaincor.workflows.accuracy.convergence import converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import shipped_cost_model
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import run_in_house
 from chaincor.workflows.accuracy.scouting import scouting_from
 from chaincor.workflows.accuracy.step_guess import guess_step
+from chaincor.workflows.accuracy.step_proof import COARSER, usual_share
 from chaincor.workflows.accuracy.step_search import find_step
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.errors import RunError
@@ -66,10 +66,10 @@ def in_house_costs(random: Random, goal: float) -> dict[str, float]:
     truth = converge(scene, max(0.03 * goal, 3e-14 * scene.particles))
     costs = {}
     for scheme in IN_HOUSE_SCHEMES:
-        wanted = 0.5 * goal / COARSER_SHARE[scheme]
+        wanted = 0.5 * goal / usual_share(scheme)
         coarse = find_step(scene, scheme, wanted, truth, guess_step(scene, scheme, wanted))
         if coarse is not None:
-            step = 0.5 * coarse
+            step = coarse / COARSER[0]
             costs[scheme] = _least(lambda: run_in_house(scene, scheme, step))  # noqa: B023
     return costs
 

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.bars.calibrate import CONSTANTS, SCHEMES, Constant, draw
 from benchmarks.bars.scheme_costs import best_table
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_SHARE
+from chaincor.workflows.accuracy.error_bars import PROOF_SHARE
 from chaincor.workflows.engines.rounding import ARITHMETIC_FLOOR, COORDINATE_ROUNDING
 from chaincor.workflows.measured import measured, measurements
 
@@ -14,7 +14,6 @@ SEED = 99
 # Studies of seconds. Of a quantile of 0.98 and more with its reserve, a few scenes hold all.
 QUICK = {
     "proof_share": (3, PROOF_SHARE),
-    "coarser_share": (4, COARSER_SHARE),
     "coordinate_rounding": (3, COORDINATE_ROUNDING),
     "arithmetic_floor": (10, ARITHMETIC_FLOOR),
     "unseen_stretch": (3, measured("unseen_stretch")),
@@ -56,8 +55,8 @@ def test_a_choice_counts_where_it_is_larger_than_what_was_measured():
     found = measurements()["nudge_reserve"]["value"]
     assert measured("nudge_reserve", 2.0 * found) == 2.0 * found
     assert measured("nudge_reserve", 0.5 * found) == found
-    each = measurements()["coarser_share"]["value"]
-    larger = measured("coarser_share", each | {"verlet": 9.0})
+    each = measurements()["usual_error"]["value"]
+    larger = measured("usual_error", each | {"verlet": 9.0})
     assert larger == each | {"verlet": 9.0}
 
 

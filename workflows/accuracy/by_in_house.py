@@ -3,14 +3,14 @@
 import math
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.convergence import find_rounding_sensitivity, modal_error
+from chaincor.workflows.accuracy.convergence import modal_error
 from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.irregular import IRREGULAR_SCHEME, refine_irregularly
 from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
+from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
 from chaincor.workflows.engines.in_house import adaptive, hard_sphere, modal
 from chaincor.workflows.engines.outcome import Outcome
@@ -26,8 +26,6 @@ SHARPEST_FIXED = 60.0
 _ADAPTIVE_SHARES = tuple(measured("adaptive_share", 0.3) * weight for weight in (1.0, 0.4))
 # Kinks make it fall irregularly: as of fixed steps, three times as much.
 _IRREGULAR_SHARES = tuple(3.0 * share for share in _ADAPTIVE_SHARES)
-# Where no order can be relied on, the share of composed steps asks for least of it.
-_IRREGULAR: StepSchemeName = "order8"
 _MOST_REFINEMENTS = 15
 # A run of adaptive steps takes up to 8e-10 s times (n ln(sharpness))^3 (log bonds; others less in
 # long chains), a minute for this much; beyond, hard spheres answer wherever they are good to
@@ -78,7 +76,7 @@ def _as_spheres(scene: Scene, deviation: float) -> Answer:
 
 def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
     """Refine without trust in an order: bonds of users may have kinks."""
-    found = refine_irregularly(scene, goal, _IRREGULAR, rounding_error("reference", scene))
+    found = refine_irregularly(scene, goal, IRREGULAR_SCHEME, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
         sensitivity = sensitivity or find_rounding_sensitivity(scene)
     details = {

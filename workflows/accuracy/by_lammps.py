@@ -15,13 +15,8 @@ from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import within_time
-from chaincor.workflows.accuracy.error_bars import (
-    COARSER_SHARE,
-    LEAST_SHARE,
-    TABLE_SENSITIVITY,
-    error_bar,
-)
-from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.error_bars import LEAST_SHARE, TABLE_SENSITIVITY, error_bar
+from chaincor.workflows.accuracy.in_house_runs import eta_of, largest_difference
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
 from chaincor.workflows.accuracy.step_guess import (
@@ -32,7 +27,8 @@ from chaincor.workflows.accuracy.step_guess import (
     largest_step,
     sharpness,
 )
-from chaincor.workflows.accuracy.step_search import error_near, estimate_step, find_step
+from chaincor.workflows.accuracy.step_proof import share_of_difference
+from chaincor.workflows.accuracy.step_search import estimate_step, find_step
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -63,12 +59,14 @@ TRUTH_SHARE = 0.03
 # What a tolerance may choose, once it is measured: what a script can have, and steps that need
 # Python.
 SCRIPTED_SCHEMES: tuple[StepSchemeName, ...] = tuple(
-    name for name in SCHEME_ORDERS if name in measured("coarser_share")
+    name for name in SCHEME_ORDERS if name in measured("usual_error")
 )
 LAMMPS_SCHEMES: tuple[StepSchemeName, ...] = (*SCRIPTED_SCHEMES, "extrapolated12")
 _ALWAYS: StepSchemeName = "order8"
 # LAMMPS kicks, drifts and kicks; the in-house engine drifts first, with half the error.
-LAMMPS_OVER_IN_HOUSE = 2.0
+_LAMMPS_OVER_IN_HOUSE = 2.0
+# LAMMPS's number is proved by a run at so many times its step.
+COARSER = 2.0
 _MOST_REFINEMENTS = 5
 # Extrapolated steps amplify rounding; they may use this share of the tolerance for it. It decides
 # costs only, as the sum is proved.
@@ -132,10 +130,12 @@ def meet_with_lammps(
     schemes: Sequence[StepSchemeName] = LAMMPS_SCHEMES,
 ) -> Answer:
     """
-    Choose LAMMPS's numerics with the in-house integrator, then prove them with LAMMPS alone.
+    Choose LAMMPS's numerics with the in-house integrator, then prove them with both.
 
-    The number is from a step h, its error from a run at 2h and from the choice of h. `sensitivity`
-    is the rounding sensitivity of the in-house eta, where that matters; `schemes` may be chosen.
+    The number is from a step h. Its error is the distance to the reference solution, plus the error
+    of that, but not less than what a run of LAMMPS at 2h tells by the order of the scheme.
+    `sensitivity` is the rounding sensitivity of the in-house eta, where that matters; `schemes` may
+    be chosen.
     """
     started = time.perf_counter()
     choice = choose(scene, goal, sensitivity, schemes)
@@ -181,23 +181,17 @@ class _Proving:
 
     def _within_time(self, numerics: Numerics) -> Numerics:
         scene, lasts = self._scene, float(self._choice.truth.outcome.contact_times[-1])
-        longest = 0.5 * largest_step(numerics.scheme, scene.fast_stiffness)
+        longest = largest_step(numerics.scheme, scene.fast_stiffness) / COARSER
         return within_time(scene, numerics, lasts, longest)
 
     def attempt(self, step: float) -> Try[_Proof]:
         scene, choice, goal = self._scene, self._choice, self._goal
         truth, reachable = choice.truth, choice.reachable
         numerics = self.numerics = replace(self.numerics, timestep=step)
-        fine, coarse = lammps.run_at_steps(scene, numerics, (step, 2.0 * step))
-        difference = abs(eta_of(scene, fine) - eta_of(scene, coarse))
-        expected = error_near(scene, numerics.scheme, step, truth)
-        if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
-            expected = difference
-        by_in_house = LAMMPS_OVER_IN_HOUSE * expected
-        by_steps = max(COARSER_SHARE[numerics.scheme] * difference, by_in_house) + truth.error
-        # Chains that break, or fly for long between contacts, amplify what no order of convergence
-        # tells of: what is known is how far the two are apart.
-        error = max(by_steps, abs(eta_of(scene, fine) - truth.restitution) + truth.error)
+        fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
+        order = effective_order(scene, numerics.scheme)
+        told = share_of_difference(order, COARSER) * largest_difference(scene, fine, [coarse])
+        error = max(told, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
         fine = replace(fine, ending=fine.ending.doubted(doubt))
@@ -206,14 +200,13 @@ class _Proving:
         done = bar.total <= goal or bar.rounding + bar.ending > goal or error < 0.3 * choice.floor
         done |= truth.kinked and step <= _least_step(scene, choice.scouting)
         smaller = numerics
-        if by_steps > STEP_SHARE * reachable:
-            order = effective_order(scene, numerics.scheme)
-            share = by_order(STEP_SHARE * reachable, by_steps, order, 0.3)
+        if error > STEP_SHARE * reachable:
+            share = by_order(STEP_SHARE * reachable, error, order, 0.3)
             smaller = replace(numerics, timestep=step * share)
         elif numerics.force_error is not None:
             smaller = replace(numerics, force_error=0.1 * numerics.force_error)
         else:
-            done = True  # steps agree with each other: what is off is the table, or rounding
+            done = True  # what is off is the table, or rounding
         done |= not done and self._within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
@@ -268,7 +261,7 @@ def choose_numerics(
         force_error = _TABLE_SHARE * tolerance * scene.impact_velocity / TABLE_SENSITIVITY[style]
     if truth.kinked:
         return _verlet_numerics(scene, tolerance, truth, scouting, style, force_error)
-    goals = {scheme: STEP_SHARE * tolerance / COARSER_SHARE[scheme] for scheme in schemes}
+    goals = {scheme: coarser_goal(scene, scheme, tolerance) for scheme in schemes}
     if not scene.line.uniform:
         schemes = _cheapest_first(scene, goals, truth)
     for scheme in schemes:
@@ -279,7 +272,7 @@ def choose_numerics(
         if coarse is not None:
             return Numerics(
                 scheme=scheme,
-                timestep=0.5 * coarse,
+                timestep=coarse / COARSER,
                 bond_range=scouting.table_range(scene),
                 force_error=force_error,
             )
@@ -287,6 +280,12 @@ def choose_numerics(
         f"no composition and step meets an error of {tolerance:.1g} here; expected a looser "
         "tolerance or a lower speed; the engine 'reference' may do it"
     )
+
+
+def coarser_goal(scene: Scene, scheme: StepSchemeName, goal: float) -> float:
+    """Return the in-house error at `COARSER` times a step with which LAMMPS meets a goal."""
+    share = share_of_difference(effective_order(scene, scheme), COARSER)
+    return STEP_SHARE * goal / (_LAMMPS_OVER_IN_HOUSE * share)
 
 
 def _cheapest_first(
@@ -315,12 +314,12 @@ def _verlet_numerics(
     force_error: float | None,
 ) -> Numerics:
     """Return Verlet steps, which past kinks are as exact as any others, and far quicker."""
-    goal = STEP_SHARE * tolerance / COARSER_SHARE["verlet"]
+    goal = coarser_goal(scene, "verlet", tolerance)
     start = guess_step(scene, "verlet", goal)
     coarse = find_step(scene, "verlet", goal, truth, start) or 0.1 * start
     return Numerics(
         scheme="verlet",
-        timestep=max(0.5 * coarse, _least_step(scene, scouting)),
+        timestep=max(coarse / COARSER, _least_step(scene, scouting)),
         table=style,
         bond_range=scouting.table_range(scene),
         force_error=force_error,

@@ -7,7 +7,6 @@ import numpy as np
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, coarsening, rounding_of
@@ -15,14 +14,6 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.measured import measured
 
-# What a run at 2h differs by from the number at step h tells of its error: in theory
-# 1/(2^p - 1) of it. The shares measured are larger, because near-grazing contacts make the
-# convergence irregular; what such a share misses, another run beside it tells. A scheme that is not
-# measured yet takes the whole difference.
-COARSER_SHARE: dict[str, float] = {
-    **dict.fromkeys(SCHEME_ORDERS, 1.0),
-    **measured("coarser_share"),
-}
 # With explicit numerics, the number at step h is proved by runs at these shares of it: half of it,
 # and, as phases of contacts make errors irregular, two that are no simple fraction.
 PROOF_STEPS = (0.5, 0.54, 0.93)

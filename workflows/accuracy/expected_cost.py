@@ -8,16 +8,17 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
 from chaincor.workflows.accuracy.by_lammps import (
+    COARSER,
     SHARPEST_LAMMPS,
     TRUTH_SHARE,
+    coarser_goal,
     usual_scheme,
 )
 from chaincor.workflows.accuracy.cost_model import LAMMPS_RUNS, cost_model
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE, PROOF_STEPS
+from chaincor.workflows.accuracy.error_bars import PROOF_STEPS
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme as usual_in_house
 from chaincor.workflows.accuracy.regular import first_step
 from chaincor.workflows.accuracy.step_guess import (
-    STEP_SHARE,
     contact_is_sharpest,
     guess_step,
     sharpness,
@@ -83,8 +84,8 @@ def expected_seconds(scene: Scene) -> float:
     scheme = usual_scheme(scene, goal)
     if scheme == "verlet":  # which is taken where it is cheaper than this
         scheme = "order8"
-    step = guess_step(scene, scheme, STEP_SHARE * goal / COARSER_SHARE[scheme])
-    numerics = Numerics(scheme=scheme, timestep=0.5 * step)
+    step = guess_step(scene, scheme, coarser_goal(scene, scheme, goal)) / COARSER
+    numerics = Numerics(scheme=scheme, timestep=step)
     run = cost_model().integration(scene, numerics, duration)
     choice = _in_house_seconds(scene, duration, TRUTH_SHARE * goal)
     return _LAMMPS_SECONDS + LAMMPS_RUNS * run + choice + modal

@@ -67,7 +67,7 @@ class Refined:
     kinked : bool
         Whether bonds pass kinks, so that Verlet steps are as good as any.
     seconds : float
-        Integration time of all runs, where it was added up.
+        Integration time of all runs.
     """
 
     fine: Outcome
@@ -106,4 +106,5 @@ def refined(scene: Scene, tries: Sequence[Try[list[Outcome]]], forgets: bool = F
         alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         runs = alike[0][1] if forgets else runs
         error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
-    return Refined(runs[0], runs[1:], error, stuck, told(tries))
+    seconds = sum(run.seconds for _, each in ran for run in each)
+    return Refined(runs[0], runs[1:], error, stuck, told(tries), seconds=seconds)

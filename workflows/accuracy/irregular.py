@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.accuracy.in_house_runs import (
     Refined,
     largest_difference,
@@ -30,6 +29,8 @@ from chaincor.workflows.errors import RunError
 # by less than 1/1.5 of its error in 2 cases of 1000.
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
+# Where no order can be relied on, a composition errs least between its evaluations.
+IRREGULAR_SCHEME: StepSchemeName = "order8"
 # Where no kink was found, half as much as order 2 would need is taken at any order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
@@ -65,9 +66,7 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     return duration * parts.evaluations / steps
 
 
-def refine_irregularly(
-    scene: Scene, goal: float, scheme: StepSchemeName, floor: float = 0.0
-) -> Refined:
+def refine_irregularly(scene: Scene, goal: float, scheme: StepSchemeName, floor: float) -> Refined:
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
 
@@ -82,7 +81,7 @@ def refine_irregularly(
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
     step = max(step, least_step(scene, search.scheme, crossings))
     tries = refine(step, search.attempt, Policy(_MOST_REFINEMENTS, stalls=True))
-    return replace(refined(scene, tries), kinked=search.kinked, seconds=search.seconds)
+    return replace(refined(scene, tries), kinked=search.kinked)
 
 
 @dataclass
@@ -96,7 +95,6 @@ class _Search:
     kinked: bool
     before: Try[list[Outcome]] | None = None
     lost: int = 0
-    seconds: float = 0.0
 
     @property
     def reachable(self) -> float:
@@ -106,7 +104,7 @@ class _Search:
     def share(self) -> float:
         if self.kinked or not self.scene.line.smooth:
             return KINKED_SHARE
-        return max(COARSER_SHARE[self.scheme], _SEEMINGLY_SMOOTH_SHARE)
+        return _SEEMINGLY_SMOOTH_SHARE
 
     def attempt(self, step: float) -> Try[list[Outcome]]:
         scene, scheme, floor = self.scene, self.scheme, self.floor
@@ -114,7 +112,6 @@ class _Search:
         fine = run_in_house(scene, scheme, step)
         proofs = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
-        self.seconds += sum(run.seconds for run in runs)
         error = self.share * largest_difference(scene, fine, proofs)
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))

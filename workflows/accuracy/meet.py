@@ -7,8 +7,8 @@ from chaincor.workflows.accuracy.answer import Answer, reason_missed
 from chaincor.workflows.accuracy.at_once.many import ManyMeetings, meet_alone
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED, meet_in_house
 from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS, meet_with_lammps
-from chaincor.workflows.accuracy.convergence import find_rounding_sensitivity
 from chaincor.workflows.accuracy.goals import goal_above
+from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.engines.in_house.modal import serves
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_error, rounding_matters

@@ -8,7 +8,6 @@ import numpy as np
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.convergence import nudged_change
 from chaincor.workflows.accuracy.error_bars import ending_error
 from chaincor.workflows.accuracy.in_house_runs import (
     Refined,
@@ -19,6 +18,7 @@ from chaincor.workflows.accuracy.in_house_runs import (
     run_in_house,
 )
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
+from chaincor.workflows.accuracy.rounding_sensitivity import nudged_change
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.outcome import Outcome

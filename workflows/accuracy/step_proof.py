@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from chaincor.lammps_inputs.schemes import StepSchemeName
-from chaincor.workflows.accuracy.error_bars import COARSER_SHARE
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # A run is proved by runs at so many times its step: the far one and the near one.
@@ -48,7 +47,7 @@ def proved_error(
         difference small. Else the larger difference.
     """
     falls = alike & (near <= _STEEPEST * far + rounding)
-    usual = COARSER_SHARE[scheme] * far
+    usual = share_of_difference(STEP_SCHEMES[scheme].order, COARSER[0]) * far
     return np.maximum(near, np.where(falls, usual, far))[()], falls
 
 
@@ -56,4 +55,13 @@ def usual_share(scheme: StepSchemeName) -> float:
     """Return the error that is told over the difference to the far run, by the scheme's order."""
     order = STEP_SCHEMES[scheme].order
     near, far = (k**order - 1.0 for k in reversed(COARSER))
-    return max(COARSER_SHARE[scheme], near / far)
+    return near / far
+
+
+def share_of_difference(order: float, times: float) -> float:
+    r"""
+    Return the error at a step over the difference to a run at so many times that step.
+
+    Where errors fall with the power p of the step, that is :math:`1/(k^p - 1)`.
+    """
+    return float(1.0 / (times**order - 1.0))

@@ -20,7 +20,7 @@ _NEIGHBOUR = 0.93
 _MOST_TRIES = 5
 
 
-def error_near(scene: Scene, scheme: StepSchemeName, timestep: float, truth: Converged) -> float:
+def _error_near(scene: Scene, scheme: StepSchemeName, timestep: float, truth: Converged) -> float:
     """
     Return the error of eta at a step, or at one a little smaller if that is larger.
 
@@ -66,7 +66,7 @@ def find_step(
     order = effective_order(scene, scheme)
 
     def attempt(step: float) -> Try[float]:
-        error = error_near(scene, scheme, step, truth)
+        error = _error_near(scene, scheme, step, truth)
         smaller = step * by_order(_RESERVE * goal, error, order, 0.25)
         return Try(step, error, error, done=error <= goal, following=smaller)
 

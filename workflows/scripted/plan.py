@@ -1,6 +1,5 @@
 """Numerics and error bars of scripts that LAMMPS runs alone: all that can be told beforehand."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +10,9 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
-from chaincor.workflows.accuracy.by_lammps import LAMMPS_OVER_IN_HOUSE, SCRIPTED_SCHEMES, choose
+from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
-    COARSER_SHARE,
     LEAST_SHARE,
     PROOF_SHARE,
     PROOF_STEPS,
@@ -23,17 +21,16 @@ from chaincor.workflows.accuracy.error_bars import (
 )
 from chaincor.workflows.accuracy.meet import goal_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouted_run, scouting_from
-from chaincor.workflows.accuracy.step_guess import STEP_SHARE
-from chaincor.workflows.accuracy.step_search import error_near
+from chaincor.workflows.accuracy.step_guess import effective_order
+from chaincor.workflows.accuracy.step_proof import share_of_difference
 from chaincor.workflows.accuracy.table_rows import rows_error
 from chaincor.workflows.engines.lammps.engine import guess_bond_range
 from chaincor.workflows.engines.lammps.kept_script import flown_on
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding, rounding_of_steps
-from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
 # The number's step and twice that, as where the engine meets a tolerance.
-_MULTIPLES = (1.0, 2.0)
+_MULTIPLES = (1.0, COARSER)
 # With another velocity nothing but the two runs tells the error: with steps that resolve the
 # motion it is well below their difference.
 _ALONE = 1.0
@@ -124,15 +121,6 @@ def _for_tolerance(
     truth, numerics = choice.truth, choice.numerics
     scouting = scouting_from(truth, scene, flown_on(scene))
     numerics = replace(numerics, bond_range=None)
-    # The engine refines where its two runs say so; a script has one try.
-    expected = (
-        COARSER_SHARE[numerics.scheme]
-        * LAMMPS_OVER_IN_HOUSE
-        * error_near(scene, numerics.scheme, 2.0 * numerics.timestep, truth)
-    )
-    if math.isfinite(expected) and expected > STEP_SHARE * goal:
-        shrink = (STEP_SHARE * goal / expected) ** (1.0 / STEP_SCHEMES[numerics.scheme].order)
-        numerics = replace(numerics, timestep=shrink * numerics.timestep)
     table = _tabulate(scene, numerics, scouting, table_range)
     bar = _bar(scene, numerics, table, truth, goal, sensitivity)
     return ScriptPlan(numerics, table, scouting.end, bar, tolerance)
@@ -147,14 +135,11 @@ def _bar(
     sensitivity: float,
 ) -> ScriptedBar:
     """Return the error bar that the engine gives a run that meets a tolerance."""
-    scheme, share = numerics.scheme, COARSER_SHARE[numerics.scheme]
-    expected = error_near(scene, scheme, numerics.timestep, truth)
-    if not math.isfinite(expected):  # stopped in-house, at a step beside those of LAMMPS
-        expected, share = 0.0, max(share, 2.0)
+    scheme = numerics.scheme
     return ScriptedBar(
         multiples=_MULTIPLES,
-        share=share,
-        share_alone=max(share, _ALONE),
+        share=share_of_difference(effective_order(scene, scheme), COARSER),
+        share_alone=_ALONE,
         table=_table_part(table, scene, truth.outcome, goal),
         rounding=max(
             rounding_of_steps(scene, scheme, numerics.timestep),
@@ -163,7 +148,7 @@ def _bar(
         ending=ending_error(truth.outcome, scene),
         reference_solution=truth.restitution,
         reference_error=truth.error,
-        least=max(LAMMPS_OVER_IN_HOUSE * expected, LEAST_SHARE * goal),
+        least=LEAST_SHARE * goal,
     )
 
 

@@ -11,8 +11,12 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house.finish import KNOWN_MARGIN
-from chaincor.workflows.engines.lammps.blind import BlindBound
-from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
+from chaincor.workflows.engines.lammps.flight import (
+    ComposedFlight,
+    Flight,
+    VerletFlight,
+    longest_blind_time,
+)
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.meeting import HardBodies
 from chaincor.workflows.engines.outcome import Outcome
@@ -79,10 +83,7 @@ def _collide(
     flight: Flight
     meeting = HardBodies(chain, scene.line)  # type: ignore[arg-type]
     if numerics.scheme == "verlet":
-        # Curvatures of any length a bond may have; only blind windows are told by them.
-        bond_range = (1.0 + max(0.5 * scene.bond.strain_min, -0.5), 3.0)
-        bound = BlindBound(scene.bond, bond_range)
-        flight = VerletFlight(chain, False, bound, meeting)  # type: ignore[arg-type]
+        flight = VerletFlight(chain, False, longest_blind_time(scene), meeting)  # type: ignore[arg-type]
     else:
         flight = ComposedFlight(chain, meeting)  # type: ignore[arg-type]
     # Contacts shift a little when an error is left out.

@@ -7,21 +7,15 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.accuracy.convergence import (
-    MODAL_ERROR,
-    SHARE_ALONE,
-    Converged,
-    converge,
-)
-from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
+from chaincor.workflows.accuracy.convergence import MODAL_ERROR, Converged, converge
+from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_from
-from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.in_house import modal
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.errors import RunError
+from chaincor.workflows.engines.schemes import STEP_SCHEMES
 
-# Tried in turn: near-grazing contacts and sharp bonds keep some scenes from the first.
-_GOALS = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)
+# Near-grazing contacts and sharp bonds keep some scenes from it: these are refined while it helps.
+_GOAL = 1e-13
 
 
 @dataclass(frozen=True)
@@ -82,32 +76,20 @@ def find_truth(scene: Scene) -> Truth:
     """
     Converge a collision as far as the in-house engine goes.
 
-    For harmonic chains by the exact propagator, else from order 8 at two steps. Raises RunError if
-    no step resolves the collision.
+    For harmonic chains by the exact propagator, else from steps that agree. Raises RunError if no
+    step resolves the collision.
     """
     if scene.bond.is_harmonic:
         exact = modal.run(scene)
-        found = Converged(exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
-        return _truth_from(scene, found, exact, "exact modes")
-    found = _converge_far(scene)
-    step = found.outcome.timestep
-    assert step is not None
-    composition = COMPOSITIONS[found.outcome.scheme]
-    coarse = run_in_house(scene, composition.name, 2.0 * step)
-    source = f"in-house engine, order {composition.order}, H = {step:.4g}"
-    return _truth_from(scene, found, coarse, source)
+        found = Converged(exact, exact, eta_of(scene, exact), MODAL_ERROR, exact.seconds)
+        return _truth_from(scene, found, "exact modes")
+    found = converge(scene, _GOAL)
+    order = STEP_SCHEMES[found.outcome.scheme].order
+    source = f"in-house engine, order {order}, H = {found.outcome.timestep:.4g}"
+    return _truth_from(scene, found, source)
 
 
-def _converge_far(scene: Scene) -> Converged:
-    for goal in _GOALS:
-        try:
-            return converge(scene, goal)
-        except RunError as error:
-            failure = error
-    raise failure
-
-
-def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) -> Truth:
+def _truth_from(scene: Scene, found: Converged, source: str) -> Truth:
     outcome = found.outcome
     rounding = np.finfo(float).eps * scene.particles
     bare = Truth(
@@ -121,11 +103,11 @@ def _truth_from(scene: Scene, found: Converged, coarse: Outcome, source: str) ->
         scouting=scouting_from(found, scene),
         source=source,
     )
-    spread = deviation_from(bare, scene, coarse)
+    spread = deviation_from(bare, scene, found.coarse)
     return replace(
         bare,
-        last_contact_time_error=SHARE_ALONE * spread.last_contact_time + rounding,
-        mode_energies_error=SHARE_ALONE * spread.mode_energies + rounding,
+        last_contact_time_error=spread.last_contact_time + rounding,
+        mode_energies_error=spread.mode_energies + rounding,
     )
 
 

@@ -17,11 +17,15 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.script import DATA_FILE, DUMP_FILE
 from chaincor.workflows.engines.end_watch import longest_collision
-from chaincor.workflows.engines.lammps.blind import BlindBound
 from chaincor.workflows.engines.lammps.bodies import Bodies
 from chaincor.workflows.engines.lammps.certificate import certify_table
 from chaincor.workflows.engines.lammps.course import ChainCollision
-from chaincor.workflows.engines.lammps.flight import ComposedFlight, Flight, VerletFlight
+from chaincor.workflows.engines.lammps.flight import (
+    ComposedFlight,
+    Flight,
+    VerletFlight,
+    longest_blind_time,
+)
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
 from chaincor.workflows.engines.lammps.meeting import Meeting, meeting_of
@@ -49,8 +53,6 @@ _MOST_WIDENINGS = 12
 _KEPT = "kept"
 # Bonds are looked at now and then: this share of the longest one's stretch may be missed.
 _UNSEEN: float = measured("unseen_stretch")
-# A harmonic bond is the same at every length.
-_HARMONIC_RANGE = (0.0, 2.0)
 # With a rounding error like this no digit of eta is worth the run.
 _LARGEST_FLOOR = 0.1
 
@@ -314,15 +316,14 @@ def _collide(
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
-        bond_range = _HARMONIC_RANGE if table is None else (table.lengths[0], table.lengths[-1])
-        blind = None
-        if scene.line.plain and scene.particles > 1:
-            blind = BlindBound(scene.bond, bond_range)
+        longest_blind = 0.0
+        if scene.line.plain and scene.particles > 1 and not ask_every_step:
+            longest_blind = longest_blind_time(scene)
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
             meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
-            flight = _choose_flight(used, chain, meeting, None if ask_every_step else blind)
+            flight = _choose_flight(used, chain, meeting, longest_blind)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
             try:
@@ -342,8 +343,8 @@ def _collide(
 
 
 def _choose_flight(
-    numerics: Numerics, chain: LammpsChain, meeting: Meeting, blind: BlindBound | None
+    numerics: Numerics, chain: LammpsChain, meeting: Meeting, longest_blind: float
 ) -> Flight:
     if numerics.scheme != "verlet":
         return ComposedFlight(chain, meeting)
-    return VerletFlight(chain, numerics.wall == "reflect", blind, meeting)
+    return VerletFlight(chain, numerics.wall == "reflect", longest_blind, meeting)

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bond_table import FAR_BACK, FAR_OUT
 
@@ -42,7 +43,10 @@ class FarBonds:
     def change_tables(self) -> None:
         """Give bonds that got very long the far table, and those that came back the near one."""
         lengths = self._chain.lengths()
-        far = np.where(self.far, lengths > FAR_BACK, lengths > FAR_OUT)
+        self.give_tables(np.where(self.far, lengths > FAR_BACK, lengths > FAR_OUT))
+
+    def give_tables(self, far: NDArray[np.bool_]) -> None:
+        """Give bonds the far table, or the near one."""
         changed = np.flatnonzero(far != self.far)
         if len(changed) == 0:
             return

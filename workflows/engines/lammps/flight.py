@@ -3,11 +3,20 @@
 import math
 from abc import ABC, abstractmethod
 
-from chaincor.workflows.engines.lammps.blind import BlindBound
+from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps.crossing import RESOLUTION, first_crossing, foretold_crossing
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.meeting import Contact, Meeting
+from chaincor.workflows.engines.lammps.meeting import Contact, Meeting, time_to_zero
 from chaincor.workflows.errors import LostAtomsError, TimestepError
+
+# Verlet steps are taken without asking for the wall for this part of the time in which particle 1
+# would come to it with its present acceleration, which decides costs only.
+_BLIND_SHARE = 0.9
+
+
+def longest_blind_time(scene: Scene) -> float:
+    """Return for how long a present acceleration foretells anything: 1/frequency of the bonds."""
+    return 1.0 / scene.slow_stiffness**0.5
 
 
 class Flight(ABC):
@@ -49,9 +58,10 @@ class VerletFlight(Flight):
     there, also if x + v t + f t^2/2 comes to the wall and turns within the step; with the
     reflecting wall LAMMPS's own fix mirrors what ends behind it.
 
-    Many steps are taken at once where a bound promises that there is no contact in them. LAMMPS
-    itself watches them: if one ends nearer to the wall than a contact can be, all are taken back
-    and asked for one by one.
+    Many steps are taken at once, blind, while particle 1 is some time away from the wall. Its
+    acceleration changes meanwhile, so LAMMPS itself watches them (see
+    :class:`chaincor.workflows.engines.lammps.guard.WallGuard`): if one ends nearer to the wall than
+    a contact can be, all are taken back and asked for one by one.
 
     Parameters
     ----------
@@ -59,27 +69,25 @@ class VerletFlight(Flight):
         The chain.
     reflect : bool
         Whether the reflecting wall fix is at work.
-    bound : BlindBound or None
-        When steps may be taken without asking; None asks at every step.
+    longest_blind : float
+        For how long steps are taken without asking at most; 0 asks at every step, as the walls that
+        LAMMPS cannot watch need: all but the hard one.
     meeting : Meeting
-        As in `Flight`; a bound is for the hard wall only.
+        As in `Flight`.
     """
 
     def __init__(
         self,
         chain: LammpsChain,
         reflect: bool,
-        bound: BlindBound | None,
+        longest_blind: float,
         meeting: Meeting,
     ) -> None:
         super().__init__(chain, meeting)
-        self.reflect = reflect
-        self.bound = bound
-        # Part of the bound's time that is taken: a collision of sharp bonds further on, which the
-        # bound does not see, would otherwise spoil long windows again and again.
+        self.reflect, self._longest = reflect, longest_blind
+        # Part of the time that is taken: collisions of sharp bonds, which a present acceleration
+        # does not foretell, would otherwise spoil long windows again and again.
         self._share = 1.0
-
-    _NEAR = 0.25
 
     def _dips(self, now: list[float]) -> bool:
         """Return whether particle 1 reaches the wall and turns within the next step."""
@@ -87,18 +95,15 @@ class VerletFlight(Flight):
         return v < 0.0 < v + self.chain.timestep * a and v * v > 2.0 * x * a
 
     def advance(self, limit: float) -> Contact | None:
-        """Run blind while the bound allows it, and ask before each step where it does not."""
+        """Run blind while the wall is some time away, and ask before each step where it is near."""
         chain, h = self.chain, self.chain.timestep
         start, taken = self.time, 0
         last = max(1, math.ceil((limit - start) / h))
         while taken < last:
-            if self.bound is not None:
-                steps = self._run_blind(last - taken)
+            if self._longest > 0.0 and (steps := self._run_blind(last - taken)):
                 taken += steps
                 self.time = start + taken * h
-                # A long window is followed by another; after a short one the wall is near.
-                if taken == last or steps * h > self._NEAR:
-                    continue
+                continue
             now = self.meeting.state()
             x, v, a = now
             ahead = x + h * (v + 0.5 * h * a)
@@ -115,10 +120,8 @@ class VerletFlight(Flight):
         return None
 
     def _run_blind(self, most: int) -> int:
-        chain, bound = self.chain, self.bound
-        assert bound is not None
-        bound.look(chain.x, chain.v, chain.f, chain.timestep)
-        safe = bound.safe_time(chain.guard_position)
+        chain = self.chain
+        safe = min(self._longest, _BLIND_SHARE * self._time_to_guard())
         steps = min(int(self._share * safe / chain.timestep), most)
         if steps < 2:
             if safe >= 2.0 * chain.timestep:
@@ -132,12 +135,20 @@ class VerletFlight(Flight):
         chain.restore(state)
         return 0
 
+    def _time_to_guard(self) -> float:
+        """Return when particle 1 comes to LAMMPS's guard, were its acceleration to last."""
+        x, v, a = self.meeting.state()
+        x -= self.chain.guard_position
+        if x > 0.0:
+            return time_to_zero(x, v, a)
+        # It leaves the wall: the end of the first step is known exactly.
+        h = self.chain.timestep
+        x += h * (v + 0.5 * h * a)
+        return h + time_to_zero(x, v + h * a, a) if v > 0.0 and x > 0.0 else 0.0
+
     def _hit(self, now: list[float]) -> Contact | None:
         """Cut the step at the wall; None where its last kick turned particle 1 already."""
-        x, v, a = now
-        root = math.sqrt(v * v - 2.0 * x * a)
-        # The root of x + v s + a s^2/2 that does not cancel; particle 1 may turn within the step.
-        s = 2.0 * x / (root - v) if v < 0.0 else -(v + root) / a
+        s = time_to_zero(*now)
         if s > 0.0:
             self.chain.verlet(s)
         self.time += s

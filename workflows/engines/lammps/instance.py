@@ -1,11 +1,11 @@
 """One chain inside one LAMMPS instance: commands, live state, and steps of any composition."""
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,24 @@ from chaincor.workflows.errors import RunError
 _RUN_ONE = run_command(1)
 # A particle and its bond in one of LAMMPS's steps, in bond forces of the in-house loops.
 _PARTICLE_WORK = 10
+
+
+class Snapshot(NamedTuple):
+    """
+    A state of a chain in LAMMPS.
+
+    Attributes
+    ----------
+    x, v, f : ndarray of shape (n + M,)
+        Coordinates, velocities and forces.
+    far : ndarray of shape (bonds,), or None
+        Which bonds have the second table; None where there is one.
+    """
+
+    x: NDArray[np.float64]
+    v: NDArray[np.float64]
+    f: NDArray[np.float64]
+    far: NDArray[np.bool_] | None = None
 
 
 class LammpsChain:
@@ -230,17 +248,17 @@ class LammpsChain:
         self.timestep = timestep
         self.stages_done = 0
 
-    def snapshot(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Copy x, v and f, for :meth:`restore`."""
-        return self.x.copy(), self.v.copy(), self.f.copy()
+    def snapshot(self) -> Snapshot:
+        """Copy the state, for :meth:`restore`."""
+        far = None if self.far_bonds is None else self.far_bonds.far.copy()
+        return Snapshot(self.x.copy(), self.v.copy(), self.f.copy(), far)
 
-    def restore(self, state: Sequence[NDArray[np.float64]] | NDArray[np.float64]) -> None:
+    def restore(self, state: Snapshot) -> None:
         """Put a copied state back."""
-        if self.far_bonds is not None:
-            # A bond that broke since then is whole again.
-            self.x[:] = state[0]
-            self.far_bonds.change_tables()
-        self.x[:], self.v[:], self.f[:] = state
+        if self.far_bonds is not None and state.far is not None:
+            self.x[:] = state.x
+            self.far_bonds.give_tables(state.far)
+        self.x[:], self.v[:], self.f[:] = state.x, state.v, state.f
 
     def write_frame(self, time: float) -> None:
         """Append a frame to the dump in the job's folder, written by LAMMPS."""

@@ -173,7 +173,7 @@ class SoftBodies(Meeting):
         if passed < zone:
             cell = cells * (passed / zone) ** (1.0 / power) + 1.0
             step = min(step, zone * (cell / cells) ** power - passed)
-        left = _time_to_zero(*state)
+        left = time_to_zero(*state)
         if left < zone:
             cell = max(cells * (left / zone) ** (1.0 / power) - 1.0, 0.0)
             last = zone * (1.0 / cells) ** power
@@ -225,8 +225,12 @@ def grading(scene: Scene, order: int) -> tuple[float, float] | None:
     return _ZONE / scene.fast_stiffness**0.5, max(1.0, order / (line.contact_exponent + 1.0))
 
 
-def _time_to_zero(distance: float, rate: float, acceleration: float) -> float:
-    """Return when x + v t + a t^2/2 falls to zero; inf where it does not."""
+def time_to_zero(distance: float, rate: float, acceleration: float) -> float:
+    """
+    Return when x + v t + a t^2/2 falls to zero; inf where it does not.
+
+    It is the root in which nothing cancels, also where v is positive and the fall comes after.
+    """
     square = rate * rate - 2.0 * distance * acceleration
     if square < 0.0 or (rate >= 0.0 and acceleration >= 0.0):
         return math.inf

@@ -79,10 +79,17 @@ def test_a_state_put_back_has_its_tables_back(tmp_path):
         chain.x[2] = chain.x[1] + 24.0
         chain.far_bonds.change_tables()
         chain.restore(state)
-        for now, then in zip((chain.x, chain.v, chain.f), state, strict=True):
+        for now, then in zip((chain.x, chain.v, chain.f), state[:3], strict=True):
             np.testing.assert_array_equal(now, then)
         chain.run(1)  # out of range of the far table
         assert chain.f[2] == pytest.approx(scene.bond.force(-0.1), abs=1e-11)
+        # Also where either table would do, and the one that it had is not told by its length.
+        chain.x[2] = chain.x[1] + 0.5 * (FAR_BACK + FAR_OUT)
+        state = chain.snapshot()
+        chain.x[2] = chain.x[1] + 24.0
+        chain.far_bonds.change_tables()
+        chain.restore(state)
+        assert not chain.far_bonds.far.any()
 
 
 @pytest.mark.slow

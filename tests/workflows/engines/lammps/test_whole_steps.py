@@ -35,12 +35,12 @@ def parts_of(chain, scheme, duration, before):
     if scheme in COMPOSITIONS:
         for weight in COMPOSITIONS[scheme].weights:
             chain.commands(f"timestep {weight * duration:.17g}\nrun 1 pre no post no")
-        return np.array(chain.snapshot())
+        return np.array(chain.snapshot()[:3])
     mixture, mixed = STEP_SCHEMES[scheme].fractions, 0.0
     for count, weight in zip(mixture.counts.astype(int), mixture.weights, strict=True):
         chain.restore(before)
         chain.commands(f"timestep {duration / count:.17g}\nrun {count} pre no post no")
-        mixed = mixed + weight * np.array(chain.snapshot())
+        mixed = mixed + weight * np.array(chain.snapshot()[:3])
     return mixed
 
 
@@ -57,14 +57,14 @@ def test_a_step_is_what_its_parts_make(tmp_path, name, scheme, duration):
             chain.step()
         before, done = chain.snapshot(), chain.stages_done
         chain.step(duration)
-        after = np.array(chain.snapshot())
+        after = np.array(chain.snapshot()[:3])
         assert chain.stages_done - done == STEP_SCHEMES[scheme].evaluations
         chain.restore(before)
         expected = parts_of(chain, scheme, duration or STEP, before)
         # Coordinates up to 10 are rounded to 1e-15, in each of 8 steps or 17, and a mixture
         # amplifies that up to 60 times; of another part, masses would be wrong by 1e-3.
         assert np.max(np.abs(after - expected)) < 5e-13
-        assert np.max(np.abs(after - before)) > 1e-3
+        assert np.max(np.abs(after - before[:3])) > 1e-3
         assert np.array_equal(masses_of(chain), masses)
 
 
@@ -77,15 +77,15 @@ def test_steps_of_either_length_take_turns(tmp_path, scheme):
         chain.verlet(1e-9)
         middle = chain.snapshot()
         chain.step()
-        turns = np.array(chain.snapshot())
+        turns = np.array(chain.snapshot()[:3])
         chain.restore(middle)
         chain.step(STEP)
-        assert np.array_equal(turns, chain.snapshot())
+        assert np.array_equal(turns, chain.snapshot()[:3])
         chain.restart(0.5 * STEP)
         chain.restore(start)
         chain.step()
         chain.verlet(1e-9)
-        assert np.array_equal(middle, chain.snapshot())
+        assert np.array_equal(middle[:3], chain.snapshot()[:3])
 
 
 @pytest.mark.parametrize("scheme", ["order8", "extrapolated12"])
