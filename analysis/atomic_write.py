@@ -34,6 +34,12 @@ def written_aside(path: Path) -> Iterator[Path]:
         yield aside
 
 
+def write_whole(path: Path, text: str) -> None:
+    """Write a text so that its file appears when it is complete; raises as `written_aside`."""
+    with written_aside(path) as aside:
+        aside.write_text(text, encoding="utf-8")
+
+
 @contextmanager
 def folder_aside(folder: Path, prefix: str = "partial") -> Iterator[Path]:
     """

@@ -11,6 +11,7 @@ from chaincor.analysis.restitution import centre_of_mass_velocity, energy_split
 from chaincor.lammps_inputs.scene_parts.given_bodies import (
     DEFAULT_CONTACT_EXPONENT,
     DEFAULT_CONTACT_STIFFNESS,
+    plain_bodies,
     seed_of,
 )
 
@@ -119,24 +120,16 @@ def bodies_after(scene: "Scene", outcome: "Outcome") -> dict[str, Any]:
 
 
 def _as_given(scene: "Scene") -> dict[str, Any]:
-    state, masses = scene.initial_state, scene.masses
+    given, state = plain_bodies(scene), scene.initial_state
     if state is not None and state.masses is not None:
-        masses = tuple(state.masses.tolist())
-    given = {
-        "masses": masses,
-        "target_particles": scene.target_particles,
-        "target_masses": scene.target_masses,
-        "initial": None if scene.initial is None else str(scene.initial),
-        "compression": scene.compression,
-    }
+        given["masses"] = tuple(state.masses.tolist())
     if scene.temperature is not None:
-        given |= {"temperature": scene.temperature, "seed": seed_of(scene)}
+        given["seed"] = seed_of(scene)
     if scene.contact == "power":
-        given |= {
-            "contact": "power",
-            "contact_stiffness": scene.contact_stiffness or DEFAULT_CONTACT_STIFFNESS,
-            "contact_exponent": scene.contact_exponent or DEFAULT_CONTACT_EXPONENT,
-        }
+        given.setdefault("contact_stiffness", DEFAULT_CONTACT_STIFFNESS)
+        given.setdefault("contact_exponent", DEFAULT_CONTACT_EXPONENT)
+    else:
+        given.pop("contact", None)
     return given
 
 

@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
@@ -67,8 +67,8 @@ def examine() -> list[Finding]:
         ("MPI library", _mpi_library),
         ("LAMMPS library", _lammps_library),
         ("lmp command", _lmp_command),
-        ("collision by LAMMPS", _lammps_collision),
-        ("collision in-house", _in_house_collision),
+        ("collision by LAMMPS", partial(_harmonic_pair, "lammps")),
+        ("collision in-house", partial(_harmonic_pair, "reference")),
     ]
     findings: list[Finding] = []
     for subject, check in checks:
@@ -235,7 +235,7 @@ def _lmp_command() -> str:
     return f"{command}{hint}"
 
 
-def _check_harmonic_pair(engine: str) -> str:
+def _harmonic_pair(engine: str) -> str:
     """Two particles return all their energy after one half-period: eta = 1, t = pi/sqrt(2)."""
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.collision import collide
@@ -249,11 +249,3 @@ def _check_harmonic_pair(engine: str) -> str:
             f"two harmonic particles give eta = 1 - {error:g}; expected 1: reinstall the libraries"
         )
     return f"two harmonic particles: |eta - 1| = {error:.0e}"
-
-
-def _lammps_collision() -> str:
-    return _check_harmonic_pair("lammps")
-
-
-def _in_house_collision() -> str:
-    return _check_harmonic_pair("reference")

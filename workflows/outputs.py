@@ -39,8 +39,8 @@ def refuse_unusable_outputs(scene: Scene) -> None:
             f"dump_frames is {scene.dump_frames!r} and there is no dump; expected the dump whose "
             "frames these are: give dump, or drop dump_frames"
         )
-    given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
-    paths = {key: path.absolute() for key, path in given.items() if path is not None}
+    given = _outputs(scene)
+    paths = {key: path.absolute() for key, path in given.items()}
     if len(set(paths.values())) < len(paths):
         raise InputError(f"{' and '.join(paths)} share a path; expected one for each: give another")
     for key, path in paths.items():
@@ -53,6 +53,12 @@ def refuse_unusable_outputs(scene: Scene) -> None:
             _refuse_another_job(scene, given[key])
         else:
             refuse_other_kinds(given[key], key)
+
+
+def _outputs(scene: Scene) -> dict[str, Path]:
+    """Return where a scene's files go, by the keys that say so."""
+    given = {key: getattr(scene, key) for key in ("dump", "arrays", "save")}
+    return {key: path for key, path in given.items() if path is not None}
 
 
 def refuse_other_kinds(path: Path, kind: str) -> None:
@@ -143,10 +149,7 @@ def refuse_shared_outputs(scenes: Sequence[Scene]) -> None:
     """Raise InputError if two scenes would write to one path."""
     owners: dict[Path, int] = {}
     for number, scene in enumerate(scenes, start=1):
-        for key in ("dump", "arrays", "save"):
-            path = getattr(scene, key)
-            if path is None:
-                continue
+        for key, path in _outputs(scene).items():
             owner = owners.setdefault(path.absolute(), number)
             if owner != number:
                 raise InputError(

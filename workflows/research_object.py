@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import write_whole
 from chaincor.workflows.errors import MissingLibraryError
 
 # Where the specification of RO-Crates has this file.
@@ -109,9 +109,8 @@ def describe_folder(
     crate.root_dataset["mentions"] = _named([crate.add_jsonld(computation)])
     if variables:
         crate.root_dataset["variableMeasured"] = _named(variables)
-    with written_aside(folder / METADATA_FILE) as aside:
-        text = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
-        aside.write_text(text, encoding="utf-8")
+    text = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False)
+    write_whole(folder / METADATA_FILE, text)
 
 
 def _named(entities: Iterable[Any]) -> list[dict[str, str]] | dict[str, str]:

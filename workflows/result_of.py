@@ -2,7 +2,6 @@
 
 import math
 import time
-from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -25,11 +24,6 @@ from chaincor.workflows.versions import versions
 
 # Stiffnesses and lengths are told apart from 1 beyond what a bond's own differences are good to.
 _ROUNDED = 1e-9
-
-
-@cache
-def _all_versions() -> dict[str, str]:
-    return versions()
 
 
 def result_of(
@@ -110,7 +104,7 @@ def result_of(
         seconds=outcome.seconds,
         seconds_total=time.perf_counter() - started,
         scene_sha256=scene.sha256,
-        versions=_all_versions(),
+        versions=versions(),
         contact_times=outcome.contact_times,
         contact_speeds=outcome.contact_speeds,
         mode_energies=energies,

@@ -127,6 +127,12 @@ class IntoStore:
         self.tally.seconds = time.perf_counter() - started
         return self.tally
 
+    def run_by_processes(self, workers: int, progress: bool) -> Tally:
+        """Do the same in new processes of this machine: one a collision, but `workers` at most."""
+        workers = min(workers, len(self.todo))
+        with ProcessPool(workers) as pool:
+            return self.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
+
     def _is_wanted(self, scenes: Sequence[Scene]) -> Sequence[bool]:
         """Leave out what another sweep has computed meanwhile."""
         wanted = [
@@ -167,9 +173,7 @@ def collide_into_store(
     with nullcontext(store) if isinstance(store, Store) else Store(store) as opened:
         into = IntoStore(opened, scenes, arrays=arrays)
         if into.todo:
-            workers = min(workers_given(workers), len(into.todo))
-            with ProcessPool(workers) as pool:
-                into.run(pool, in_flight=TASKS_PER_WORKER * workers, progress=progress)
+            into.run_by_processes(workers_given(workers), progress)
         rows = [opened.find(scene, arrays=arrays) for scene in scenes]
     assert all(row is not None for row in rows)
     return [row for row in rows if row is not None]

@@ -32,11 +32,9 @@ def explore(output: Path, particles: int) -> None:
     Speed, bond, length, masses, target and temperature are chosen in the page. It holds everything
     it needs: open it in any browser, also without a network.
     """
-    from chaincor.analysis.atomic_write import written_aside
+    from chaincor.analysis.atomic_write import write_whole
     from chaincor.workflows.outputs import refuse_other_kinds
 
     refuse_other_kinds(output, ".html")
-    page = live_page(particles)
-    with written_aside(output) as aside:
-        aside.write_text(page, encoding="utf-8")
+    write_whole(output, live_page(particles))
     click.echo(output)

@@ -23,7 +23,7 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
 
     They need no network. With `pip install chaincor[notebook]` comes what makes and shows them.
     """
-    from chaincor.analysis.atomic_write import written_aside
+    from chaincor.analysis.atomic_write import write_whole
     from chaincor.lammps_inputs.errors import InputError
     from chaincor.workflows.lessons.notebooks import notebook
     from chaincor.workflows.lessons.pages import lesson_pages
@@ -38,6 +38,5 @@ def lessons(output: Path, solutions: bool, force: bool) -> None:
         raise InputError(f"{there[0]} is there already; expected a new folder, or --force")
     make_folder(output)
     for path, text in made.items():
-        with written_aside(path) as aside:
-            aside.write_text(text, encoding="utf-8")
+        write_whole(path, text)
         click.echo(path)

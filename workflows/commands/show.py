@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from chaincor.workflows.json_output import finite, json_text
+from chaincor.workflows.showing.table import aligned
 
 _COLUMNS = (
     "potential",
@@ -59,21 +60,11 @@ def show(
         objects = [dict(zip(names, row, strict=True)) for row in rows]
         click.echo(json_text({"count": found, "rows": finite(objects)}))
         return
-    click.echo(_table(names, rows))
+    click.echo(aligned([names, *([_cell(value) for value in row] for row in rows)]))
     if found == 0:
         click.echo("no such row")
     elif len(rows) < found:
         click.echo(f"{len(rows)} of {found} rows; --limit 0 shows all")
-
-
-def _table(names: list[str], rows: list[tuple[Any, ...]]) -> str:
-    # Padded by hand: a table of rich takes minutes for 100000 rows.
-    lines = [names, *([_cell(value) for value in row] for row in rows)]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
-        for line in lines
-    )
 
 
 def _cell(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 import contextlib
 from collections.abc import Iterator
-from concurrent.futures import Executor
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -92,6 +91,7 @@ def sweep(
     """  # noqa: D301
     from chaincor.workflows.campaign import points
     from chaincor.workflows.campaign import sweep_file as files
+    from chaincor.workflows.campaign.cluster import DaskCluster
     from chaincor.workflows.campaign.forecast import Forecast
     from chaincor.workflows.campaign.into_store import IntoStore
     from chaincor.workflows.store.results_store import Store
@@ -124,29 +124,15 @@ def sweep(
         if keep_jobs is not None:
             _keep_jobs(into, keep_jobs)
         if into.todo:
-            with (
-                _interruptible(path),
-                _executor(scheduler, min(cores, len(into.todo))) as (executor, in_flight),
-            ):
-                into.run(executor, in_flight=in_flight, progress=not as_json)
+            with _interruptible(path):
+                if scheduler is None:
+                    into.run_by_processes(cores, progress=not as_json)
+                else:
+                    with DaskCluster(scheduler) as cluster:
+                        into.run(cluster, in_flight=cluster.in_flight, progress=not as_json)
     click.echo(_report(into.tally, bool(into.todo), path, as_json))
     if into.tally.known_failures or into.tally.failed:
         ctx.exit(1)
-
-
-@contextlib.contextmanager
-def _executor(scheduler: str | None, workers: int) -> Iterator[tuple[Executor, int]]:
-    if scheduler is not None:
-        from chaincor.workflows.campaign.cluster import DaskCluster
-
-        with DaskCluster(scheduler) as cluster:
-            yield cluster, cluster.in_flight
-        return
-    from chaincor.workflows.campaign.carry_out import TASKS_PER_WORKER
-    from chaincor.workflows.campaign.pool import ProcessPool
-
-    with ProcessPool(workers) as pool:
-        yield pool, TASKS_PER_WORKER * workers
 
 
 @contextlib.contextmanager

@@ -1,7 +1,7 @@
 """``chaincor validate``: who is right, LAMMPS, the in-house integrator, or yours."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +11,10 @@ from chaincor.workflows.commands.scene_options import SceneCommand, scene_from, 
 from chaincor.workflows.json_output import json_text
 from chaincor.workflows.outputs import PICTURES, PICTURES_SAID
 from chaincor.workflows.validation.user_integrator import USER_TIMEOUT
+
+if TYPE_CHECKING:
+    from chaincor.lammps_inputs.scene import Scene
+    from chaincor.workflows.validation.comparison import Validation
 
 
 @click.command(cls=SceneCommand)
@@ -62,11 +66,7 @@ def validate(
     from chaincor.workflows.campaign.progress import progress_bar
     from chaincor.workflows.validation import comparison
     from chaincor.workflows.validation.grid import grid_around
-    from chaincor.workflows.validation.lammps_result import (
-        is_lammps_result,
-        read_lammps_result,
-        validate_result,
-    )
+    from chaincor.workflows.validation.lammps_result import is_lammps_result
     from chaincor.workflows.validation.user_comparison import validate_user
 
     if plot is not None and Path(plot).suffix not in PICTURES:
@@ -100,30 +100,18 @@ def validate(
             f"--grid chooses chains by itself, so that {', '.join(own)} would not be used; "
             "expected a tolerance or numerics only: drop one or the other"
         )
+    if grid and is_lammps_result(against):
+        raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
     # What an integrator of one's own cannot do is not asked for unless a scene does.
     scenes = grid_around(scene, bodies=against is None) if grid else [scene]
     results = []
-    if is_lammps_result(against):
-        assert against is not None
-        if grid:
-            raise click.UsageError(f"--grid runs scenes, and '{against}' holds one; drop --grid")
-        found = read_lammps_result(against)
-        if not own and scene_file is None:
-            if found.scene is None:
-                raise InputError(
-                    f"nothing beside '{against}' tells the scene of that run"
-                    + (f" of {found.particles} particles" if found.particles else "")
-                    + "; expected it: SCENE.toml, or options such as --potential lj --particles "
-                    f"{found.particles or 100} --velocity V"
-                )
-            asked = scene.tolerance
-            scene = found.scene.without(*NUMERICS_KEYS).replace(tolerance=asked)
-        scenes = []
-        results = [validate_result(scene, found)]
-    with progress_bar(len(scenes) > 1, len(scenes), 0.0) as advance:
+    with progress_bar(grid, len(scenes), 0.0) as advance:
         for each in scenes:
             if against is None:
                 results.append(comparison.validate(each))
+            elif is_lammps_result(against):
+                is_given = bool(own) or scene_file is not None
+                results.append(_validate_result(each, against, is_given))
             else:
                 results.append(validate_user(each, against, timeout=timeout or USER_TIMEOUT))
             advance(0.0)
@@ -142,3 +130,21 @@ def validate(
             click.echo(f"\n{good} of {len(results)} scenes agree")
     if not agrees:
         ctx.exit(1)
+
+
+def _validate_result(scene: "Scene", against: str, is_given: bool) -> "Validation":
+    """Compare a LAMMPS result; where no scene is given, the files beside it tell it."""
+    from chaincor.workflows.validation.lammps_result import read_lammps_result, validate_result
+
+    found = read_lammps_result(against)
+    if is_given:
+        return validate_result(scene, found)
+    if found.scene is None:
+        raise InputError(
+            f"nothing beside '{against}' tells the scene of that run"
+            + (f" of {found.particles} particles" if found.particles else "")
+            + "; expected it: SCENE.toml, or options such as --potential lj --particles "
+            f"{found.particles or 100} --velocity V"
+        )
+    own = found.scene.without(*NUMERICS_KEYS).replace(tolerance=scene.tolerance)
+    return validate_result(own, found)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.errors import ChaincorError, InputError
 from chaincor.lammps_inputs.job_wishes import NO_WISHES, JobWishes
 from chaincor.lammps_inputs.scene import Scene
@@ -81,9 +82,7 @@ def write_grid(
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerows([["number", "folder", *axes, "refusal"], *rows])
-        aside = folder / f".{MANIFEST}.partial"
-        aside.write_text(text.getvalue(), encoding="utf-8")
-        aside.replace(folder / MANIFEST)
+        write_whole(folder / MANIFEST, text.getvalue())
     except OSError as error:
         raise InputError(
             f"cannot write the jobs into {str(folder)!r}: {error.strerror}; give another folder"

@@ -31,6 +31,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from types import ModuleType
 from typing import Any
 
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
@@ -261,6 +262,11 @@ class Claim:
                 f"{len(finding.points)} points"
             )
         return ""
+
+
+def claims_of(module: ModuleType) -> tuple[Claim, ...]:
+    """Return the claims that a module makes, in its order."""
+    return tuple(value for value in vars(module).values() if isinstance(value, Claim))
 
 
 def claim(

@@ -91,7 +91,7 @@ def point_record(point: Point) -> dict[str, Any]:
         "agrees": point.agrees,
     }
     for engine, answer in (("lammps", point.lammps), ("in_house", point.in_house)):
-        result = {} if answer is None or answer.result is None else answer.result
+        result = {} if answer is None else answer.result
         record |= {
             f"{engine}_{name}": result.get(name)
             for name in ("restitution", "restitution_error", "scheme", "timestep")

@@ -75,12 +75,11 @@ class FreeFlight:
 def free_flights(measured: Measurements) -> tuple[FreeFlight, ...]:
     """Follow the lj chains of the curve of eta against speed, by speed."""
     points = measured.select("curves", "lj")
-    return tuple(fly(p) for p in points if p.answer is not None and "velocities" in p.answer.arrays)
+    return tuple(fly(p) for p in points if "velocities" in p.answer.arrays)
 
 
 def fly(point: Point) -> FreeFlight:
     """Follow a chain of two particles or more for `LAST` crossings, from the state it ended in."""
-    assert point.answer is not None
     crossing = point.particles - 1.0
     energy = 0.5 * point.particles * point.scene.impact_velocity**2
     kinetic, bonds = _Flight(point, point.answer).average(AVERAGED_OVER * crossing)
@@ -106,7 +105,6 @@ class _Flight:
     """A motion by the in-house integrator, order 8, from the state right after a last contact."""
 
     def __init__(self, point: Point, answer: Answer) -> None:
-        assert answer.result is not None
         self._bond = bond = point.scene.bond
         arrays = answer.arrays
         velocities, strains = arrays["velocities"], np.diff(arrays["displacements"])

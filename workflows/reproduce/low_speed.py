@@ -144,7 +144,7 @@ def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
         return None
     zero = baseline[0]
     exact = zero.restitution, zero.error
-    if zero.in_house is not None and zero.in_house.result is not None:
+    if zero.in_house is not None and zero.in_house.result:
         exact = zero.in_house.result["restitution"], zero.bar_of(zero.in_house)
     return Increase(
         points=points,

@@ -19,15 +19,15 @@ class Answer:
 
     Attributes
     ----------
-    result : dict or None
-        The fields of a collision's result; None where there is none.
+    result : dict
+        The fields of a collision's result; empty where there is none.
     arrays : dict
         Its arrays, by name.
     failure : str or None
         Why there is no result: name of the error and message.
     """
 
-    result: dict[str, Any] | None
+    result: dict[str, Any]
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
     failure: str | None = None
 
@@ -99,9 +99,9 @@ class Point:
         LAMMPS's, unless it has none or misses the error asked (which its coordinates are not always
         exact enough for): then in-house's, if that meets it or has the smaller bar.
         """
-        ours, other = (None if a is None else a.result for a in (self.lammps, self.in_house))
-        if ours is None or other is None:
-            return "lammps" if ours is not None else None if other is None else "in-house"
+        ours, other = ({} if a is None else a.result for a in (self.lammps, self.in_house))
+        if not ours or not other:
+            return "lammps" if ours else "in-house" if other else None
         if ours["tolerance_met"] is not False:
             return "lammps"
         better = other["tolerance_met"] or _bar(other) < _bar(ours)
@@ -113,9 +113,10 @@ class Point:
         return {"lammps": "LAMMPS", "in-house": "in-house", None: "–"}[self.source]
 
     @property
-    def answer(self) -> Answer | None:
-        """The answer that is plotted and fitted."""
-        return {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
+    def answer(self) -> Answer:
+        """The answer that is plotted and fitted; an empty one where there is none."""
+        shown = {"lammps": self.lammps, "in-house": self.in_house, None: None}[self.source]
+        return shown or Answer({})
 
     @property
     def answers(self) -> list[Answer]:
@@ -125,11 +126,10 @@ class Point:
     @property
     def results(self) -> list[dict[str, Any]]:
         """Their results."""
-        return [answer.result for answer in self.answers if answer.result]
+        return [answer.result for answer in self.answers]
 
     def _number(self, name: str) -> float:
-        result = {} if self.answer is None or self.answer.result is None else self.answer.result
-        value = result.get(name)
+        value = self.answer.result.get(name)
         return float("nan") if value is None else float(value)
 
     @property
@@ -147,22 +147,20 @@ class Point:
         """Error bar of eta, as `bar_of` the answer shown."""
         return self.bar_of(self.answer)
 
-    def bar_of(self, answer: Answer | None) -> float:
+    def bar_of(self, answer: Answer) -> float:
         """Return the error bar of an answer: its own, or what the two engines differ by if more."""
-        if answer is None or answer.result is None or answer.result["restitution_error"] is None:
-            return float("nan")
-        return max(float(answer.result["restitution_error"]), abs(self.difference or 0.0))
+        bar = answer.result.get("restitution_error")
+        return float("nan") if bar is None else max(float(bar), abs(self.difference or 0.0))
 
     @property
     def is_limit(self) -> bool:
         """Whether the value shown was put in, as that of hard spheres, and not integrated."""
-        return self.answer is not None and (self.answer.result or {}).get("scheme") == SCHEME
+        return self.answer.result.get("scheme") == SCHEME
 
     @property
     def later_contact(self) -> float:
         """By how much a contact after the last one seen could change eta; 0 if none can come."""
-        result = {} if self.answer is None else self.answer.result or {}
-        return float((result.get("error_parts") or {}).get("ending") or 0.0)
+        return float((self.answer.result.get("error_parts") or {}).get("ending") or 0.0)
 
     @property
     def is_open(self) -> bool:
@@ -256,7 +254,7 @@ class Measurements:
             engine: sum(
                 answer.result["seconds_total"]
                 for answer in (getattr(point, engine) for point in self.points[study])
-                if answer is not None and answer.result is not None
+                if answer is not None and answer.result
             )
             for engine in ("lammps", "in_house")
         }

@@ -11,7 +11,7 @@ from chaincor.workflows.accuracy.step_guess import sharpness
 from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point, Study
 from chaincor.workflows.reproduce.plan import Plan
-from chaincor.workflows.validation.comparison import SHARPER, SHARPEST
+from chaincor.workflows.validation.comparison import SHARPER, judging_scene
 
 # Scenes in, answers out, in the same order.
 Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
@@ -24,7 +24,7 @@ def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
         rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
         return [
             Answer(
-                row.result,
+                row.result or {},
                 row.arrays,
                 None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
             )
@@ -42,9 +42,7 @@ def in_house_twin(scene: Scene) -> Scene:
     LAMMPS, so that this is the value shown.
     """
     share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
-    tolerance = max(share * (scene.tolerance or DEFAULT_TOLERANCE), SHARPEST)
-    none = dict.fromkeys(("wall", "scheme", "timestep", "table", "table_points"))
-    return scene.replace(**none, engine="reference", tolerance=tolerance)
+    return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
 
 
 def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:

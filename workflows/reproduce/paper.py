@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from chaincor.workflows.reproduce.claims import Claim
+from chaincor.workflows.reproduce.claims import Claim, claims_of
 from chaincor.workflows.reproduce.drawing import Figure
 from chaincor.workflows.reproduce.figures import (
     agreement,
@@ -27,17 +27,16 @@ from chaincor.workflows.reproduce.plan import Plan
 
 # In the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
-    *trajectories.CLAIMS,
-    *order.CLAIMS,
-    *harmonic_contacts.CLAIMS,
-    *harmonic_lengths.CLAIMS,
-    *restitution_curves.CLAIMS,
-    *lj_lengths.CLAIMS,
-    *harmonic_contacts.LATER_CLAIMS,
-    *pair.CLAIMS,
-    *slope.CLAIMS,
+    *claims_of(trajectories),
+    *claims_of(order),
+    *claims_of(harmonic_contacts),
+    *claims_of(harmonic_lengths),
+    *claims_of(restitution_curves),
+    *claims_of(lj_lengths),
+    *claims_of(pair),
+    *claims_of(slope),
     *increase.CLAIMS,
-    *contacts_and_restitution.CLAIMS,
+    *claims_of(contacts_and_restitution),
 )
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
@@ -158,7 +158,7 @@ def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
         (answer.result["seconds_total"], engine, point)
         for point in measured.all_points()
         for engine, answer in (("LAMMPS", point.lammps), ("in-house", point.in_house))
-        if answer is not None and answer.result is not None
+        if answer is not None and answer.result
     ]
     total = sum(seconds for seconds, _, _ in runs) or 1.0
     longest = sorted(runs, key=lambda run: -run[0])[:count]
@@ -195,7 +195,7 @@ def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:
         for kind, content in rendered.items():
             (drawings / f"{figure.key}.{kind}").write_bytes(content)
         if figure.records:
-            _write(drawings / f"{figure.key}.csv", figure.to_csv())
+            write_whole(drawings / f"{figure.key}.csv", figure.to_csv())
         images[figure.key] = data_uri(rendered)
     return images
 
@@ -208,12 +208,6 @@ def write_report(folder: Path, contents: dict[str, Any], images: dict[str, str])
     environment.filters["cell"] = lambda text: str(text).replace("|", r"\|").replace("\n", " ")
     for name in ("report.html", "report.md"):
         text = environment.get_template(f"{name}.j2").render(**contents, images=images)
-        _write(folder / name, text)
-    _write(
-        folder / "report.json", json.dumps(stamped(finite(contents)), indent=1, ensure_ascii=False)
-    )
-
-
-def _write(path: Path, text: str) -> None:
-    with written_aside(path) as aside:
-        aside.write_text(text, encoding="utf-8")
+        write_whole(folder / name, text)
+    numbers = json.dumps(stamped(finite(contents)), indent=1, ensure_ascii=False)
+    write_whole(folder / "report.json", numbers)

@@ -28,7 +28,7 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
         (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
         for p in points
         for engine, answer in (("LAMMPS", p.lammps), ("in-house engine", p.in_house))
-        if answer is not None and answer.result is None
+        if answer is not None and not answer.result
     ]
     relative = [increase.largest_relative_error for increase in increases(measured).values()]
     return {

@@ -53,9 +53,10 @@ class Plots:
     """
     Draws a result.
 
-    Each picture goes into the `ax` given, or into a figure of its own: a notebook shows that below
-    the cell; in a script ``ax.figure.savefig("lines.png")`` keeps it, and ``plt.show()`` shows it
-    if pyplot was imported before. Pictures of the motion compute the collision again.
+    Each picture goes into the ``matplotlib.axes.Axes`` given as `ax`, or into a figure of its own,
+    and returns its axes: a notebook shows them below the cell; in a script
+    ``ax.figure.savefig("lines.png")`` keeps them, and ``plt.show()`` shows them if pyplot was
+    imported before. Pictures of the motion compute the collision again.
     """
 
     def __init__(self, result: "Collision") -> None:
@@ -73,14 +74,9 @@ class Plots:
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw into.
+            Where to draw.
         magnification : float, optional
             Factor on the displacements; by default so large that they can be seen.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
 
         Raises
         ------
@@ -111,16 +107,6 @@ class Plots:
         in no mode. For a cold chain of equal masses and springs at a hard wall, the picture also
         shows the theory of Basile and Dumont, in which all contacts are alike.
 
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw into.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
-
         Raises
         ------
         InputError
@@ -149,16 +135,6 @@ class Plots:
 
         With a free target each is the sum over the two bodies. While the bodies of a soft contact
         overlap, the two do not add up to 1: the contact stores the rest.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw into.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
 
         Raises
         ------
@@ -196,12 +172,7 @@ class Plots:
         quantity : str
             ``intervals`` or ``speeds``.
         ax : matplotlib.axes.Axes, optional
-            Axes to draw into.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes.
+            Where to draw.
 
         Raises
         ------

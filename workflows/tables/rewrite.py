@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from chaincor.analysis.atomic_write import written_aside
+from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.bonds.table_checks import sections_of
 from chaincor.lammps_inputs.bonds.table_rows import spline_through
 from chaincor.lammps_inputs.errors import InputError
@@ -50,5 +50,4 @@ def rewrite_table(report: TableReport, target: Path, rows: int) -> None:
         f"{k} {r:.17g} {e:.17g} {f:.17g}"
         for k, (r, e, f) in enumerate(zip(lengths, energies, force(lengths), strict=True), 1)
     ]
-    with written_aside(target) as aside:
-        aside.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    write_whole(target, "\n".join([*lines, ""]))

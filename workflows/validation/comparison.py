@@ -14,7 +14,8 @@ from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
 from chaincor.workflows.given import scene_given
-from chaincor.workflows.result import Collision, finite
+from chaincor.workflows.json_output import finite
+from chaincor.workflows.result import Collision
 
 # Longest and shortest bonds are read at the ends of steps, which are so long, in units of the
 # fastest bond's 1/omega, where none is told.
@@ -154,10 +155,13 @@ def _short(value: Any) -> str:
 
 def judge_for(scene: Scene, tolerance: float) -> Collision:
     """Run the in-house integrator, sharper than what it judges."""
-    sharper = max(SHARPER * tolerance, SHARPEST)
+    return collide(judging_scene(scene.without(*OUTPUT_KEYS), SHARPER * tolerance))
+
+
+def judging_scene(scene: Scene, tolerance: float) -> Scene:
+    """Return a scene as the in-house integrator judges it, to a tolerance that it can meet."""
     fields = dict.fromkeys(NUMERICS_KEYS)
-    scene = scene.without(*OUTPUT_KEYS)
-    return collide(scene.replace(engine="reference", tolerance=sharper, **fields))
+    return scene.replace(engine="reference", tolerance=max(tolerance, SHARPEST), **fields)
 
 
 def validate(scene: Scene, tolerance: float | None = None) -> Validation:

@@ -151,7 +151,7 @@ def test_bar_of_a_compared_value_covers_the_difference():
 def test_value_shown_is_that_of_lammps_unless_it_misses_what_was_asked(lammps, in_house, source):
     def answer(said):
         if said is None:
-            return Answer(None, failure="RunError: no")
+            return Answer({}, failure="RunError: no")
         met, bar = said
         return Answer({"restitution": 0.9, "restitution_error": bar, "tolerance_met": met})
 

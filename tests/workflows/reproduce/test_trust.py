@@ -19,7 +19,7 @@ def scene(speed: float) -> Scene:
 
 @pytest.fixture(scope="module")
 def health():
-    refused = Answer(None, failure="RunError: too sharp")
+    refused = Answer({}, failure="RunError: too sharp")
     points = (
         Point(scene(0.1), answer(0.9, 1e-6), answer(0.9, 1e-7)),
         Point(scene(1.5), answer(0.795, 9e-3), answer(0.807, 1e-1)),

@@ -52,7 +52,7 @@ def run_here(scenes):
     for scene in scenes:
         (found,) = collide_scenes([scene])
         if isinstance(found, Exception):
-            answers.append(Answer(None, {}, f"{type(found).__name__}: {found}"))
+            answers.append(Answer({}, {}, f"{type(found).__name__}: {found}"))
         else:
             answers.append(Answer(found.to_dict(), found.arrays()))
     return answers

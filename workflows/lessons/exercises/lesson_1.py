@@ -3,6 +3,8 @@
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
 from chaincor.workflows.lessons.exercises.in_house import in_house
 
+_LINEAR = "springs are linear: all displacements double, and no ratio changes"
+
 
 def _eta(particles: int = 10, velocity: float = 0.1) -> float:
     return in_house(potential="harmonic", particles=particles, velocity=velocity).restitution
@@ -90,14 +92,8 @@ EXERCISES = {
                 lambda: 1.0 - 4.0 * (1.0 - _eta()),
                 "the lost energy is four times as large, but so is the energy that came",
             ),
-            Mistake(
-                lambda: 1.0 - 2.0 * (1.0 - _eta()),
-                "springs are linear: all displacements double, and no ratio changes",
-            ),
-            Mistake(
-                lambda: 1.0 - 0.5 * (1.0 - _eta()),
-                "springs are linear: all displacements double, and no ratio changes",
-            ),
+            Mistake(lambda: 1.0 - 2.0 * (1.0 - _eta()), _LINEAR),
+            Mistake(lambda: 1.0 - 0.5 * (1.0 - _eta()), _LINEAR),
             Mistake(_e, "this is e, the ratio of speeds; asked is eta = e^2, that of energies"),
         ),
     ),

@@ -11,6 +11,7 @@ from chaincor.workflows.lessons.exercises.in_house import in_house
 
 Array = NDArray[np.float64]
 
+_ENDS = "the ends are free halfway before the first and after the last particle: i - 1/2"
 _N = 10
 _J = np.arange(_N)
 
@@ -119,13 +120,10 @@ EXERCISES = {
                 lambda j, n: np.sqrt(2.0 / n) * np.sin(np.pi * j * (np.arange(n) + 0.5) / n),
                 "a sine is zero at the end of the chain, as if held there; a free end swings most",
             ),
-            Mistake(
-                lambda j, n: np.sqrt(2.0 / n) * np.cos(np.pi * j * np.arange(n) / n),
-                "the ends are free halfway before the first and after the last particle: i - 1/2",
-            ),
+            Mistake(lambda j, n: np.sqrt(2.0 / n) * np.cos(np.pi * j * np.arange(n) / n), _ENDS),
             Mistake(
                 lambda j, n: np.sqrt(2.0 / n) * np.cos(np.pi * j * np.arange(1, n + 1) / n),
-                "the ends are free halfway before the first and after the last particle: i - 1/2",
+                _ENDS,
             ),
             Mistake(
                 lambda j, n: np.sqrt(2.0 / n) * np.cos(2 * np.pi * j * (np.arange(n) + 0.5) / n),

@@ -14,6 +14,8 @@ from chaincor.workflows.lessons.exercises.in_house import in_house
 
 Array = NDArray[np.float64]
 
+_HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
+
 
 def _bond_force(strains: Array) -> Array:
     return LennardJones().force(strains)
@@ -57,14 +59,8 @@ EXERCISES = {
                 "the sign of the force: a compressed bond pushes its left particle to the left",
             ),
             Mistake(_ring, "the first particle is joined to the last: this is a ring"),
-            Mistake(
-                lambda u: np.append(-_bond_force(np.diff(u)), 0.0),
-                "half of the forces are missing: each bond acts on the particles at both its ends",
-            ),
-            Mistake(
-                lambda u: np.append(0.0, _bond_force(np.diff(u))),
-                "half of the forces are missing: each bond acts on the particles at both its ends",
-            ),
+            Mistake(lambda u: np.append(-_bond_force(np.diff(u)), 0.0), _HALF),
+            Mistake(lambda u: np.append(0.0, _bond_force(np.diff(u))), _HALF),
             Mistake(
                 lambda u: np.append(-np.diff(-u), 0.0) + np.append(0.0, np.diff(-u)),
                 "these are springs; take the force of the bond",

@@ -11,6 +11,8 @@ from chaincor.workflows.lessons.exercises.in_house import in_house
 
 Array = NDArray[np.float64]
 
+_LOGS = "one axis is in log and the other in log10: use one of them for both"
+_TURNED = "each velocity has to be turned round, and only the first ball meets the wall"
 _LENGTHS = (125, 250, 500, 1000, 2000)
 _PLACE, _DISPLACEMENT = 99.0, 1e-9
 
@@ -66,14 +68,8 @@ EXERCISES = {
                 lambda: _slope(np.log(_LENGTHS), np.log(1.0 - _lost())),
                 "this fits eta, which tends to 1; the power law is of what is lost, 1 - eta",
             ),
-            Mistake(
-                lambda: _slope(np.log10(_LENGTHS), np.log(_lost())),
-                "one axis is in log and the other in log10: use one of them for both",
-            ),
-            Mistake(
-                lambda: _slope(np.log(_LENGTHS), np.log10(_lost())),
-                "one axis is in log and the other in log10: use one of them for both",
-            ),
+            Mistake(lambda: _slope(np.log10(_LENGTHS), np.log(_lost())), _LOGS),
+            Mistake(lambda: _slope(np.log(_LENGTHS), np.log10(_lost())), _LOGS),
         ),
         tolerance=0.03,
     ),
@@ -108,14 +104,8 @@ EXERCISES = {
                 lambda: [10, 100],
                 "each pair exchanges velocities once, not twice",
             ),
-            Mistake(
-                lambda: [1, 10],
-                "each velocity has to be turned round, and only the first ball meets the wall",
-            ),
-            Mistake(
-                lambda: [1, 55],
-                "each velocity has to be turned round, and only the first ball meets the wall",
-            ),
+            Mistake(lambda: [1, 10], _TURNED),
+            Mistake(lambda: [1, 55], _TURNED),
             Mistake(lambda: [10, 20], "count the pairs: n(n - 1)/2 of them exchange"),
         ),
     ),

@@ -124,15 +124,6 @@ def _fastest(measured: Measurements) -> tuple[list[Point], str]:
     return fastest, f"lowest of three, each at the fastest speed integrated: {', '.join(described)}"
 
 
-CLAIMS = (
-    _hard_spheres,
-    _hard_sphere_contacts,
-    _rise_of_both,
-    _contacts_at_high_speed,
-    _high_speed_limit,
-)
-
-
 def figure(measured: Measurements) -> Figure:
     """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
     points = measured.select("curves", "lj")

@@ -80,7 +80,6 @@ def _independence_of_v0(measured: Measurements) -> Finding:
 )
 def _independence_of_contact_time(measured: Measurements) -> Finding:
     def contact_time(point: Point, answer: Answer) -> np.ndarray:
-        assert answer.result is not None
         return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
 
     return compare_velocities(measured, contact_time, "t_c/τ")
@@ -177,7 +176,6 @@ def paper_chain(measured: Measurements) -> Point:
 def _of_paper_chain(measured: Measurements, name: str, text: str) -> Finding:
     """Return a number of the paper's chain; contacts have no bar: the engines' difference is it."""
     point = paper_chain(measured)
-    assert point.answer is not None
     ours = _contacts(point, point.answer)
     both = [_contacts(point, answer)[name] for answer in point.answers]
     where = f"n = {PAPER_CHAIN}, {point.engine_name}"
@@ -191,7 +189,7 @@ def _of_paper_chain(measured: Measurements, name: str, text: str) -> Finding:
     )
 
 
-def _number(
+def number_of_paper_chain(
     name: str, found: str, where: str, text: str, margin: Margin, brief: str, key: str, **more: Any
 ) -> Claim:
     """Return a claim on one number of the paper's chain; `found` says how it was found."""
@@ -200,7 +198,7 @@ def _number(
 
 
 _constant_intervals, _constant_speeds = (
-    _number(
+    number_of_paper_chain(
         f"spread_of_{what}",
         f"standard deviation over mean of {{{counted}:g}} {words_for_it}, {{where}}; ± what the "
         f"engines differ by; the last is {{last_{one}:.2f}}{unit}",
@@ -215,55 +213,12 @@ _constant_intervals, _constant_speeds = (
         ("speeds", "count", "incoming speeds", "speed", " v₀", "v"),
     )
 )
-_external_frequency = _number(
-    "frequency",
-    "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
-    "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
-    "{long:g}. What the paper concludes from it is among the [slips](#slips)",
-    "section III",
-    "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
-    words(2.0 * 2.0**0.5),
-    "the wall's frequency",
-    "external frequency",
-)
-_interval = _number(
-    "interval",
-    "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median {median:.4f}",
-    "eq. (8)",
-    "Δt = 2.31/ω at n = 500",
-    digits("2.31"),
-    "Δt = 2.31/ω",
-    "interval",
-    correction="the mean interval is {value:.3f}",
-)
-_contacts_per_particle = _number(
-    "share",
-    "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is no "
-    "whole number",
-    "eq. (9)",
-    "f(n)/n = 0.867 at n = 500",
-    digits("0.867"),
-    "f(n)/n = 0.867",
-    "contacts per particle",
-    correction="there are a few more contacts: {value:.3f}",
-)
-_incoming_speed = _number(
-    "speed",
-    "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks for "
-    "n(1 + √η)/(2f) = {momentum:.4f}",
-    "eq. (10)",
-    "v = 1.15 v₀ at n = 500",
-    digits("1.15"),
-    "v = 1.15 v₀",
-    "incoming speed",
-)
 
 
 def _chain_of_two(measured: Measurements) -> tuple[list[Point], float, float]:
     """Return the chain, the interval of its two contacts, and what the engines differ by."""
     chain = measured.select("harmonic_sizes", "harmonic", 1, "no result at n = 2", particles=2)
     both = [answer.arrays["contact_times"] for answer in chain[0].answers]
-    assert chain[0].answer is not None
     times = chain[0].answer.arrays["contact_times"]
     if len(times) != 2:
         raise NoNumber("no result at n = 2")
@@ -288,6 +243,18 @@ def _interval_of_two(measured: Measurements) -> Finding:
     )
 
 
+_interval = number_of_paper_chain(
+    "interval",
+    "mean over {intervals:g} intervals, {where}; ± what the engines differ by; median {median:.4f}",
+    "eq. (8)",
+    "Δt = 2.31/ω at n = 500",
+    digits("2.31"),
+    "Δt = 2.31/ω",
+    "interval",
+    correction="the mean interval is {value:.3f}",
+)
+
+
 @claim("eq. (9)", "formula (2√2/π) n = 0.90 n for f(n)", digits("0.90"), "(2√2/π) n is 0.90 n")
 def _contacts_of_two(measured: Measurements) -> Finding:
     chain, interval, error = _chain_of_two(measured)
@@ -302,6 +269,19 @@ def _contacts_of_two(measured: Measurements) -> Finding:
     )
 
 
+_contacts_per_particle = number_of_paper_chain(
+    "share",
+    "{count:g} contacts, {where}; the paper's 0.867 would be {printed:.1f} contacts, which is no "
+    "whole number",
+    "eq. (9)",
+    "f(n)/n = 0.867 at n = 500",
+    digits("0.867"),
+    "f(n)/n = 0.867",
+    "contacts per particle",
+    correction="there are a few more contacts: {value:.3f}",
+)
+
+
 @claim("eq. (10)", "formula (π/2√2) v₀ = 1.11 v₀ for v", digits("1.11"), "(π/2√2) v₀ is 1.11 v₀")
 def _speed_of_two(measured: Measurements) -> Finding:
     chain, interval, error = _chain_of_two(measured)
@@ -313,6 +293,18 @@ def _speed_of_two(measured: Measurements) -> Finding:
         "hold, see the [slips](#slips)",
         chain,
     )
+
+
+_incoming_speed = number_of_paper_chain(
+    "speed",
+    "mean over {count:g} contacts, {where}; ± what the engines differ by; momentum alone asks for "
+    "n(1 + √η)/(2f) = {momentum:.4f}",
+    "eq. (10)",
+    "v = 1.15 v₀ at n = 500",
+    digits("1.15"),
+    "v = 1.15 v₀",
+    "incoming speed",
+)
 
 
 @claim(
@@ -333,21 +325,3 @@ def _leading_order(measured: Measurements) -> Finding:
         f"eq. (7) summed over j with ω_j = πj/n, n = {n}, and eqs. (8)–(10), ± rounding; "
         f"with the chain's own ω_j it is {1.0 - chains_own:.5f}",
     )
-
-
-CLAIMS = (
-    _independence_of_v0,
-    _independence_of_contact_time,
-    _independence_of_modes,
-    _constant_intervals,
-    _constant_speeds,
-    _interval_of_two,
-    _interval,
-    _contacts_of_two,
-    _contacts_per_particle,
-    _speed_of_two,
-    _incoming_speed,
-    _leading_order,
-)
-# Said in section III, of the same chain.
-LATER_CLAIMS = (_external_frequency,)

@@ -208,9 +208,6 @@ def _formula_prefactor(measured: Measurements) -> Finding:
     )
 
 
-CLAIMS = (_harmonic_exponent, _harmonic_prefactor, _formula_prefactor)
-
-
 def _scaled(point: Point) -> float:
     return point.dissipation * point.particles ** (2.0 / 3.0)
 

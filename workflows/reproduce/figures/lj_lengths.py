@@ -112,9 +112,6 @@ def _long_chains_fast(measured: Measurements) -> Finding:
     return _exponent(measured, PAPER_SIZE_SPEEDS[0])
 
 
-CLAIMS = (_long_chains_slow, _long_chains_fast)
-
-
 def _exponent(measured: Measurements, speed: float, remark: str = "", brief: str = "") -> Finding:
     law, points = last_exponents(measured)[speed]
     if not points:

@@ -55,7 +55,6 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
 
 def harmonic_share(flight: FreeFlight) -> float:
     """Return the sum over j >= 1 of the harmonic energies at the last contact, over the energy."""
-    assert flight.point.answer is not None
     energy = 0.5 * flight.point.particles * flight.point.scene.impact_velocity**2
     return float(np.sum(flight.point.answer.arrays["mode_energies"][1:])) / energy
 

@@ -1,4 +1,4 @@
-"""The chain of two: how the interval between its contacts shortens (NH eq. 15)."""
+"""Intervals between contacts: the wall's frequency, and how those of pairs shorten (NH eq. 15)."""
 
 import numpy as np
 
@@ -7,14 +7,28 @@ from chaincor.analysis.pair_theory import pair_interval, pair_interval_slope
 from chaincor.analysis.theory import PAIR_INTERVAL
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.claims import Finding, claim, digits
+from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
 from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
+from chaincor.workflows.reproduce.figures.harmonic_contacts import number_of_paper_chain
 from chaincor.workflows.reproduce.fits import limit_at_zero
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import Plan
 
 # The interval of the chain of two is read off the contacts; eta there is nearly 1 whatever happens.
 _TOLERANCE = 1e-10
+
+
+_external_frequency = number_of_paper_chain(
+    "frequency",
+    "2π over the mean interval, {where}; ± what the engines differ by; the highest mode has "
+    "{highest:.3f}, so that it is above all modes on average, and for all intervals but "
+    "{long:g}. What the paper concludes from it is among the [slips](#slips)",
+    "section III",
+    "wall's frequency 2π/Δt ≃ 2√2 ω, above all modes",
+    words(2.0 * 2.0**0.5),
+    "the wall's frequency",
+    "external frequency",
+)
 
 
 def study(plan: Plan) -> Study:
@@ -35,8 +49,7 @@ def _alphas(points: list[Point]) -> np.ndarray:
     """
     values = []
     for point in points:
-        arrays = {} if point.answer is None else point.answer.arrays
-        times = arrays.get("contact_times", np.empty(0))
+        times = point.answer.arrays.get("contact_times", np.empty(0))
         interval = times[1] - times[0] if len(times) == 2 else np.nan
         values.append((1.0 - interval / PAIR_INTERVAL) / point.speed)
     return np.array(values)
@@ -71,9 +84,6 @@ def _alpha(measured: Measurements) -> Finding:
         f"{deviation:.0e}",
         slow,
     )
-
-
-CLAIMS = (_alpha,)
 
 
 def figure(measured: Measurements) -> Figure:

@@ -163,9 +163,6 @@ def _gap(pair: tuple[Point, Point]) -> float:
     return abs(pair[0].restitution - pair[1].restitution)
 
 
-CLAIMS = (_low_speed_limit, _place_of_the_minimum, _one_curve)
-
-
 def unit_of_speed(measured: Measurements) -> str:
     """Say why v0 is taken as v0/v* throughout."""
     lows, every = minima(measured), curves(measured)
@@ -248,7 +245,7 @@ def describe_open(points: Sequence[Point]) -> str:
 
 def _not_given(points: Sequence[Point]) -> str:
     """Say which fast chains LAMMPS is not given, and what is shown in its place."""
-    ours = [p for p in points if p.lammps is not None and p.lammps.result is None]
+    ours = [p for p in points if p.lammps is not None and not p.lammps.result]
     integrated = [p.speed for p in points if p.source is not None and not p.is_limit]
     if not ours or not integrated:
         return ""

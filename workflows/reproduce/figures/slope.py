@@ -181,16 +181,6 @@ def _power_of_other_types(measured: Measurements) -> Finding:
     return replace(farthest, text=text)
 
 
-CLAIMS = (
-    _printed_constant,
-    _theoretical_slope,
-    _simulated_slope,
-    _not_in_accord,
-    _power_lj,
-    _power_of_other_types,
-)
-
-
 def fits(measured: Measurements) -> list[dict[str, Any]]:
     """Return the rows of the table of fits."""
     rows = []
