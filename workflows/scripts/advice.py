@@ -104,26 +104,25 @@ def give_advice(
     seconds = np.minimum.accumulate(seconds[::-1])[::-1]
     promised = promised_errors(verdict)
     bias = np.maximum.accumulate(verdict.bias[::-1])[::-1]
-    found: list[ScriptAdvice] = []
+    found: dict[int, ScriptAdvice] = {}
     for k, value in enumerate(values):
+        scatter = SCATTER_RESERVE * float(verdict.scatter[k])
         if promised[k] <= tolerance:
             runs = 1
         elif repeats and bias[k] < tolerance:
-            scatter = SCATTER_RESERVE * float(verdict.scatter[k])
             runs = math.ceil((scatter / (tolerance - float(bias[k]))) ** 2)
         else:
             continue
         if runs <= _MOST_RUNS:
-            kept = float(bias[k] + SCATTER_RESERVE * verdict.scatter[k] / math.sqrt(runs))
-            kept = float(promised[k]) if runs == 1 else kept
-            found.append(ScriptAdvice(float(value), runs, kept, runs * float(seconds[k]), True))
+            kept = float(promised[k] if runs == 1 else bias[k] + scatter / math.sqrt(runs))
+            found[k] = ScriptAdvice(float(value), runs, kept, runs * float(seconds[k]), True)
     if not found:
-        return _beyond(ladder, values, verdict, seconds, promised, tolerance)
-    best = min(found, key=lambda each: each.seconds)
-    k = int(np.argmin(np.abs(values - best.value)))
-    if best.runs == 1 and k > 0 and verdict.kind != "noise" and promised[k - 1] > tolerance:
-        return _between(ladder, values, seconds, promised, tolerance, k)
-    return best
+        return _beyond(ladder, float(values[-1]), verdict, float(seconds[-1]), tolerance)
+    k = min(found, key=lambda each: found[each].seconds)
+    if found[k].runs == 1 and k > 0 and verdict.kind != "noise" and promised[k - 1] > tolerance:
+        pair = slice(k - 1, k + 1)
+        return _between(ladder, values[pair], seconds[pair], promised[pair], tolerance)
+    return found[k]
 
 
 def _between(
@@ -132,36 +131,31 @@ def _between(
     seconds: NDArray[np.float64],
     promised: NDArray[np.float64],
     tolerance: float,
-    k: int,
 ) -> ScriptAdvice:
-    """Return a value between rung k, which keeps the tolerance, and the coarser one."""
-    span = math.log(float(promised[k - 1] / promised[k]))
-    share = math.log(tolerance / float(promised[k])) / span if span > 0.0 else 0.0
-    value = float(values[k] * (values[k - 1] / values[k]) ** share)
-    value = _round_towards(value, float(values[k]))
+    """Return a value between two rungs, the finer of which keeps the tolerance."""
+    coarse, fine = map(float, values)
+    span = math.log(float(promised[0] / promised[1]))
+    share = math.log(tolerance / float(promised[1])) / span if span > 0.0 else 0.0
+    value = _round_towards(fine * (coarse / fine) ** share, fine)
     if ladder.counts:
         value = float(math.ceil(value) if ladder.fine > ladder.coarse else math.floor(value))
-    share = math.log(value / float(values[k])) / math.log(float(values[k - 1] / values[k]))
-    cost = float(seconds[k] * (seconds[k - 1] / seconds[k]) ** share)
-    return ScriptAdvice(value, 1, float(promised[k] * math.exp(share * span)), cost, True)
+    share = math.log(value / fine) / math.log(coarse / fine)
+    cost = float(seconds[1] * (seconds[0] / seconds[1]) ** share)
+    return ScriptAdvice(value, 1, float(promised[1] * math.exp(share * span)), cost, True)
 
 
 def _beyond(
-    ladder: Ladder,
-    values: NDArray[np.float64],
-    verdict: LadderVerdict,
-    seconds: NDArray[np.float64],
-    promised: NDArray[np.float64],
-    tolerance: float,
+    ladder: Ladder, finest: float, verdict: LadderVerdict, seconds: float, tolerance: float
 ) -> ScriptAdvice | None:
-    """Guess a finer value by the order; no promise."""
-    if verdict.order is None or not math.isfinite(float(promised[-1])):
+    """Guess a finer value than the finest by the order; no promise."""
+    promised = float(promised_errors(verdict)[-1])
+    if verdict.order is None or not math.isfinite(promised):
         return None
-    factor = (_AIM * tolerance / float(promised[-1])) ** (1.0 / verdict.order)
-    finest = float(values[-1])
-    value = finest * factor if ladder.fine < ladder.coarse else finest / factor
-    value = _round_towards(value, 0.0 if ladder.fine < ladder.coarse else math.inf)
-    return ScriptAdvice(value, 1, None, float(seconds[-1]) / factor, False)
+    factor = (_AIM * tolerance / promised) ** (1.0 / verdict.order)
+    shrinks = ladder.fine < ladder.coarse
+    value = finest * factor if shrinks else finest / factor
+    value = _round_towards(value, 0.0 if shrinks else math.inf)
+    return ScriptAdvice(value, 1, None, seconds / factor, False)
 
 
 def _round_towards(value: float, fine: float) -> float:

@@ -133,7 +133,7 @@ def timestep_study(
         So many runs a rung, each with its own random numbers: by the variable ``seed``, or else by
         the seeds that stand in the script. The truth is then the mean over seeds.
     phases : int, optional
-        So many nearby values a rung, within 2 %.
+        So many nearby values a rung, within 2 %; of steps, each with random forces of its own.
     tolerance : float, optional
         Absolute error of every number that the advice is for. Without one, a thousandth of each
         number, or what the ladder can tell.
