@@ -17,6 +17,7 @@ from chaincor.workflows.scripts.script_run import Asked, Runner, list_files
 from chaincor.workflows.scripts.script_text import included, read_script
 from chaincor.workflows.scripts.step_counts import find_step_counts
 from chaincor.workflows.scripts.study_files import script_study_to_dict
+from chaincor.workflows.scripts.varied import read_varied
 from tests.programs import python
 
 # A particle on a spring, exactly x = 0.1 cos t: energy drifts by nothing, and errors are known.
@@ -325,6 +326,24 @@ def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
     path.write_text(path.read_text() + 'print "s = ${chaincor_seed}"\n')
     run = runner(path, Asked(r"s = (\S+)", ()), tmp_path).run("seed", change)
     assert run.numbers[r"s = (\S+)"].value == 5.0
+
+
+@pytest.mark.parametrize(
+    ("vary", "seeds", "drawn"),
+    [(None, None, True), ("h=0.1:0.01:4", None, True), ("r=10:1000:4", None, False),
+     ("cutoff=2:4:4", None, False), (None, 3, False)],
+)  # fmt: skip
+def test_random_forces_are_drawn_where_the_step_varies(tmp_path, vary, seeds, drawn):
+    path = tmp_path / "in.x"
+    path.write_text(f"{SPRING}variable h index 0.1\nvariable r index 9\ntimestep $h\nrun $r\n")
+    options = {"printed": False, "scale_periods": False}
+    varied = read_varied(read_script(path), vary, (), seeds, None, **options)
+    assert varied.random_forces == drawn
+    # Each run of a ladder has numbers of its own; with seeds, each column.
+    if varied.ladder is not None:
+        changes = [varied.change({}, rung, column) for rung in range(4) for column in range(4)]
+        assert len({change.seed for change in changes}) == (16 if drawn else 1)
+        assert all(change.forces_alone == drawn for change in changes)
 
 
 def test_nearby_steps_of_a_thermostat_scatter_as_its_random_forces_do(tmp_path):
