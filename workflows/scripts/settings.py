@@ -7,10 +7,12 @@ _TABLES = ("pair_style", "bond_style", "angle_style")
 # Which word of a command is a seed, from 0: by the style of a fix, or by what stands where. These
 # draw random numbers as the run goes on.
 _FIXES = {
-    "langevin": 7, "temp/csvr": 7, "temp/csld": 7, "gle": 7, "ffl": 7, "brownian": 5, "ttm": 4,
-    "tfmc": 6, "gcmc": 8, "widom": 7, "atom/swap": 6, "mol/swap": 8, "bond/swap": 7,
+    "langevin": 7, "langevin/eff": 7, "langevin/spin": 6, "temp/csvr": 7, "temp/csld": 7, "gle": 7,
+    "ffl": 7, "brownian": 5, "ttm": 4, "tfmc": 6, "gcmc": 8, "widom": 7, "atom/swap": 6,
+    "mol/swap": 8, "bond/swap": 7,
 }  # fmt: skip
-_FORCES = {("pair_style", 1, "dpd"): 4, ("pair_style", 1, "dpd/tstat"): 5}
+_PAIRS = {"dpd": 4, "dpd/ext": 4, "dpd/fdt": 4, "dpd/tstat": 5, "mdpd": 4, "brownian": 8}
+_FORCES = {("pair_style", 1, style): place for style, place in _PAIRS.items()}
 # And these a start, or what comes in at its time.
 _FIXES_OF_STARTS = {"deposit": 7, "pour": 6}
 _STARTS = {
@@ -46,6 +48,9 @@ def _seed(words: list[str], added: int, forces_alone: bool) -> list[str]:
     fixes = _FIXES if forces_alone else _FIXES | _FIXES_OF_STARTS
     others = _FORCES if forces_alone else _FORCES | _STARTS
     at = fixes.get(plain_style(words[3])) if words[0] == "fix" and len(words) > 3 else None
+    if words[0] == "fix" and "langevin" in words[4:]:
+        # A thermostat of rigid bodies.
+        at = words.index("langevin", 4) + 4
     for (command, place, style), position in others.items():
         if words[0] == command and words[place : place + 1] == [style]:
             at = position

@@ -316,6 +316,8 @@ def test_random_forces_have_seeds_of_their_own_and_starts_keep_theirs(tmp_path):
         ("fix g all gcmc 10 1000 0 2 29494 298 -0.5 0.01",
          "fix g all gcmc 10 1000 0 2 29500 298 -0.5 0.01"),
         ("pair_style dpd 1.0 2.5 100", "pair_style dpd 1.0 2.5 106"),
+        ("fix r all rigid molecule langevin 1 1 1 428984",
+         "fix r all rigid molecule langevin 1 1 1 428990"),
         ("velocity all create 1.0 100 dist gaussian", "velocity all create 1.0 100 dist gaussian"),
         ("fix d all deposit 10 1 5 100 region r", "fix d all deposit 10 1 5 100 region r"),
     ):  # fmt: skip
