@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
@@ -11,6 +10,7 @@ from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.followed import Followed
 from chaincor.analysis.modes import indistinct_modes
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # float64 keeps 16 digits: a coarser column was printed with fewer.
@@ -201,7 +201,7 @@ def _precision_caveats(
     return caveats
 
 
-def mode_caveats(frequencies: NDArray[np.float64]) -> list[str]:
+def mode_caveats(frequencies: Array) -> list[str]:
     """Say which modes cannot be told apart."""
     groups = indistinct_modes(frequencies)
     if not groups:

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.collision_frames import CollisionFrames
@@ -13,6 +12,7 @@ from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.history import Record
 from chaincor.analysis.known import Known
 from chaincor.analysis.restitution import bond_strains
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
@@ -41,7 +41,7 @@ class Followed:
         All states in short, of each body.
     """
 
-    masses: Sequence[NDArray[np.float64]]
+    masses: Sequence[Array]
     velocity: float
     opening: ChainState
     parted: ChainState
@@ -52,10 +52,7 @@ class Followed:
 
 
 def follow(
-    reading: CollisionFrames,
-    masses: Sequence[NDArray[np.float64]],
-    velocity: float,
-    known: Known,
+    reading: CollisionFrames, masses: Sequence[Array], velocity: float, known: Known
 ) -> Followed:
     """
     Read all frames of a collision.

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.caveats import (
     Ending,
@@ -29,6 +28,7 @@ from chaincor.analysis.restitution import (
     momentum_residual,
 )
 from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # An energy so little above that of the translation is that.
@@ -171,9 +171,7 @@ def _ending(seen: Followed, known: Known) -> Ending:
     return Ending(seen, known.bond, argument)
 
 
-def _energies(
-    state: ChainState, masses: Sequence[NDArray[np.float64]], bond: Potential | None
-) -> Energies:
+def _energies(state: ChainState, masses: Sequence[Array], bond: Potential | None) -> Energies:
     """Return the energy of each body; None where the bond is not known."""
     return [
         None if bond is None else energy_split(body.displacements, body.velocities, bond, m)
@@ -201,7 +199,7 @@ def _momentum_residual(seen: Followed) -> float:
     return abs(both[1] - both[0]) / (float(np.sum(seen.masses[0])) * seen.velocity)
 
 
-def _momentum(state: ChainState, masses: Sequence[NDArray[np.float64]]) -> float:
+def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
     """Return the momentum of both bodies; mirrored, the target's counts the other way."""
     return sum(
         sign * float(m @ body.velocities)

@@ -3,11 +3,11 @@
 from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.restitution import bond_strains
 from chaincor.analysis.results import History
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Whole states are kept for pictures only: as many as fit, and not more than a picture can show.
@@ -58,7 +58,7 @@ class Thinned(Generic[Item]):
 class Record:
     """What is kept of every state of a chain that passes by."""
 
-    def __init__(self, masses: NDArray[np.float64], bond: Potential | None):
+    def __init__(self, masses: Array, bond: Potential | None):
         self._masses = masses
         self._total_mass = float(np.sum(masses))
         self._bond = bond

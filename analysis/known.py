@@ -4,15 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.data_file import DeclaredMasses
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
-EndArgument = Callable[
-    [float, NDArray[np.float64], NDArray[np.float64], float, Potential], str | None
-]
+EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.restitution import bond_strains, centre_of_mass_velocity
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Of the largest squared frequency: modes whose squares are nearer to each other cannot be told
@@ -31,7 +32,7 @@ _INDISTINCT = 1e-12
 
 def mode_frequencies(
     particles: int, stiffness: float = 1.0, masses: ArrayLike | None = None
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return :math:`\omega_j = 2 \sqrt{k/m} \sin(\pi j/(2n))`, or those of a chain of unequal masses.
 
@@ -79,7 +80,7 @@ def indistinct_modes(frequencies: ArrayLike) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(first, last, strict=True) if b > a]
 
 
-def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
+def mode_amplitudes(values: ArrayLike) -> Array:
     r"""
     Return the orthonormal DCT-II: the amplitude of each mode, in O(n log n).
 
@@ -113,7 +114,7 @@ def mode_amplitudes(values: ArrayLike) -> NDArray[np.float64]:
     return found
 
 
-def _sine_transform(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _sine_transform(values: Array) -> Array:
     r"""Return the orthonormal DST-I, :math:`\sqrt{2/(m + 1)} \sum_i s_i \sin(\pi i j/(m + 1))`."""
     m = values.shape[-1]
     # Continued as an odd function, which has sines alone.
@@ -128,7 +129,7 @@ def mode_energies(
     velocities: ArrayLike,
     stiffness: float = 1.0,
     masses: ArrayLike | None = None,
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return :math:`E_j = (p_j^2 + \omega_j^2 q_j^2)/2` for every mode.
 
@@ -169,9 +170,7 @@ def mode_energies(
     return energies
 
 
-def kinetic_mode_energies(
-    velocities: ArrayLike, masses: ArrayLike | None = None
-) -> NDArray[np.float64]:
+def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None) -> Array:
     r"""
     Return the kinetic part of the mode energies, :math:`p_j^2/2`, which any bonds allow.
 
@@ -212,9 +211,9 @@ class FreeModes:
         :math:`B M^{-1/2} a_j = \omega_j b_j/\sqrt{k}`.
     """
 
-    frequencies: NDArray[np.float64]
-    strains: NDArray[np.float64]
-    particles: NDArray[np.float64]
+    frequencies: Array
+    strains: Array
+    particles: Array
 
 
 def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
@@ -259,13 +258,11 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
     )
 
 
-def _are_equal(masses: NDArray[np.float64]) -> bool:
+def _are_equal(masses: Array) -> bool:
     return bool(np.all(masses == masses[0]))
 
 
-def _strain_modes(
-    masses: NDArray[np.float64], stiffness: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _strain_modes(masses: Array, stiffness: float) -> tuple[Array, Array]:
     """Return omega_j and the orthonormal shapes of the strains (columns), j = 1..n-1."""
     from scipy.linalg import eigh_tridiagonal
 
@@ -275,17 +272,14 @@ def _strain_modes(
 
 
 @lru_cache(maxsize=4)
-def _kept_modes(masses: bytes, stiffness: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _kept_modes(masses: bytes, stiffness: float) -> tuple[Array, Array]:
     """Return `_strain_modes`, which are asked for with every run of a collision."""
     return _strain_modes(np.frombuffer(masses), stiffness)
 
 
 def _unequal_energies(
-    displacements: ArrayLike,
-    velocities: ArrayLike,
-    stiffness: float,
-    masses: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    displacements: ArrayLike, velocities: ArrayLike, stiffness: float, masses: Array
+) -> Array:
     v = np.asarray(velocities, dtype=float)
     omega, shapes = _kept_modes(masses.tobytes(), stiffness)
     energies = np.empty(v.shape)
@@ -301,7 +295,7 @@ def _unequal_energies(
     return energies
 
 
-def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> NDArray[np.float64]:
+def anharmonic_remainder(displacements: ArrayLike, bond: Potential) -> Array:
     r"""
     Return the bond energy that the modes leave out, :math:`\sum_i (U(s_i) - k s_i^2/2)`.
 

@@ -8,8 +8,8 @@ speed 2 v0: :math:`\dot s^2/4 + U(s) = v_0^2`. Particle 1 is back at the wall wh
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
@@ -128,7 +128,7 @@ def anharmonic_coefficient(bond: Potential) -> float:
     # Higher orders divide by a higher power of s: larger strains keep the digits.
     strains = own * (0.03 if order == 3 else 0.15) * np.array([1.0, 0.5, 0.25])
 
-    def ratio(s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ratio(s: Array) -> Array:
         return (bond.curvature(s) - bond.stiffness) / (order * (order - 1) * s ** (order - 2))
 
     one, half, quarter = 0.5 * (ratio(strains) + ratio(-strains))

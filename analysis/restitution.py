@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 
-def centre_of_mass_velocity(
-    velocities: ArrayLike, masses: ArrayLike | None = None
-) -> NDArray[np.float64]:
+def centre_of_mass_velocity(velocities: ArrayLike, masses: ArrayLike | None = None) -> Array:
     r"""
     Return :math:`\bar v = \sum_i m_i v_i / \sum_i m_i`.
 
@@ -35,7 +34,7 @@ def centre_of_mass_velocity(
 
 def kinematic_restitution(
     velocities: ArrayLike, impact_velocity: float, masses: ArrayLike | None = None
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return the kinematic coefficient :math:`e = \bar v / v_0`, a ratio of speeds.
 
@@ -60,7 +59,7 @@ def kinematic_restitution(
 
 def restitution(
     velocities: ArrayLike, impact_velocity: float, masses: ArrayLike | None = None
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return the coefficient of restitution :math:`\eta = (\bar v / v_0)^2`, a ratio of energies.
 
@@ -100,22 +99,22 @@ class EnergySplit:
         Potential energy of all bonds.
     """
 
-    translation: NDArray[np.float64]
-    internal_kinetic: NDArray[np.float64]
-    bonds: NDArray[np.float64]
+    translation: Array
+    internal_kinetic: Array
+    bonds: Array
 
     @property
-    def vibration(self) -> NDArray[np.float64]:
+    def vibration(self) -> Array:
         """Internal energy: all that is not translation."""
         return self.internal_kinetic + self.bonds
 
     @property
-    def total(self) -> NDArray[np.float64]:
+    def total(self) -> Array:
         """Translation and vibration together."""
         return self.translation + self.vibration
 
 
-def bond_strains(displacements: ArrayLike) -> NDArray[np.float64]:
+def bond_strains(displacements: ArrayLike) -> Array:
     """
     Return the strains s_i = u_(i+1) - u_i of all bonds.
 

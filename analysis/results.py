@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.restitution import EnergySplit
 from chaincor.analysis.showing.numbers import eta_of_dump
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 
@@ -35,15 +33,15 @@ class History:
         Shortest and longest bond in the frame.
     """
 
-    times: NDArray[np.float64]
-    displacements: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    series_times: NDArray[np.float64]
-    momentum: NDArray[np.float64]
-    translation: NDArray[np.float64]
-    vibration: NDArray[np.float64]
-    bond_min: NDArray[np.float64]
-    bond_max: NDArray[np.float64]
+    times: Array
+    displacements: Array
+    velocities: Array
+    series_times: Array
+    momentum: Array
+    translation: Array
+    vibration: Array
+    bond_min: Array
+    bond_max: Array
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -67,11 +65,11 @@ class BodyAnalysis:
         Its motion in time; that of a target counts away from the contact.
     """
 
-    masses: NDArray[np.float64]
+    masses: Array
     velocity_after: float
-    mode_frequencies: NDArray[np.float64]
-    mode_energies: NDArray[np.float64]
-    mode_energies_start: NDArray[np.float64]
+    mode_frequencies: Array
+    mode_energies: Array
+    mode_energies_start: Array
     energy_start: EnergySplit | None
     energy_end: EnergySplit | None
     history: History
@@ -153,8 +151,8 @@ class CollisionAnalysis(BodyAnalysis):
     kinematic_restitution: float
     restitution_error: float | None
     data_error: float
-    contact_times: NDArray[np.float64]
-    contact_speeds: NDArray[np.float64]
+    contact_times: Array
+    contact_speeds: Array
     contact_statistics: ContactStatistics
     contacts: int | None
     detection: DetectedContacts

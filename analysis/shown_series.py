@@ -1,10 +1,10 @@
 """What pictures and tables show of an analysis, of both bodies together."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.theory import measured_contacts_energies
+from chaincor.lammps_inputs.arrays import Array
 
 
 def describe(analysis: CollisionAnalysis) -> str:
@@ -19,7 +19,7 @@ def describe(analysis: CollisionAnalysis) -> str:
     return f"{name}, $n$ = {analysis.particles}{unequal}{analysis.against}, {speed}"
 
 
-def energy_series(analysis: CollisionAnalysis) -> tuple[NDArray[np.float64], ...]:
+def energy_series(analysis: CollisionAnalysis) -> tuple[Array, ...]:
     """
     Return translation, vibration, shortest and longest bond of all frames, of both bodies.
 
@@ -41,7 +41,7 @@ def energy_series(analysis: CollisionAnalysis) -> tuple[NDArray[np.float64], ...
     )
 
 
-def along_the_line(analysis: CollisionAnalysis) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
     """Return displacements and velocities along x of all frames, a target's before the chain's."""
     history = analysis.history
     if analysis.target is None:
@@ -55,7 +55,7 @@ def along_the_line(analysis: CollisionAnalysis) -> tuple[NDArray[np.float64], ND
     return found[0], found[1]
 
 
-def mode_theory(analysis: CollisionAnalysis) -> NDArray[np.float64] | None:
+def mode_theory(analysis: CollisionAnalysis) -> Array | None:
     """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
     # The formula has the modes of equal masses, and a wall.
     if not has_equal_masses(analysis) or analysis.target is not None:

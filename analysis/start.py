@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 StartKind = Literal["incoming", "reflected", "moving", "turned", "late"]
 
@@ -28,7 +29,7 @@ class Start:
     impact_velocity: float | None
 
 
-def find_start(velocities: NDArray[np.float64], resolution: NDArray[np.float64]) -> Start:
+def find_start(velocities: Array, resolution: Array) -> Start:
     """
     Read the impact speed off the velocities in the first frame, particle 1 first.
 
@@ -48,11 +49,7 @@ def find_start(velocities: NDArray[np.float64], resolution: NDArray[np.float64])
 
 
 def find_moving_start(
-    velocities: NDArray[np.float64],
-    masses: NDArray[np.float64],
-    impact_velocity: float,
-    slack: float,
-    at_wall: bool,
+    velocities: Array, masses: Array, impact_velocity: float, slack: float, at_wall: bool
 ) -> StartKind:
     """
     Tell by its momentum whether a chain with inner motion has met the wall.

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.contacts import ContactStatistics
 from chaincor.analysis.modes import mode_frequencies
+from chaincor.lammps_inputs.arrays import Array
 
 # NH eqs. (8)-(10): interval, contacts per particle and incoming speed of the n = 2 chain,
 # assumed for every contact of a long one.
@@ -33,7 +34,7 @@ HARMONIC_DISSIPATION_COEFFICIENT = (
 
 def contact_mode_energies(
     particles: int, contact_times: ArrayLike, contact_speeds: ArrayLike
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return the mode energies that a list of contacts leaves in a harmonic chain (k = 1).
 
@@ -74,7 +75,7 @@ def basile_dumont_energies(
     contacts: float | None = None,
     contact_speed: float | None = None,
     frequencies: ArrayLike | None = None,
-) -> NDArray[np.float64]:
+) -> Array:
     r"""
     Return the mode energies of Basile and Dumont, for contacts all alike.
 
@@ -125,7 +126,7 @@ def measured_contacts_energies(
     *,
     stiffness: float = 1.0,
     mass: float = 1.0,
-) -> NDArray[np.float64] | None:
+) -> Array | None:
     """
     Return the mode energies of Basile and Dumont with the contacts that a collision had.
 
@@ -156,7 +157,7 @@ def measured_contacts_energies(
     )
 
 
-def harmonic_dissipation_law(particles: ArrayLike) -> NDArray[np.float64]:
+def harmonic_dissipation_law(particles: ArrayLike) -> Array:
     r"""
     Return :math:`1 - \eta \approx 0.652\, n^{-2/3}`, NH eq. (12).
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.clamped_spline import clamped_spline
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import TableError
@@ -57,9 +57,9 @@ class BondTable:
         A second table of as many rows, which takes over for very long bonds.
     """
 
-    lengths: NDArray[np.float64]
-    energies: NDArray[np.float64]
-    forces: NDArray[np.float64]
+    lengths: Array
+    energies: Array
+    forces: Array
     edge_slopes: tuple[float, float]
     style: TableStyle
     far: "BondTable | None" = None
@@ -291,12 +291,8 @@ def choose_rows(
 
 
 def interpolate(
-    style: TableStyle,
-    lengths: NDArray[np.float64],
-    forces: NDArray[np.float64],
-    edge_slopes: tuple[float, float],
-    asked: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    style: TableStyle, lengths: Array, forces: Array, edge_slopes: tuple[float, float], asked: Array
+) -> Array:
     """
     Return the force at lengths between rows, as LAMMPS interpolates it.
 

@@ -1,13 +1,11 @@
 """The data file of the particles, as LAMMPS read_data reads it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
-
-Array = NDArray[np.float64]
 
 # Free space on both sides of the chain, in chain lengths. The box only has to hold the motion of
 # one collision; nothing is periodic and nothing is ever re-sorted.

@@ -5,12 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.small_file import read_small_file
-
-Array = NDArray[np.float64]
 
 # Larger numbers have no squares.
 _LARGEST = 1e100

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
-
-Array = NDArray[np.float64]
 
 # Masses that differ by no more than this part amplify errors as equal ones do. A choice: by a
 # hundredth would do in the few scenes that were judged, too few to promise it.

@@ -18,16 +18,14 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.equilibrium import (
     BondDistribution,
     bond_distribution,
     is_hashable,
 )
 from chaincor.lammps_inputs.bonds.potential import Potential
-
-Array = NDArray[np.float64]
 
 DEFAULT_SEED = 1
 LARGEST_SEED = 2**63 - 1  # the largest whole number of a database

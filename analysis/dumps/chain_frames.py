@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 TIME_COLUMN = "v_time"
@@ -90,17 +91,17 @@ class ChainLayout:
             _refuse_other_displacements(frame, x, position)
         return cls(frame.column(found).size, found, order, time_known)
 
-    def velocities(self, frame: DumpFrame) -> NDArray[np.float64]:
+    def velocities(self, frame: DumpFrame) -> Array:
         """Return the velocities, particle 1 first."""
         return self.from_the_wall(frame.column("vx"))
 
-    def displacements(self, frame: DumpFrame) -> NDArray[np.float64]:
+    def displacements(self, frame: DumpFrame) -> Array:
         """Return u_i = x_i - (i - 1), particle 1 first: exact where dumped, else from positions."""
         return self._displacements(frame, self.particle_order, 1.0)
 
     def _displacements(
         self, frame: DumpFrame, rows: NDArray[np.int64] | None, along: float
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Return those of some rows, in whose order places at rest go along x, or against it."""
         name = self.displacement_column
         dumped = name == DISPLACEMENT_COLUMN
@@ -116,7 +117,7 @@ class ChainLayout:
         """Number of particles M of a free target; 0 for a wall."""
         return 0 if self.target_rows is None else self.target_rows.size
 
-    def by_body(self, values: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    def by_body(self, values: Array) -> list[Array]:
         """Bring one value a particle from the order of ids to each body's, from the contact."""
         chain = self.from_the_wall(values)
         return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
@@ -152,7 +153,7 @@ class ChainLayout:
                 "expected the frames of one run"
             )
         velocities, displacements = self.velocities(frame), self.displacements(frame)
-        target: tuple[NDArray[np.float64], ...] = ()
+        target: tuple[Array, ...] = ()
         if self.target_rows is not None:
             u = self._displacements(frame, self.target_rows, -1.0)
             target = u, frame.column("vx")[self.target_rows]
@@ -172,13 +173,13 @@ class ChainLayout:
         for frame in frames:
             yield self.state(frame, timestep)
 
-    def from_the_wall(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def from_the_wall(self, values: Array) -> Array:
         """Bring one value a particle from the order of ids to that from the wall outwards."""
         return values if self.particle_order is None else values[self.particle_order]
 
 
 def _rows_of_bodies(
-    frame: DumpFrame, x: NDArray[np.float64], targets: int
+    frame: DumpFrame, x: Array, targets: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the rows of the chain and of the target, each from the contact outward."""
     if not targets < x.size:
@@ -199,7 +200,7 @@ def _rows_of_bodies(
     return chain[np.argsort(x[chain])], target[np.argsort(-x[target])]
 
 
-def _positions(frame: DumpFrame, name: str) -> NDArray[np.float64]:
+def _positions(frame: DumpFrame, name: str) -> Array:
     """Return x in units of length, by images and box bounds of this very frame."""
     values = frame.column(name)
     low, high = frame.bounds[0]
@@ -214,7 +215,7 @@ def _positions(frame: DumpFrame, name: str) -> NDArray[np.float64]:
     return values
 
 
-def _refuse_wrapped(frame: DumpFrame, name: str, x: NDArray[np.float64]) -> None:
+def _refuse_wrapped(frame: DumpFrame, name: str, x: Array) -> None:
     """Refuse a chain that leaves a periodic box at one end and comes in at the other."""
     if name not in _WRAPPED or not frame.periodic_x or _IMAGE_COLUMN in frame.columns:
         return
@@ -226,7 +227,7 @@ def _refuse_wrapped(frame: DumpFrame, name: str, x: NDArray[np.float64]) -> None
         )
 
 
-def _refuse_other_displacements(frame: DumpFrame, x: NDArray[np.float64], name: str) -> None:
+def _refuse_other_displacements(frame: DumpFrame, x: Array, name: str) -> None:
     u = frame.column(DISPLACEMENT_COLUMN)
     digits = frame.significant_digits()
     slack = _SAME_DISPLACEMENT + frame.resolution(DISPLACEMENT_COLUMN, digits)

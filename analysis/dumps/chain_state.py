@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -29,10 +30,10 @@ class ChainState:
 
     step: int
     time: float
-    displacements: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    displacements: Array
+    velocities: Array
+    target_displacements: Array = field(default_factory=lambda: np.empty(0))
+    target_velocities: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def gap(self) -> float:
@@ -55,7 +56,7 @@ class ChainState:
         u, v = -self.target_displacements, -self.target_velocities
         return [chain, ChainState(self.step, self.time, u, v)]
 
-    def separation(self, masses: Sequence[NDArray[np.float64]]) -> float:
+    def separation(self, masses: Sequence[Array]) -> float:
         """Return how fast the centres of mass of bodies of these masses move apart."""
         return float(
             sum(
@@ -65,17 +66,17 @@ class ChainState:
         )
 
     @property
-    def all_displacements(self) -> NDArray[np.float64]:
+    def all_displacements(self) -> Array:
         """Of the chain, then of the target, of shape (n + M,)."""
         return np.concatenate((self.displacements, self.target_displacements))
 
     @property
-    def all_velocities(self) -> NDArray[np.float64]:
+    def all_velocities(self) -> Array:
         """Of the chain, then of the target, of shape (n + M,)."""
         return np.concatenate((self.velocities, self.target_velocities))
 
     @property
-    def all_positions(self) -> NDArray[np.float64]:
+    def all_positions(self) -> Array:
         """Of the chain, then of the target, of shape (n + M,), along x."""
         rest = np.arange(self.displacements.size), -np.arange(self.target_displacements.size)
         return self.all_displacements + np.concatenate(rest)
@@ -86,7 +87,7 @@ class ChainState:
         n, both = self.displacements.size, self.displacements.size + self.target_displacements.size
         return [(i, i + 1) for i in range(both - 1) if i != n - 1]
 
-    def after_contact(self, masses: Sequence[NDArray[np.float64]]) -> "ChainState":
+    def after_contact(self, masses: Sequence[Array]) -> "ChainState":
         """Return the state on the other side of a contact of a chain and a target."""
         velocities, target = self.velocities.copy(), self.target_velocities.copy()
         push = 2.0 * self.opening / (1.0 / masses[0][0] + 1.0 / masses[1][0])

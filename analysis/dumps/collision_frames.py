@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.start import Start, find_moving_start, find_start
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 # Digits of the shortest formats of dumps.
@@ -105,7 +105,7 @@ class CollisionFrames:
             yield state
 
     def first_contact(
-        self, masses: Sequence[NDArray[np.float64]], impact_velocity: float
+        self, masses: Sequence[Array], impact_velocity: float
     ) -> tuple[float, ChainState] | None:
         """Return the closing speed of a contact in the first frame, and the state right after."""
         if not self.begins_at_contact:
@@ -118,7 +118,7 @@ class CollisionFrames:
             speed = impact_velocity
         return speed, state.turned_round(speed)
 
-    def impact_velocity(self, masses: Sequence[NDArray[np.float64]], given: float | None) -> float:
+    def impact_velocity(self, masses: Sequence[Array], given: float | None) -> float:
         """
         Return how fast the bodies come together, and look again at what the first frame shows.
 
@@ -149,7 +149,7 @@ class CollisionFrames:
             )
         return given
 
-    def _approach(self, masses: Sequence[NDArray[np.float64]], given: float | None) -> float:
+    def _approach(self, masses: Sequence[Array], given: float | None) -> float:
         """Return how fast a chain and a free target come together in the first frame."""
         opening = self.opening
         v0 = -opening.separation(masses)
@@ -177,7 +177,7 @@ class CollisionFrames:
             )
         return v0
 
-    def _tell_moving_start(self, masses: NDArray[np.float64], impact_velocity: float) -> None:
+    def _tell_moving_start(self, masses: Array, impact_velocity: float) -> None:
         """Look again at a first frame that shows no collision's start, with what is known now."""
         if self.start.kind != "late":
             return

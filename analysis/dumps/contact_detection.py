@@ -13,10 +13,10 @@ whether there was only one, is found in one of the two ways of ``contact_times``
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.contact_times import interpolate_contact, reintegrate_contacts
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # A gentler contact than this many v0 cannot be told from rounding in a dump of all digits.
@@ -59,8 +59,8 @@ class DetectedContacts:
         rounding.
     """
 
-    times: NDArray[np.float64]
-    speeds: NDArray[np.float64]
+    times: Array
+    speeds: Array
     method: str
     unresolved: int
     worst_miss: float
@@ -94,8 +94,8 @@ class ContactDetector:
     impact_velocity: float
     bond: Potential | None = None
     velocity_resolution: float = 0.0
-    masses: NDArray[np.float64] | None = None
-    target_masses: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    masses: Array | None = None
+    target_masses: Array = field(default_factory=lambda: np.empty(0))
     soft: bool = False
     last_time: float | None = None
     _previous: ChainState | None = None
@@ -167,9 +167,7 @@ class ContactDetector:
         own = float(self.masses[0])
         return own if not self.target_masses.size else own / (1.0 + own / self.target_masses[0])
 
-    def _threshold(
-        self, masses: NDArray[np.float64], before: ChainState, after: ChainState
-    ) -> float:
+    def _threshold(self, masses: Array, before: ChainState, after: ChainState) -> float:
         # Digits that are printed stand for more where velocities have a decade more than v0.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         decades = np.floor(np.log10(max(largest, self.impact_velocity)))

@@ -15,9 +15,9 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_state import ChainState
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Tolerance of the reintegration: that of the best dumps.
@@ -47,10 +47,7 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
 
 
 def reintegrate_contacts(
-    state: ChainState,
-    end_time: float,
-    bond: Potential,
-    masses: Sequence[NDArray[np.float64]] = (),
+    state: ChainState, end_time: float, bond: Potential, masses: Sequence[Array] = ()
 ) -> tuple[list[float], list[float]]:
     """
     Integrate from a frame to a later time and return the contacts on the way.
@@ -77,14 +74,14 @@ def reintegrate_contacts(
     front = np.array(first)
     contact_mass = 1.0 / float(np.sum(1.0 / m[front]))
 
-    def motion(_time: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+    def motion(_time: float, y: Array) -> Array:
         acceleration = np.zeros(count)
         for begin, many in zip(first, counts, strict=True):
             body = slice(begin, begin + many)
             acceleration[body] = np.diff(bond.force(np.diff(y[body])), prepend=0.0, append=0.0)
         return np.concatenate((y[count:], -acceleration / m))
 
-    def distance(_time: float, y: NDArray[np.float64]) -> float:
+    def distance(_time: float, y: Array) -> float:
         return float(np.sum(y[front]))
 
     distance.terminal = True  # type: ignore[attr-defined]
@@ -123,8 +120,8 @@ def reintegrate_contacts(
 
 
 def _near(
-    body: ChainState, end_time: float, bond: Potential, masses: NDArray[np.float64] | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    body: ChainState, end_time: float, bond: Potential, masses: Array | None
+) -> tuple[Array, Array, Array]:
     """Return displacements, velocities and masses of particles that the contact may feel."""
     m = np.ones(body.velocities.size) if masses is None else masses
     pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(m)))

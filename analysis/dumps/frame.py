@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 
@@ -48,16 +49,16 @@ class DumpFrame:
     step: int
     time: float | None
     columns: tuple[str, ...]
-    bounds: NDArray[np.float64]
+    bounds: Array
     order: NDArray[np.int64] | None
-    raw_column: Callable[[int], NDArray[np.float64]] = field(repr=False)
+    raw_column: Callable[[int], Array] = field(repr=False)
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
     periodic_x: bool = False
     tilted: bool = False
     units: str | None = None
     absolute_resolution: float = 0.0
 
-    def column(self, name: str) -> NDArray[np.float64]:
+    def column(self, name: str) -> Array:
         """Return one column as float64, exactly as written, sorted by id."""
         if name not in self.columns:
             raise InputError(
@@ -81,7 +82,7 @@ class DumpFrame:
         words = (word for index in range(len(self.columns)) for word in self.raw_text(index))
         return max((_count_digits(word) for word in words if b"." in word), default=0) or 6
 
-    def resolution(self, name: str, digits: int) -> NDArray[np.float64]:
+    def resolution(self, name: str, digits: int) -> Array:
         """
         Return the half-width of the interval that each printed number stands for.
 

@@ -1,11 +1,12 @@
 """Masses of the particles, from the wall outwards: from the dump, the job's files, or given."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 MASS_COLUMN = "mass"
@@ -14,7 +15,7 @@ TYPE_COLUMN = "type"
 _SAME_MASS = 1e-5
 
 
-def repeat_masses(masses: ArrayLike, particles: int) -> NDArray[np.float64]:
+def repeat_masses(masses: ArrayLike, particles: int) -> Array:
     """
     Repeat k masses along the chain: particle k + 1 has the first again.
 
@@ -40,7 +41,7 @@ def find_masses(
     *,
     given: ArrayLike | None = None,
     declared: DeclaredMasses | None = None,
-) -> NDArray[np.float64] | None:
+) -> Array | None:
     """
     Return the masses of the particles of a dump, particle 1 first.
 
@@ -74,7 +75,7 @@ def masses_of_bodies(
     *,
     given: ArrayLike | None = None,
     declared: DeclaredMasses | None = None,
-) -> list[NDArray[np.float64]]:
+) -> list[Array]:
     """
     Return the masses of the chain, and of a free target, each from the contact outward.
 
@@ -93,9 +94,7 @@ def masses_of_bodies(
     return layout.by_body(np.ones(layout.by_ids.particles) if found is None else found)
 
 
-def mass_resolution(
-    frame: DumpFrame, layout: ChainLayout, masses: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Array:
     """
     Return how far masses may be off because a dump prints few digits of them.
 
@@ -112,7 +111,7 @@ def mass_resolution(
 
 def _find(
     frame: DumpFrame, layout: ChainLayout, declared: DeclaredMasses
-) -> tuple[NDArray[np.float64] | None, str]:
+) -> tuple[Array | None, str]:
     """Return masses and who says so; or None and why not, empty if nothing says they differ."""
     n = layout.particles
     if MASS_COLUMN in frame.columns:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.dumps.chain_frames import ChainLayout
@@ -13,6 +13,7 @@ from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import find_masses
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
+from chaincor.lammps_inputs.arrays import Array
 
 if TYPE_CHECKING:
     from ase import Atoms
@@ -79,9 +80,7 @@ def to_ase(
         yield ase_atoms(state, m)
 
 
-def ase_atoms(
-    state: ChainState, masses: NDArray[np.float64], bond: "Potential | None" = None
-) -> "Atoms":
+def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None) -> "Atoms":
     r"""
     Return a chain at one moment as ASE Atoms, in reduced units and float64.
 
@@ -135,7 +134,7 @@ def write_extended_xyz(
     path: Path | str,
     timestep: float = 1.0,
     masses: ArrayLike | None = None,
-    target_masses: NDArray[np.float64] | None = None,
+    target_masses: Array | None = None,
 ) -> int:
     """
     Write a dump as extended XYZ with all digits, frame by frame.
@@ -187,7 +186,7 @@ def _opened(dump: Path | str | Frames) -> Frames:
     return open_trajectory(dump) if isinstance(dump, Path | str) else dump
 
 
-def _masses(first: DumpFrame, given: ArrayLike | None) -> NDArray[np.float64]:
+def _masses(first: DumpFrame, given: ArrayLike | None) -> Array:
     layout = ChainLayout.from_frame(first)
     found = find_masses(first, layout, given=given)
     return np.ones(layout.particles) if found is None else found

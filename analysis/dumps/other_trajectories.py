@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
 from chaincor.analysis.dumps.masses import MASS_COLUMN, TYPE_COLUMN
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
@@ -184,7 +185,7 @@ class OtherTrajectory(Frames):
                 resolution=0.0 if decimals > _MOST_DECIMALS else 0.5 * 10.0**-decimals,
             )
 
-    def _ase_columns(self) -> "Iterator[tuple[Atoms, dict[str, NDArray[np.float64]]]]":
+    def _ase_columns(self) -> "Iterator[tuple[Atoms, dict[str, Array]]]":
         from ase.io import iread
 
         for atoms in iread(self.path, index=":", format=_ASE_FORMATS[self.path.suffix]):
@@ -253,7 +254,7 @@ def _first_of(info: dict[str, Any], keys: tuple[str, ...], default: Any) -> Any:
     return next((info[key] for key in keys if key in info), default)
 
 
-def _decimals(columns: list[NDArray[np.float64]]) -> int:
+def _decimals(columns: list[Array]) -> int:
     """Return with how many decimals numbers were printed; more than the most: with all."""
     for decimals in range(1, _MOST_DECIMALS + 1):
         if all(np.array_equal(np.round(values, decimals), values) for values in columns):

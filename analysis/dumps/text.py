@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.frame import DumpFrame, TruncatedFrameError
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 # A header that says more is damaged.
@@ -48,7 +49,7 @@ class TextFrames:
         def raw_text(index: int) -> list[bytes]:
             return words[index::width]
 
-        def raw_column(index: int) -> NDArray[np.float64]:
+        def raw_column(index: int) -> Array:
             try:
                 return np.array(list(map(float, words[index::width])))
             except ValueError:
@@ -111,7 +112,7 @@ class TextFrames:
         step: int,
         columns: tuple[str, ...],
         raw_text: Callable[[int], list[bytes]],
-        raw_column: Callable[[int], NDArray[np.float64]],
+        raw_column: Callable[[int], Array],
     ) -> NDArray[np.int64] | None:
         """Return the order by id; frames with the same ids share it."""
         if "id" not in columns:
@@ -127,7 +128,7 @@ class TextFrames:
         return self._order
 
 
-def order_by_id(ids: NDArray[np.float64], step: int, name: str) -> NDArray[np.int64] | None:
+def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
     Return the rows in order of id, or None where they are in it already.
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, TIME_COLUMN
 from chaincor.analysis.dumps.chain_state import ChainState
+from chaincor.lammps_inputs.arrays import Array
 
 
 class ColumnsReader(MemoryReader):
@@ -55,9 +56,7 @@ class ColumnsReader(MemoryReader):
         return ts
 
 
-def universe_of_states(
-    states: Sequence[ChainState], masses: NDArray[np.float64]
-) -> MDAnalysis.Universe:
+def universe_of_states(states: Sequence[ChainState], masses: Array) -> MDAnalysis.Universe:
     """
     Return states of a chain as an MDAnalysis Universe in reduced units.
 

@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
@@ -60,7 +60,7 @@ class DumpView:
                 "wall at x = 0; expected no other wall or direction: drop them"
             )
 
-        def column(index: int) -> NDArray[np.float64]:
+        def column(index: int) -> Array:
             return self._converted(frame.columns[index], frame.raw_column(index))
 
         bounds = np.array(frame.bounds, dtype=float)
@@ -74,10 +74,10 @@ class DumpView:
             absolute_resolution=self._resolution(frame),
         )
 
-    def _place(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _place(self, x: Array) -> Array:
         return (self.wall - x if self.upwards else x - self.wall) / self.units.length
 
-    def _converted(self, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _converted(self, name: str, values: Array) -> Array:
         units, sign = self.units, -1.0 if self.upwards else 1.0
         if name in _PLACES:
             return self._place(values)

@@ -5,12 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLACK, GREY, new_figure
 from chaincor.analysis.showing.notebook import in_notebook, session_bar
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 
@@ -109,11 +110,7 @@ def _progress(frames: int) -> Callable[[int, int], object]:
 
 
 def _stage(
-    x: NDArray[np.float64],
-    v: NDArray[np.float64],
-    moments: NDArray[np.float64],
-    title: str,
-    targets: int,
+    x: Array, v: Array, moments: Array, title: str, targets: int
 ) -> tuple["Figure", Callable[[int], tuple["Artist", ...]]]:
     """Return a figure and what draws moment k into it; x and v are of shape (moments, n)."""
     from matplotlib.lines import Line2D
@@ -171,9 +168,7 @@ def _stage(
     return figure, draw
 
 
-def _springs(
-    x: NDArray[np.float64], targets: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _springs(x: Array, targets: int) -> tuple[Array, Array]:
     """Return a zigzag from each particle to the next of its body; none of very long bonds."""
     coils = 8 if x.size <= _MOST_COILED else 1
     share = np.linspace(0.0, 1.0, coils + 1)
@@ -185,7 +180,5 @@ def _springs(
     return along.ravel(), across.ravel()
 
 
-def _interpolate(
-    times: NDArray[np.float64], values: NDArray[np.float64], moments: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _interpolate(times: Array, values: Array, moments: Array) -> Array:
     return np.column_stack([np.interp(moments, times, column) for column in values.T])

@@ -3,10 +3,11 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, choose_axes, legend_above
 from chaincor.analysis.theory import PAIR_INTERVAL, PAIR_SPEED
+from chaincor.lammps_inputs.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,11 +49,7 @@ def plot_contact_speeds(
 
 
 def _plot_by_contact(
-    values: NDArray[np.float64],
-    look: tuple[str, str],
-    line: float | None,
-    label: str,
-    ax: "Axes | None",
+    values: Array, look: tuple[str, str], line: float | None, label: str, ax: "Axes | None"
 ) -> "Axes":
     """Draw values against the number of the contact, and what two particles do, in dashes."""
     ax = choose_axes(ax)

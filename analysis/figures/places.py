@@ -1,10 +1,11 @@
 """Where particles are, in pictures of a chain and of the free target that it hits."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 
-def rest_positions(particles: int, targets: int = 0) -> NDArray[np.float64]:
+def rest_positions(particles: int, targets: int = 0) -> Array:
     """
     Return where particles are at rest, in natural bond lengths.
 

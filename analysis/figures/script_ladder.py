@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
+from chaincor.lammps_inputs.arrays import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,11 +36,11 @@ class LadderCurve:
     """
 
     label: str
-    inputs: NDArray[np.float64]
-    errors: NDArray[np.float64]
-    seconds: NDArray[np.float64]
-    promised: NDArray[np.float64]
-    law: NDArray[np.float64] | None
+    inputs: Array
+    errors: Array
+    seconds: Array
+    promised: Array
+    law: Array | None
 
 
 def plot_script_ladders(

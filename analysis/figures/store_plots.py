@@ -4,10 +4,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.distribution import Distribution
 from chaincor.analysis.figures.style import choose_axes, legend_above, look
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def plot_curves(
     return ax
 
 
-def _shades(ax: "Axes", labels: Sequence[str]) -> NDArray[np.float64] | None:
+def _shades(ax: "Axes", labels: Sequence[str]) -> Array | None:
     """Return a colour for each label like ``particles = 10``, with a bar; None for others."""
     keys = [_natural((label, None)) for label in labels]
     names = {name for name, _ in keys}
@@ -186,11 +187,11 @@ def plot_heat_map(
     return ax
 
 
-def _is_wide(values: NDArray[np.float64]) -> bool:
+def _is_wide(values: Array) -> bool:
     return bool(np.min(values) > 0.0 and np.max(values) > _WIDE * np.min(values))
 
 
-def _edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _edges(places: Array) -> Array:
     """Return the borders half-way between places, on the scale they are drawn on."""
     if len(places) == 1:
         return places[0] + 0.5 * np.array([-1.0, 1.0]) * (abs(places[0]) or 1.0)
@@ -199,7 +200,7 @@ def _edges(places: NDArray[np.float64]) -> NDArray[np.float64]:
     return _edges_between(places)
 
 
-def _edges_between(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _edges_between(places: Array) -> Array:
     middle = 0.5 * (places[1:] + places[:-1])
     first, last = 2.0 * places[0] - middle[0], 2.0 * places[-1] - middle[-1]
     return np.concatenate([[first], middle, [last]])

@@ -3,10 +3,11 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.figures.places import rest_positions
 from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, choose_axes, legend_above
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.given_numbers import positive_number_given
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ def plot_trajectories(
     return ax
 
 
-def _choose_magnification(displacements: NDArray[np.float64]) -> float:
+def _choose_magnification(displacements: Array) -> float:
     """Return 1, 2, 5, 10, ...: displacements up to a fifth of the chain, bonds longer than 0."""
     n = displacements.shape[1]
     squeeze = -float(np.min(np.diff(displacements, axis=1), initial=0.0))
@@ -121,9 +122,7 @@ def _choose_magnification(displacements: NDArray[np.float64]) -> float:
     return float(decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= limit))
 
 
-def _sound_path(
-    times: NDArray[np.float64], x: NDArray[np.float64], sound_speed: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _sound_path(times: Array, x: Array, sound_speed: float) -> tuple[Array, Array]:
     """Follow the signal in the material, up to the free end and back, through all frames."""
     n = x.shape[1]
     fine = np.linspace(0.0, min(2.0 * (n - 1) / sound_speed, times[-1]), 20 * n)

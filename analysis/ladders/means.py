@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
 
 # Powers of the step that a bias may fall with; where several agree with the means, all count.
 ORDERS = (1.0, 1.5, 2.0, 3.0, 4.0)

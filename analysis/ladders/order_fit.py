@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 # Orders that are looked for. Nothing converges faster in practice; slower than 0.25 is no order.
 LEAST_ORDER, MOST_ORDER = 0.25, 9.0
@@ -51,14 +52,12 @@ class OrderFit:
     slope: float
     rungs: int
 
-    def bias(self, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    def bias(self, steps: Array) -> Array:
         """Return B h^p for steps in units of the largest one."""
         return self.slope * steps**self.order
 
 
-def fit_order(
-    steps: NDArray[np.float64], values: NDArray[np.float64], errors: NDArray[np.float64]
-) -> OrderFit:
+def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     r"""
     Fit order and limit to as many of the finest rungs as a single power of h describes.
 
@@ -124,9 +123,7 @@ def _beyond_chance(each: OrderFit, finer: OrderFit) -> tuple[float, float]:
     return float(order), float(limit)
 
 
-def _fit_window(
-    steps: NDArray[np.float64], values: NDArray[np.float64], errors: NDArray[np.float64]
-) -> OrderFit:
+def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
     """Fit the law to all rungs given; errors are statistical, widened where the law fits badly."""
     rungs, columns = steps.shape
     mean = values.mean(axis=1)
@@ -162,12 +159,7 @@ def _fit_window(
     return OrderFit(order, order_error, limit, limit_error, slope * largest**-order, rungs)
 
 
-def _misfit(
-    steps: NDArray[np.float64],
-    mean: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    orders: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
     """Return the weighted sum of squares that A and B leave at each order."""
     powers = np.exp(np.log(steps)[None] * orders[:, None, None]).mean(axis=2)
     total = weights.sum()
@@ -177,9 +169,7 @@ def _misfit(
     return (dy - slope[:, None] * dx) ** 2 @ weights
 
 
-def _linear_fit(
-    steps: NDArray[np.float64], mean: NDArray[np.float64], weights: NDArray[np.float64], p: float
-) -> tuple[float, float]:
+def _linear_fit(steps: Array, mean: Array, weights: Array, p: float) -> tuple[float, float]:
     """Return A and B at a fixed order."""
     powers = (steps**p).mean(axis=1)
     total = weights.sum()

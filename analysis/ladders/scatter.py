@@ -1,11 +1,9 @@
 """How the runs of a ladder scatter, by how much less at finer steps, and if their means change."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.order_fit import SURE, OrderFit, fit_order
-
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
 
 # Fewer rungs tell no decay.
 _LEAST_RUNGS = 4

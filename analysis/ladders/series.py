@@ -1,7 +1,8 @@
 """Means of correlated series, with their standard errors."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 # Correlations over a larger share of a series, or fewer independent samples, tell no error.
 _LARGEST_SHARE, _LEAST_INDEPENDENT = 0.25, 3.0
@@ -12,7 +13,7 @@ _THREE_SIGMA = 0.99865
 _WALKS = 35.0
 
 
-def standard_error(series: NDArray[np.float64]) -> float:
+def standard_error(series: Array) -> float:
     r"""
     Return the standard error of the mean of a stationary, correlated series.
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.means import judge_means
 from chaincor.analysis.ladders.order_fit import OrderFit
@@ -15,8 +14,8 @@ from chaincor.analysis.ladders.scatter import (
     smooth_scatter,
     spread_of_rungs,
 )
+from chaincor.lammps_inputs.arrays import Array
 
-Array = NDArray[np.float64]
 Kind = Literal["regular", "irregular", "noise", "bounded", "cannot tell"]
 
 LEAST_RUNGS, LEAST_COLUMNS = 4, 3
@@ -73,11 +72,7 @@ class LadderVerdict:
 
 
 def judge_ladder(
-    steps: Array,
-    values: Array,
-    *,
-    resolution: float = 0.0,
-    seeded: bool = False,
+    steps: Array, values: Array, *, resolution: float = 0.0, seeded: bool = False
 ) -> LadderVerdict:
     """
     Say what the error of a number is like.
@@ -140,11 +135,7 @@ def judge_ladder(
 
 
 def _irregular(
-    h: Array,
-    values: Array,
-    scatter: Array,
-    decay: float,
-    decay_error: float,
+    h: Array, values: Array, scatter: Array, decay: float, decay_error: float
 ) -> LadderVerdict:
     reason = "between nearby steps the number jumps about, by less the finer the steps are"
     if decay_error >= KNOWN_ORDER:
@@ -178,12 +169,7 @@ def _noise(h: Array, values: Array, scatter: Array, seeded: bool) -> LadderVerdi
     return LadderVerdict("noise", reason, None, None, value, error, bias, scatter)
 
 
-def _bounded(
-    reason: str,
-    h: Array,
-    values: Array,
-    scatter: Array,
-) -> LadderVerdict:
+def _bounded(reason: str, h: Array, values: Array, scatter: Array) -> LadderVerdict:
     """What means say where there is no order, with a scatter that all rungs tell together."""
     means = judge_means(h, values, smooth_scatter(h, scatter))
     reason += "; means bound the error"

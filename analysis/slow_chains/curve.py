@@ -12,9 +12,10 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from chaincor.analysis.pair_theory import anharmonic_coefficient
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
@@ -65,7 +66,7 @@ def slow_chain_variable(bond: Potential, particles: int, impact_velocity: float)
     return float(steepness * speed ** (order - 2) * particles ** (2.0 / 3.0))
 
 
-def limiting_loss(variable: ArrayLike, order: int = 3) -> NDArray[np.float64]:
+def limiting_loss(variable: ArrayLike, order: int = 3) -> Array:
     r"""
     Return :math:`h_r(y)`, the limit of :math:`n^{2/3} (1 - \eta)` at fixed y.
 

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
+
 Modes = NDArray[np.complex128]
 
 # Lengths in widths of the linear front. Its waves run to the left alone and end in a sponge.

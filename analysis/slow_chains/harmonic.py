@@ -23,7 +23,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+
+from chaincor.lammps_inputs.arrays import Array
 
 # u = exp(z) in steps of 0.3: the error of the trapezoidal rule is exp(-pi^2/0.3) = 5e-15, as the
 # nearest singularity is at Im z = pi/2. Ends: u^1.5 = 1e-17, and exp(-u t) = 1e-18 at _SOONEST.
@@ -297,7 +298,7 @@ def front_lead(contacts: int = 2000) -> float:
         end.next_contact()
         surpluses.append(end.surplus)
     half = contacts // 2
-    intervals: NDArray[np.float64] = np.diff(end.times[half:])
+    intervals: Array = np.diff(end.times[half:])
     # Between contacts the surplus falls by the time.
     middle = np.array(surpluses[half:-1]) - 0.5 * intervals
     return float(np.average(middle, weights=intervals))

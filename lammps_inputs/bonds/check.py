@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import PotentialError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _WORK = 1e-6
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
-def scan_strains(bond: "Potential") -> NDArray[np.float64]:
+def scan_strains(bond: "Potential") -> Array:
     """
     Return the strains between which a bond is looked at.
 
@@ -117,19 +117,17 @@ def find_kinks(bond: "Potential") -> tuple[float, ...]:
     return tuple(places)
 
 
-def _slope_at_rest(bond: "Potential", edges: NDArray[np.float64]) -> float:
+def _slope_at_rest(bond: "Potential", edges: Array) -> float:
     """Return the larger slope of the force on the two sides of rest."""
     near = edges[[_COMPRESSED - 1, _COMPRESSED]]
     return float(np.max(np.abs(bond.force(near) / near)))
 
 
-def _forces(bond: "Potential", strains: NDArray[np.float64]) -> NDArray[np.float64]:
+def _forces(bond: "Potential", strains: Array) -> Array:
     return np.asarray(bond.force(strains.ravel()), dtype=float).reshape(strains.shape)
 
 
-def _change_of_slope(
-    bond: "Potential", middles: NDArray[np.float64], near: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], ...]:
+def _change_of_slope(bond: "Potential", middles: Array, near: Array) -> tuple[Array, ...]:
     """Return how the slope of the force changes, the larger slope, and both, left and right."""
     places = middles[:, None] + near[:, None] * np.array([-3.0, -1.0, 1.0, 3.0])
     forces = _forces(bond, places)
@@ -138,12 +136,7 @@ def _change_of_slope(
     return right - left, np.maximum(np.abs(left), np.abs(right)), left, right
 
 
-def _refuse_jumps(
-    bond: "Potential",
-    middles: NDArray[np.float64],
-    near: NDArray[np.float64],
-    slope: NDArray[np.float64],
-) -> None:
+def _refuse_jumps(bond: "Potential", middles: Array, near: Array, slope: Array) -> None:
     before, after = _forces(bond, middles - near), _forces(bond, middles + near)
     jump = np.abs(after - before)
     explained = _JUMP * 2.0 * near * slope
@@ -212,9 +205,7 @@ def refuse_mismatch(bond: "Potential", kinks: Sequence[float]) -> None:
         )
 
 
-def _work(
-    bond: "Potential", low: NDArray[np.float64], high: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _work(bond: "Potential", low: Array, high: Array) -> tuple[Array, Array]:
     """Return the integral of the force over each interval, and of its size."""
     half = 0.5 * (high - low)
     forces = _forces(bond, 0.5 * (low + high)[:, None] + half[:, None] * _NODES)

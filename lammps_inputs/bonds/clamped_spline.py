@@ -10,9 +10,8 @@ with the slopes at both ends given. SciPy's would take longer to import than a c
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
 
 
 def clamped_spline(x: Array, y: Array, slopes: tuple[float, float], asked: Array) -> Array:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
+
 if TYPE_CHECKING:
     from chaincor.lammps_inputs.bonds.potential import Potential
-
-Array = NDArray[np.float64]
 
 
 # Strains of one scan, of which two narrow a range down to less than a thousandth.

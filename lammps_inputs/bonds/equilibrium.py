@@ -17,13 +17,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.energy_levels import distance_at
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import SceneError
-
-Array = NDArray[np.float64]
 
 # A bond must hold so many times T: the density where it gives way is then below 1e-3 of that at
 # rest (exp(-8), and exp(-7) where it ends T short of breaking).

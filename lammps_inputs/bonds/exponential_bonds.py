@@ -8,9 +8,9 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.exponential import exp_less_one, exponential
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
-from chaincor.lammps_inputs.bonds.potential import Array
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x
 from chaincor.lammps_inputs.errors import PotentialError
 

@@ -6,8 +6,9 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.bonds.formula_code import (
     FormulaParameters,
@@ -184,7 +185,7 @@ class Formula(UserBond):
         """U'' at rest."""
         return -self._series[0]
 
-    def _joined(self, strain: Any, name: str, series: NDArray[np.float64], power: int) -> Any:
+    def _joined(self, strain: Any, name: str, series: Array, power: int) -> Any:
         """Return a series in the strain near rest, times a power of it, and the formula beyond."""
         s = np.asarray(strain, dtype=float)
         x = np.clip(s, -self._near, self._near)
@@ -258,7 +259,7 @@ class Formula(UserBond):
         pulls = np.flatnonzero(~(self.force(strains) > 0.0))
         return self._zero_of_force(strains, int(pulls[0])) if len(pulls) else low
 
-    def _zero_of_force(self, strains: NDArray[np.float64], first: int) -> float:
+    def _zero_of_force(self, strains: Array, first: int) -> float:
         from scipy.optimize import brentq
 
         if first == 0:

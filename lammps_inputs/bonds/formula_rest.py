@@ -5,8 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula_code import SERIES_TERMS, FormulaCode
 from chaincor.lammps_inputs.errors import PotentialError
 
@@ -114,7 +114,7 @@ def lost_digits(
     code: FormulaCode,
     values: tuple[float, ...],
     rest: Any,
-    force: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    force: Callable[[Array], Array],
     near: float,
     reach: tuple[float, float],
 ) -> tuple[float, float] | None:

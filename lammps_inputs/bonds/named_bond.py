@@ -2,7 +2,8 @@
 
 from typing import Any, ClassVar, TypeVar
 
-from chaincor.lammps_inputs.bonds.potential import Array, Potential
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.bonds.potential import Potential
 
 # Parameters whose squares and inverse squares floating point can hold.
 SMALLEST, LARGEST = 1e-100, 1e100

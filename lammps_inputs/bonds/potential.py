@@ -8,12 +8,11 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks
 from chaincor.lammps_inputs.bonds.energy_levels import halved
-
-Array = NDArray[np.float64]
 
 
 class NoParameters(NamedTuple):

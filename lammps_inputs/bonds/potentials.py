@@ -24,9 +24,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.exponential_bonds import Morse, Toda
 from chaincor.lammps_inputs.bonds.named_bond import LARGEST, SMALLEST, NamedBond, Strain
-from chaincor.lammps_inputs.bonds.potential import Array, LogLength, NoParameters, Potential
+from chaincor.lammps_inputs.bonds.potential import LogLength, NoParameters, Potential
 from chaincor.lammps_inputs.bonds.series import expm1_minus_x, x_minus_log1p
 from chaincor.lammps_inputs.errors import PotentialError, meant
 from chaincor.lammps_inputs.number_types import IsCount, Number, PositiveNumber

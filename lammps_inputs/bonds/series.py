@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
 
 # Series are used for |x| below this; above it the direct difference loses at most a factor of
 # about 2/x^2 * x = 20 units in the last place of the result.

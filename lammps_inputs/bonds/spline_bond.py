@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from chaincor.lammps_inputs.bonds.potential import Array
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 
 if TYPE_CHECKING:

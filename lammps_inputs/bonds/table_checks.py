@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import TableError
 
 # Rounding of numbers that are written with all their digits.
@@ -31,8 +31,8 @@ class Section:
 
     keyword: str
     header: dict[str, list[float]]
-    data: NDArray[np.float64]
-    digits: NDArray[np.float64]
+    data: Array
+    digits: Array
 
 
 def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:
@@ -116,12 +116,7 @@ def _last_digit(word: str) -> float:
     return float(f"1e{int(exponent or 0) - decimals}")
 
 
-def check_table(
-    header: dict[str, list[float]],
-    data: NDArray[np.float64],
-    digits: NDArray[np.float64],
-    path: str,
-) -> None:
+def check_table(header: dict[str, list[float]], data: Array, digits: Array, path: str) -> None:
     """
     Refuse a table whose parts disagree by more than its spacing and its digits leave open.
 
@@ -152,7 +147,7 @@ def check_table(
         check_slopes(header["FP"], data, digits, path)
 
 
-def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDArray[np.float64]:
+def least_digits(data: Array, digits: Array) -> Array:
     """
     Return one unit of the last digit of each number where formats have left zeros out at its end.
 
@@ -164,9 +159,7 @@ def least_digits(data: NDArray[np.float64], digits: NDArray[np.float64]) -> NDAr
     return np.minimum(digits, np.maximum(np.min(digits, axis=0), in_all))
 
 
-def check_energies(
-    data: NDArray[np.float64], digits: NDArray[np.float64], path: str, allowed: float = 0.0
-) -> None:
+def check_energies(data: Array, digits: Array, path: str, allowed: float = 0.0) -> None:
     """
     Compare the mean force between two rows, by their energies, with the forces around.
 
@@ -197,9 +190,7 @@ def check_energies(
         )
 
 
-def check_slopes(
-    given: list[float], data: NDArray[np.float64], digits: NDArray[np.float64], path: str
-) -> None:
+def check_slopes(given: list[float], data: Array, digits: Array, path: str) -> None:
     """
     Compare FP with the slopes of the first and of the last four rows.
 

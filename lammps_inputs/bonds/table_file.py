@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.spline_bond import SplineBond
 from chaincor.lammps_inputs.bonds.table_checks import (
@@ -145,7 +145,7 @@ def _natural_strain(force: "CubicSpline", rows: Rows, path: str) -> float:
     )
 
 
-def _smooth(strains: NDArray[np.float64], forces: NDArray[np.float64]) -> "CubicSpline | None":
+def _smooth(strains: Array, forces: Array) -> "CubicSpline | None":
     """Return a spline without values beyond its data; None where its numbers overflow."""
     from scipy.interpolate import CubicSpline
 

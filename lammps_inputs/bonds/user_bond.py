@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.check import find_kinks, refuse_mismatch, scan_strains
-from chaincor.lammps_inputs.bonds.potential import Array, Potential
+from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import PotentialError
 
 

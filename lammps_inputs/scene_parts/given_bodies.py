@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.small_file import read_small_file, why_unreadable
 from chaincor.lammps_inputs.thermal_state import DEFAULT_SEED, draw
@@ -73,7 +73,7 @@ def masses_in(text: str) -> list[float] | None:
         return None
 
 
-def chain_masses(scene: "Scene") -> NDArray[np.float64]:
+def chain_masses(scene: "Scene") -> Array:
     """Return the masses of the chain's particles, of shape (n,), from the contact outward."""
     state = scene.initial_state
     if state is not None and state.masses is not None:
@@ -149,7 +149,7 @@ def body_fields(scene: "Scene") -> dict[str, Any]:
     return fields
 
 
-def _period(masses: NDArray[np.float64]) -> list[float] | str:
+def _period(masses: Array) -> list[float] | str:
     """Return the shortest list that the masses repeat, or a hash of a long one."""
     count = len(masses)
     period = next(
@@ -160,9 +160,9 @@ def _period(masses: NDArray[np.float64]) -> list[float] | str:
     return [float(mass) for mass in masses[:period]]
 
 
-def _digest(values: NDArray[np.float64]) -> str:
+def _digest(values: Array) -> str:
     return hashlib.sha256(values.astype("<f8").tobytes()).hexdigest()
 
 
-def _repeats(masses: NDArray[np.float64], period: int) -> bool:
+def _repeats(masses: Array, period: int) -> bool:
     return bool(np.array_equal(masses[period:], masses[:-period]))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.equilibrium import bond_distribution
 from chaincor.lammps_inputs.bonds.potentials import BOND_KEYS, NAMED_POTENTIALS
 from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
@@ -173,7 +174,7 @@ def _check_bodies(scene: "Scene") -> Iterator[str]:
     yield from _check_masses(scene)
 
 
-def _is_impossible(scene: "Scene", strains: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_impossible(scene: "Scene", strains: Array) -> NDArray[np.bool_]:
     bond = scene.bond
     longest = min(bond.strain_max, bond.barrier_strain)
     return (strains <= bond.strain_min) | (strains >= longest)
