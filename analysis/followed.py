@@ -79,14 +79,7 @@ def follow(
         If they hold no contact, or what cannot be.
     """
     bond, bodies = known.bond, known.bodies
-    detector = ContactDetector(
-        velocity,
-        bond,
-        reading.resolution,
-        masses[0],
-        target_masses=masses[1] if bodies.targets else np.empty(0),
-        soft=bodies.soft,
-    )
+    detector = ContactDetector(velocity, masses, bond, reading.resolution, bodies.soft)
     records = [Record(each, bond) for each in masses]
     first = None if bodies.soft else reading.first_contact(masses, velocity)
     state = parted = reading.opening

@@ -10,6 +10,7 @@ particle 1 at the wall at just that speed, shows the contact itself. Else when i
 whether there was only one, is found in one of the two ways of ``contact_times``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,8 +48,6 @@ class DetectedContacts:
     worst_miss : float
         Largest difference between the momentum of the found contacts and that of the dump, in
         units of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
-    total_miss : float
-        Sum of these differences without their signs.
     largest_gap : float
         Longest time between two frames with a contact in between that neither shows.
     unexplained : int
@@ -64,7 +63,6 @@ class DetectedContacts:
     method: str
     unresolved: int
     worst_miss: float
-    total_miss: float
     largest_gap: float
     unexplained: int = 0
     largest_fall: float = 0.0
@@ -79,23 +77,20 @@ class ContactDetector:
     ----------
     impact_velocity : float
         Impact speed v0.
+    masses : sequence of ndarray
+        Of the chain, and of a free target, each from the contact outward.
     bond : Potential or None
         The bonds' potential, if known.
     velocity_resolution : float
         Half-width of the interval that a printed velocity of the size of v0 stands for.
-    masses : ndarray of shape (n,) or None
-        Particle masses, particle 1 first; 1 by default.
-    target_masses : ndarray of shape (M,)
-        Those of a free target, from the contact outward; empty for a wall.
     soft : bool
         Whether the bodies overlap when they meet: then only the momentum is watched.
     """
 
     impact_velocity: float
+    masses: Sequence[Array]
     bond: Potential | None = None
     velocity_resolution: float = 0.0
-    masses: Array | None = None
-    target_masses: Array = field(default_factory=lambda: np.empty(0))
     soft: bool = False
     last_time: float | None = None
     _previous: ChainState | None = None
@@ -103,7 +98,6 @@ class ContactDetector:
     _speeds: list[float] = field(default_factory=list)
     _unresolved: int = 0
     _worst_miss: float = 0.0
-    _total_miss: float = 0.0
     _largest_gap: float = 0.0
     _unexplained: int = 0
     _momentum: float = 0.0
@@ -119,14 +113,12 @@ class ContactDetector:
     def feed(self, state: ChainState) -> None:
         """Look for contacts between the previous state and this one."""
         before, self._previous = self._previous, state
-        if self.masses is None:
-            self.masses = np.ones(state.velocities.size)
         if before is None:
             return
         # In units of the contact's mass: what the closing speed must have changed by.
-        change = float(np.sum(self.masses * (state.velocities - before.velocities)))
+        change = float(np.sum(self.masses[0] * (state.velocities - before.velocities)))
         given = change / self.contact_mass
-        slack = self._threshold(self.masses, before, state)
+        slack = self._threshold(before, state)
         self._watch_for_falls(given, slack)
         if given <= slack:
             return
@@ -154,7 +146,6 @@ class ContactDetector:
             "none" if self.soft else "interpolation" if self.bond is None else "reintegration",
             self._unresolved,
             self._worst_miss,
-            self._total_miss,
             self._largest_gap,
             self._unexplained,
             self._largest_fall,
@@ -163,27 +154,27 @@ class ContactDetector:
     @property
     def contact_mass(self) -> float:
         """Mass of particle 1, or its reduced mass with the target's that it meets."""
-        assert self.masses is not None
-        own = float(self.masses[0])
-        return own if not self.target_masses.size else own / (1.0 + own / self.target_masses[0])
+        own = float(self.masses[0][0])
+        for target in self.masses[1:]:
+            own /= 1.0 + own / target[0]
+        return own
 
-    def _threshold(self, masses: Array, before: ChainState, after: ChainState) -> float:
+    def _threshold(self, before: ChainState, after: ChainState) -> float:
         # Digits that are printed stand for more where velocities have a decade more than v0.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
         decades = np.floor(np.log10(max(largest, self.impact_velocity)))
         coarser = 10.0 ** (decades - np.floor(np.log10(self.impact_velocity)))
         # Rounding errors of n velocities in two frames add up like a random walk.
-        spread = np.sqrt(np.sum((masses / self.contact_mass) ** 2))
+        spread = np.sqrt(np.sum((self.masses[0] / self.contact_mass) ** 2))
         rounding = 8.0 * coarser * self.velocity_resolution * spread
         return max(2.0 * _SMALLEST_SPEED * self.impact_velocity, float(rounding))
 
     def _watch_for_falls(self, given: float, slack: float) -> None:
-        assert self.masses is not None
         self._momentum += given
         self._peak = max(self._peak, self._momentum)
         fall = self._peak - self._momentum
         if fall > slack:
-            total = float(np.sum(self.masses)) / self.contact_mass * self.impact_velocity
+            total = float(np.sum(self.masses[0])) / self.contact_mass * self.impact_velocity
             self._largest_fall = max(self._largest_fall, fall / total)
 
     def _interpolate(self, before: ChainState, after: ChainState, speed: float) -> None:
@@ -199,20 +190,16 @@ class ContactDetector:
 
     def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
         assert self.bond is not None
-        assert self.masses is not None
         # A frame written at a contact may hold either side of it: look a little beyond, and let
         # the momentum say which contacts at the very end belong to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
-        times, speeds = reintegrate_contacts(
-            before, after.time + margin, self.bond, (self.masses, self.target_masses)
-        )
+        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond, self.masses)
         doubtful = sum(time > after.time - margin for time in times)
         counts = range(len(times) - doubtful, len(times) + 1)
         count = min(counts, key=lambda k: abs(2.0 * sum(speeds[:k]) - given))
         times, speeds = times[:count], speeds[:count]
         miss = abs(2.0 * sum(speeds) - given) / self.impact_velocity
         self._worst_miss = max(self._worst_miss, miss)
-        self._total_miss += miss
         if not times or not miss < _LARGEST_MISS:
             self._interpolate(before, after, 0.5 * given)
             self._unresolved += 1

@@ -11,7 +11,6 @@ mean of its two velocities. The two sides must fill the time between the frames;
 there was more than one contact and the frames are too far apart to tell.
 """
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -47,23 +46,19 @@ def interpolate_contact(before: ChainState, after: ChainState, speed: float) -> 
 
 
 def reintegrate_contacts(
-    state: ChainState, end_time: float, bond: Potential, masses: Sequence[Array] = ()
+    state: ChainState, end_time: float, bond: Potential, masses: Sequence[Array]
 ) -> tuple[list[float], list[float]]:
     """
     Integrate from a frame to a later time and return the contacts on the way.
 
     Only the particles whose motion can reach the contact in that time are followed. `masses` are
-    those of the chain and of a free target, each from the contact outward; 1 by default.
+    those of the chain and of a free target, each from the contact outward.
 
     Returns times and closing speeds in order, empty if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
-    near = [
-        _near(body, end_time, bond, m)
-        for body, m in itertools.zip_longest(state.bodies, masses)
-        if body is not None
-    ]
+    near = [_near(body, end_time, bond, m) for body, m in zip(state.bodies, masses, strict=True)]
     counts = [m.size for _, _, m in near]
     count, first = sum(counts), [0, *counts[:-1]]
     m = np.concatenate([m for _, _, m in near])
@@ -120,11 +115,10 @@ def reintegrate_contacts(
 
 
 def _near(
-    body: ChainState, end_time: float, bond: Potential, masses: Array | None
+    body: ChainState, end_time: float, bond: Potential, masses: Array
 ) -> tuple[Array, Array, Array]:
     """Return displacements, velocities and masses of particles that the contact may feel."""
-    m = np.ones(body.velocities.size) if masses is None else masses
-    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(m)))
+    pace = _PARTICLES_PER_TIME * np.sqrt(bond.stiffness / float(np.min(masses)))
     count = int(pace * (end_time - body.time))
     count = min(count + _MORE_PARTICLES, body.velocities.size)
-    return body.displacements[:count], body.velocities[:count], m[:count]
+    return body.displacements[:count], body.velocities[:count], masses[:count]

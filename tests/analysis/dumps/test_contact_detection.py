@@ -7,7 +7,8 @@ from chaincor.lammps_inputs.bonds.potentials import Harmonic
 
 
 def detect(collision, times, bond):
-    detector = ContactDetector(collision.impact_velocity, bond)
+    masses = [np.ones(collision.particles)]
+    detector = ContactDetector(collision.impact_velocity, masses, bond)
     for time in times:
         detector.feed(ChainState(0, time, *collision.state(time)))
     return detector.result()
@@ -53,7 +54,7 @@ def test_frames_too_far_apart_are_not_trusted_without_the_bond(harmonic20):
 def test_frames_written_at_contacts_count_each_contact_once(harmonic20):
     """Either side of the turn may be in the frame."""
     for before_turn in (True, False):
-        detector = ContactDetector(0.1, Harmonic())
+        detector = ContactDetector(0.1, [np.ones(20)], Harmonic())
         detector.add_known(0.0, 0.1)
         for time, speed in zip(harmonic20.contact_times, harmonic20.contact_speeds, strict=True):
             u, v = harmonic20.state(time)
