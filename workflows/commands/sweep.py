@@ -1,7 +1,6 @@
 """``chaincor sweep``: many collisions into a store."""
 
 import contextlib
-from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,11 +69,9 @@ def sweep(
     workers: int | None,
     scheduler: str | None,
     shard: tuple[int, int] | None,
-    arrays: bool,
-    recompute: bool,
-    retry_failed: bool,
     keep_jobs: Path | None,
     as_json: bool,
+    **wishes: bool,
 ) -> None:
     """
     Run many collisions into a store.
@@ -102,13 +99,12 @@ def sweep(
     # Made once: each is looked at several times.
     scenes = tuple(asked.scenes) if shard is None else points.shard(asked.scenes, *shard)
     path = asked.store if store_path is None else store_path
-    arrays = arrays or asked.arrays
-    wishes = {"arrays": arrays, "recompute": recompute, "retry_failed": retry_failed}
+    wishes["arrays"] |= asked.arrays
     cores = workers_given(workers)
     if dry_run:
         with Store(path, read_only=True) if path.exists() else contextlib.nullcontext() as store:
             todo = scenes if store is None else IntoStore(store, scenes, **wishes).todo
-        cost = Forecast.of(todo, arrays=arrays)
+        cost = Forecast.of(todo, arrays=wishes["arrays"])
         click.echo(_forecast(asked, scenes, path, cost, cores, as_json))
         unused = {"--scheduler": scheduler, "--keep-jobs": keep_jobs}
         left_out = [name for name, value in unused.items() if value is not None]
@@ -123,28 +119,19 @@ def sweep(
         into = IntoStore(store, scenes, **wishes)
         if keep_jobs is not None:
             _keep_jobs(into, keep_jobs)
-        if into.todo:
-            with _interruptible(path):
-                if scheduler is None:
-                    into.run_by_processes(cores, progress=not as_json)
-                else:
-                    with DaskCluster(scheduler) as cluster:
-                        into.run(cluster, in_flight=cluster.in_flight, progress=not as_json)
+        try:
+            if scheduler is not None and into.todo:
+                with DaskCluster(scheduler) as cluster:
+                    into.run(cluster, in_flight=cluster.in_flight, progress=not as_json)
+            elif into.todo:
+                into.run_by_processes(cores, progress=not as_json)
+        except KeyboardInterrupt:
+            kept = f"what is finished is in {path}; run the same command to go on"
+            click.echo(f"chaincor: {kept}", err=True)
+            raise
     click.echo(_report(into.tally, bool(into.todo), path, as_json))
     if into.tally.known_failures or into.tally.failed:
         ctx.exit(1)
-
-
-@contextlib.contextmanager
-def _interruptible(path: Path) -> Iterator[None]:
-    """Say what an interruption leaves, by Ctrl-C or by SIGTERM."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        click.echo(
-            f"chaincor: what is finished is in {path}; run the same command to go on", err=True
-        )
-        raise
 
 
 def _keep_jobs(into: "IntoStore", folder: Path) -> None:
