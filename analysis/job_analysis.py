@@ -21,7 +21,6 @@ from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 
@@ -120,12 +119,13 @@ def analyze_job(
 
 def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
     """Complete what a user told by the scene of the job, or by the springs of its script."""
-    if job.scene is None:
+    scene = job.told_scene
+    if scene is None or job.scene is None:
         if told.bond is not None or job.setup.spring is None:
             return told, []
         note = "script or log says bond_style harmonic: energies are those of such bonds"
         return replace(told, bond=Harmonic()), [note]
-    scene, notes = Scene.from_file(job.scene), []
+    notes = []
     if told.bond is not None and told.bond != scene.bond:
         notes.append(
             f"energies are those of {told.bond.name} bonds, as asked for, where {job.scene.name} "

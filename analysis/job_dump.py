@@ -9,7 +9,6 @@ from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.analysis.job_folder import Job
 from chaincor.analysis.known import Bodies
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 
@@ -21,7 +20,7 @@ def bodies_of(job: Job, first: DumpFrame, given: int | None = None) -> Bodies:
     frame of the dump, whose column ``mol`` is 1 in the chain and 2 in the target; that bodies are
     soft is told by ``scene.toml``. Raises InputError where these differ.
     """
-    scene = None if job.scene is None else Scene.from_file(job.scene)
+    scene = job.told_scene
     told: dict[str, int] = {}
     if given is not None:
         told["--target-particles"] = given

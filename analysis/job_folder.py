@@ -13,6 +13,7 @@ from chaincor.analysis.dumps.declared_setup import DeclaredSetup, declared_setup
 from chaincor.analysis.dumps.other_trajectories import is_other_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.lammps_inputs.errors import InputError
+from chaincor.lammps_inputs.scene import Scene
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
@@ -43,6 +44,11 @@ class Job:
     scene: Path | None = None
     scripts: tuple[Path, ...] = ()
     logs: tuple[Path, ...] = ()
+
+    @cached_property
+    def told_scene(self) -> Scene | None:
+        """What its scene says; None where it has none. SceneError if that is none."""
+        return None if self.scene is None else Scene.from_file(self.scene)
 
     @cached_property
     def commands(self) -> RunCommands:

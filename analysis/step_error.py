@@ -13,7 +13,6 @@ from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import Job, find_jobs
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import SCHEME_ORDERS
 
 # Error over what difference and drift say, largest of 79 pairs of random jobs with the
@@ -51,9 +50,8 @@ class SteppedRun:
         """Order of convergence: 0 for the stock wall, None where it is not known."""
         if self.job.commands.stock_wall:
             return 0
-        if self.job.scene is None:
-            return None
-        return SCHEME_ORDERS[Scene.from_file(self.job.scene).scheme or "verlet"]
+        scene = self.job.told_scene
+        return None if scene is None else SCHEME_ORDERS[scene.scheme or "verlet"]
 
 
 def analyze_folder(
@@ -159,13 +157,10 @@ def _difference(first: SteppedRun, other: SteppedRun) -> str | None:
             return "the masses of the target"
     if not np.allclose(a.masses, b.masses, rtol=1e-5, atol=0.0):
         return "the masses"
-    if (first.job.scene is None) != (other.job.scene is None):
-        return "scene.toml, which one of them lacks"
-    if first.job.scene is None or other.job.scene is None:
-        return None
-    one, two = (
-        Scene.from_file(path).canonical_fields for path in (first.job.scene, other.job.scene)
-    )
+    scenes = first.job.told_scene, other.job.told_scene
+    if None in scenes:
+        return None if scenes == (None, None) else "scene.toml, which one of them lacks"
+    one, two = (scene.canonical_fields for scene in scenes if scene is not None)
     keys = sorted(k for k in {*one, *two} if k not in _NUMERICS and one.get(k) != two.get(k))
     return None if not keys else f"{keys[0]} ({one.get(keys[0])} and {two.get(keys[0])})"
 

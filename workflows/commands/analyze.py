@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from chaincor.analysis.dumps.view import DumpView
     from chaincor.analysis.job_folder import Job
     from chaincor.analysis.results import CollisionAnalysis
-    from chaincor.lammps_inputs.scene import Scene
 
 
 @click.command()
@@ -165,7 +164,7 @@ def analyze(
         found = to_json_object(analysis)
         if known != CHAIN_UNITS:
             found["units"] = known.to_dict()
-        click.echo(json_text(found, _scene_of(job)))
+        click.echo(json_text(found, job.told_scene))
     else:
         click.echo(describe(analysis))
         if known != CHAIN_UNITS:
@@ -180,7 +179,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     """Return how to see a dump: as the options say, or as the file beside it does."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
     from chaincor.analysis.job_dump import view_of
-    from chaincor.lammps_inputs.units.unit_system import UnitSystem
+    from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
     view = view_of(job)
     wall, direction = options["wall"], options["direction"]
@@ -196,12 +195,7 @@ def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
                 f"--units {style} is given without --{missing[0]}; expected --length, --mass and "
                 "--stiffness beside it: the chain's own units in those of the dump"
             )
-        fields: dict[str, Any] = {
-            "length": 1.0,
-            "mass": 1.0,
-            "stiffness": 1.0,
-            "style": "lj",
-        } | given
+        fields: dict[str, Any] = asdict(CHAIN_UNITS) | given
         try:
             fields["length"] = 1.0 if auto else float(fields["length"])
         except ValueError:
@@ -279,10 +273,3 @@ def _progress(dump: Path) -> Iterator[Callable[[int], None] | None]:
     with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as bar:
         task = bar.add_task(dump.name, total=dump.stat().st_size)
         yield lambda position: bar.update(task, completed=position)
-
-
-def _scene_of(job: "Job") -> "Scene | None":
-    """Return the scene that lies beside a job, where it has one."""
-    from chaincor.lammps_inputs.scene import Scene
-
-    return None if job.scene is None else Scene.from_file(job.scene)

@@ -7,7 +7,6 @@ from pathlib import Path
 from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import known_digits
-from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 from chaincor.workflows.job_analysis.description import describe_in_units, heading, rows
 from chaincor.workflows.pages.page import (
@@ -86,7 +85,7 @@ def write_analysis_page(
     """
     statistics = analysis.contact_statistics
     error = analysis.restitution_error
-    scene = None if job.scene is None else Scene.from_file(job.scene)
+    scene = job.told_scene
     terms = TERMS | OF_DUMPS
     settings = {
         "contacts found by": analysis.detection.method,

@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.analysis.modes import free_modes, mode_frequencies
+from chaincor.analysis.free_modes import free_modes
+from chaincor.analysis.modes import mode_frequencies
 
 Array = NDArray[np.float64]
 

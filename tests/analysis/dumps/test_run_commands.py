@@ -1,0 +1,42 @@
+"""Commands of a run: by its logs, which say what variables stand for, else by its scripts."""
+
+import pytest
+
+from chaincor.analysis.dumps.run_commands import RunCommands
+
+SCRIPT = "units lj # of the chain\n  mass 1 ${m}\nthermo 5\nfix 2 all wall/reflect xlo 0.0\n"
+LOG = "LAMMPS (22 Jul 2025)\nunits lj\nmass 1 ${m}\nmass 1 2.0\nStep Temp\n0 0.1\n"
+
+
+@pytest.fixture
+def files(tmp_path):
+    paths = [tmp_path / "log.lammps", tmp_path / "screen.txt", tmp_path / "in.user"]
+    for path, text in zip(paths, (LOG, "LAMMPS (22 Jul 2025)\n", SCRIPT), strict=True):
+        path.write_text(text)
+    return paths
+
+
+def test_logs_that_repeat_a_command_count_before_scripts(files):
+    log, screen, script = files
+    commands = RunCommands.read([log, screen], [script])
+    found, expanded = commands.named("mass")
+    assert expanded
+    assert {path: [c.words for c in said] for path, said in found.items()} == {
+        log: [["mass", "1", "${m}"], ["mass", "1", "2.0"]]
+    }
+    assert [c.computed for c in found[log]] == [True, False]
+
+
+def test_scripts_count_where_no_log_has_the_command(files):
+    log, screen, script = files
+    commands = RunCommands.read([log, screen], [script])
+    found, expanded = commands.named("fix")
+    assert not expanded
+    assert [c.words[3] for c in found[script]] == ["wall/reflect"]
+    assert commands.timesteps() == ([], False)
+
+
+def test_the_stock_wall_is_seen_in_any_file(files):
+    log, screen, script = files
+    assert RunCommands.read([log, screen], [script]).stock_wall
+    assert not RunCommands.read([log, screen]).stock_wall
