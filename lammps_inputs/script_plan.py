@@ -100,8 +100,6 @@ class ScriptedBar:
         Parts of the error that are known beforehand.
     reference_solution, reference_error : float or None
         Restitution of an in-house run, and its error; None where there was none.
-    least : float
-        What the error due to the step is called at least.
     """
 
     multiples: tuple[float, ...]
@@ -112,7 +110,6 @@ class ScriptedBar:
     ending: float
     reference_solution: float | None = None
     reference_error: float = 0.0
-    least: float = 0.0
 
     def numbers(self) -> dict[str, Any]:
         """Return the fields as text for a script."""

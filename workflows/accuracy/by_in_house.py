@@ -5,7 +5,6 @@ import math
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import modal_error
-from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
 from chaincor.workflows.accuracy.irregular import IRREGULAR_SCHEME, refine_irregularly
@@ -83,7 +82,7 @@ def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
         "choice": {"tries": found.tries},
         "spread": spread_of(scene, found.fine, found.proofs[0]),
     }
-    return answer(scene, found.fine, max(found.error, LEAST_SHARE * goal), details, sensitivity)
+    return answer(scene, found.fine, found.error, details, sensitivity)
 
 
 def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
@@ -107,4 +106,4 @@ def _meet_with_adaptive_steps(scene: Scene, goal: float) -> Answer:
 
     tries = refine(0.1 * accuracy, attempt, Policy(_MOST_REFINEMENTS, retried=()))
     details = {"choice": {"tries": told(tries, "accuracy")}, "spread": spread_of(scene, *runs[:2])}
-    return answer(scene, runs[0], max(tries[-1].error, LEAST_SHARE * goal), details)
+    return answer(scene, runs[0], tries[-1].error, details)

@@ -15,7 +15,7 @@ from chaincor.lammps_inputs.schemes import SCHEME_ORDERS, StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import Converged, converge, exact_modes
 from chaincor.workflows.accuracy.cost_model import within_time
-from chaincor.workflows.accuracy.error_bars import LEAST_SHARE, TABLE_SENSITIVITY, error_bar
+from chaincor.workflows.accuracy.error_bars import TABLE_SENSITIVITY, error_bar
 from chaincor.workflows.accuracy.in_house_runs import eta_of, largest_difference
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine, that_ran, told
 from chaincor.workflows.accuracy.scouting import Scouting, scouting_details, scouting_from
@@ -161,7 +161,7 @@ def meet_with_lammps(
         "in_house_error": choice.truth.error,
         "tries": told(ran),
     }
-    return answer(scene, last.fine, max(ran[-1].error, LEAST_SHARE * goal), details, sensitivity)
+    return answer(scene, last.fine, ran[-1].error, details, sensitivity)
 
 
 class _Proof(NamedTuple):

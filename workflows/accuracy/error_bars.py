@@ -20,10 +20,6 @@ PROOF_STEPS = (0.5, 0.54, 0.93)
 # Error over the largest difference to those runs. In theory it is 4/3 for order 2 and near 1 for
 # higher ones; the stock wall's error does not shrink regularly, and a difference says its size.
 PROOF_SHARE: dict[str, float] = measured("proof_share")
-# A step chosen for a tolerance is not believed to err by less than this share of it: where two runs
-# agree better than what they were chosen for, that is luck. With goals that are powers of ten, it
-# also makes bars shrink as tolerances do.
-LEAST_SHARE = 0.1
 
 # |change of eta| * v0 / |force error|; the kinks of a linear table also cost the integrator its
 # order. By choice at least what long chains that break need.

@@ -9,7 +9,6 @@ import numpy as np
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
-from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
 from chaincor.workflows.accuracy.regular import LONG, LONGEST_TRUSTED, refine_regularly
 from chaincor.workflows.accuracy.rounding_sensitivity import nudged_change
@@ -100,7 +99,7 @@ def _meet_with_scheme(
             another = 2.0 * float(fine.contact_speeds[-1])
             fine = replace(fine, ending=fine.ending.doubted(another))
     details = {"choice": {"tries": found.tries}, "spread": spread_of(scene, fine, proof)}
-    return answer(scene, fine, max(error, LEAST_SHARE * goal), details, sensitivity)
+    return answer(scene, fine, error, details, sensitivity)
 
 
 def with_doubts(outcome: Outcome, others: Sequence[Outcome]) -> Outcome:

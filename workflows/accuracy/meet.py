@@ -25,9 +25,7 @@ def meet(scene: Scene, tolerance: float) -> Answer:
 
     Numerics are chosen for goals that are powers of ten, the largest within the tolerance or, where
     that is below rounding, the first below rounding. Where a goal is missed the next looser one is
-    tried, too, and the smallest bar counts. A bar that meets its goal is not less than a tenth of
-    it (`chaincor.workflows.accuracy.error_bars.LEAST_SHARE`). So a tighter wish never widens the
-    bar.
+    tried, too, and the smallest bar counts.
     """
     if ManyMeetings.serve(scene):
         usual = meet_alone(scene)

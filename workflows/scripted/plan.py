@@ -13,7 +13,6 @@ from chaincor.lammps_inputs.script_plan import ScriptedBar, ScriptPlan
 from chaincor.workflows.accuracy.by_lammps import COARSER, SCRIPTED_SCHEMES, choose
 from chaincor.workflows.accuracy.convergence import Converged
 from chaincor.workflows.accuracy.error_bars import (
-    LEAST_SHARE,
     PROOF_SHARE,
     PROOF_STEPS,
     ending_error,
@@ -148,7 +147,6 @@ def _bar(
         ending=ending_error(truth.outcome, scene),
         reference_solution=truth.restitution,
         reference_error=truth.error,
-        least=LEAST_SHARE * goal,
     )
 
 

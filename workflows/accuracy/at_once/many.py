@@ -11,7 +11,6 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.error_bars import LEAST_SHARE
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.goals import decade_within
 from chaincor.workflows.accuracy.in_house_runs import relative_velocity, run_in_house
@@ -157,7 +156,7 @@ class ManyMeetings:
             done = now[met]
             found.met[done] = True
             found.restitution[done] = (runs.speeds[met] / velocities[done]) ** 2
-            found.step_error[done] = np.maximum(errors[met], LEAST_SHARE * self._goal)
+            found.step_error[done] = errors[met]
             found.timesteps[done] = step
             found.contacts[done], found.proved[done] = runs.counts[met], runs.proved[met]
             found.last_contact_times[done] = runs.last_contact_times[met]

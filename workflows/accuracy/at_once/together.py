@@ -12,7 +12,7 @@ from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer
 from chaincor.workflows.accuracy.by_in_house import SHARPEST_FIXED
-from chaincor.workflows.accuracy.error_bars import LEAST_SHARE, table_error, with_floors
+from chaincor.workflows.accuracy.error_bars import table_error, with_floors
 from chaincor.workflows.accuracy.expected_cost import expected_of_task, usually_shatters
 from chaincor.workflows.accuracy.fixed_steps import usual_scheme
 from chaincor.workflows.accuracy.goals import goal_above
@@ -187,7 +187,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
             "choice": {"tries": [{"timestep": float(steps[k]), "step_error": error}]},
             "spread": with_floors(differences, scene, rounding),
         }
-        met = answer(scene, outcome, max(error, LEAST_SHARE * goal), details)
+        met = answer(scene, outcome, error, details)
         if met.bar.total is not None and met.bar.total <= goal:
             found[place] = met, energies[k]
     return found
