@@ -18,6 +18,7 @@ from chaincor.workflows.accuracy.step_guess import (
     guess_step,
     sharpness,
 )
+from chaincor.workflows.accuracy.step_proof import runs_differ
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -113,6 +114,8 @@ class _Search:
         proofs = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
         error = self.share * largest_difference(scene, fine, proofs)
+        if not runs_differ(STEP_SCHEMES[scheme].order, fine.lasted / step):
+            error = math.inf
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.goal or error < 0.3 * floor or step <= least

@@ -152,7 +152,9 @@ def _step_error(
     if amplifies and nearer and not _converge(fine, proofs[1], proofs[0]):
         return math.inf, False
     alike = not differ(fine, proofs)
-    error, falls = proved_error(scheme, far, nearer[0] if nearer else far, floor, alike)
+    assert fine.timestep is not None
+    steps = fine.lasted / fine.timestep
+    error, falls = proved_error(scheme, steps, far, nearer[0] if nearer else far, floor, alike)
     return (_RESERVE if amplifies or not alike else 1.0) * float(error), bool(falls)
 
 

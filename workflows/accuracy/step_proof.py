@@ -5,10 +5,13 @@ Where the error falls with the power q of the step, eta at 1.3 h differs from th
 :math:`1.3^q - 1` of it: by more than the error itself if q is larger than
 :math:`\ln 2/\ln 1.3 = 2.64`. That it is, the run at 2 h shows, which then differs by more than
 :math:`2^q - 1 = 5.2` times as much. Nothing is known of the order beforehand, so that a chain that
-grazes the wall, breaks or amplifies what steps miss is not trusted with that of its scheme.
+grazes the wall, breaks or amplifies what steps miss is not trusted with that of its scheme. A step
+that is cut by the first contact is the same in all three runs: where the last contact comes within
+two steps, they may agree however large these are, and tell nothing.
 """
 
 import math
+import sys
 from typing import Any
 
 import numpy as np
@@ -22,8 +25,28 @@ _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
 
 
+def runs_differ(order: float, steps: Any) -> Any:
+    """
+    Return whether runs at `COARSER` times a step are others: not where all is one part of it.
+
+    Parameters
+    ----------
+    order : float
+        Of the steps.
+    steps : float or ndarray
+        Time to the end of the last contact, in steps.
+
+    Returns
+    -------
+    bool or ndarray
+        Also true of so short a part that no digit tells what it errs by.
+    """
+    short = sys.float_info.epsilon ** (1.0 / (order + 1.0))
+    return np.logical_or(steps > COARSER[0], steps <= short)
+
+
 def proved_error(
-    scheme: StepSchemeName, far: Any, near: Any, rounding: Any, alike: Any
+    scheme: StepSchemeName, steps: Any, far: Any, near: Any, rounding: Any, alike: Any
 ) -> tuple[Any, Any]:
     """
     Return the error of eta at a step, and whether it falls as it must for the near run to tell.
@@ -32,6 +55,8 @@ def proved_error(
     ----------
     scheme : str
         Of the steps.
+    steps : float or ndarray
+        Time to the end of the last contact, in steps.
     far, near : float or ndarray
         By how much eta differs at the larger steps of `COARSER`; inf where a run tells nothing.
     rounding : float or ndarray
@@ -44,11 +69,14 @@ def proved_error(
     tuple of (float or ndarray, bool or ndarray)
         The difference to the near run, where that bounds the error, but not less than what usually
         remains of the far one: an error that changes its sign between two steps makes one
-        difference small. Else the larger difference.
+        difference small. Else the larger difference; inf where the runs tell nothing.
     """
-    falls = alike & (near <= _STEEPEST * far + rounding)
-    usual = share_of_difference(STEP_SCHEMES[scheme].order, COARSER[0]) * far
-    return np.maximum(near, np.where(falls, usual, far))[()], falls
+    order = STEP_SCHEMES[scheme].order
+    seen = runs_differ(order, steps)
+    falls = seen & alike & (near <= _STEEPEST * far + rounding)
+    usual = share_of_difference(order, COARSER[0]) * far
+    error = np.maximum(near, np.where(falls, usual, far))
+    return np.where(seen, error, np.inf)[()], falls
 
 
 def usual_share(scheme: StepSchemeName) -> float:

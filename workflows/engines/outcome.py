@@ -99,6 +99,8 @@ class Outcome:
         Total energy at the first contact and after the last.
     fragments : int
         Connected pieces at the last contact.
+    lasted : float
+        Time from the initial state to the end of the last contact; 0 where none is known.
     seconds : float
         Wall-clock time of the integration alone.
     force_evaluations : int
@@ -134,6 +136,7 @@ class Outcome:
     fragments: int
     seconds: float
     force_evaluations: int
+    lasted: float = 0.0
     crossed: bool = False
     frames: Frames | None = None
     target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))

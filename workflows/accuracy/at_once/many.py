@@ -220,7 +220,9 @@ class ManyMeetings:
             apart.append(np.where(coarse.settled, differences, np.inf))
             alike &= coarse.counts == of.counts
         far, near = apart
-        errors[sound] = proved_error(self.scheme, far, near, floor[sound], alike)[0]
+        errors[sound] = proved_error(self.scheme, of.lasted / step, far, near, floor[sound], alike)[
+            0
+        ]
         return fine, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
@@ -275,6 +277,7 @@ def _row(scene: Scene, outcome: Outcome | None, settled: bool) -> ManyRuns:
         "speeds": math.nan if outcome is None else relative_velocity(scene.line, outcome),
         "contacts": np.array([times, speeds]) if len(times) else np.zeros((2, 1)),
         "counts": len(times),
+        "lasted": math.nan if outcome is None else outcome.lasted,
     }
     rest = {f.name: math.nan for f in fields(ManyRuns) if f.name not in row}
     return ManyRuns(**{name: np.array([value]) for name, value in (row | rest).items()})

@@ -173,7 +173,7 @@ def meet_together(scenes: Sequence[Scene]) -> list[tuple[Answer, Array] | None]:
     )
     far, near = np.abs(np.array(others) - eta)
     agree = np.logical_and.reduce([run.settled & (run.counts == fine.counts) for run in coarse])
-    errors = proved_error(kind.scheme, far, near, floor, agree)[0]
+    errors = proved_error(kind.scheme, fine.lasted / steps, far, near, floor, agree)[0]
     agree &= fine.longest_silences <= quiet_time(kind.particles, scenes[0].slow_stiffness)
     energies, *apart = _compared(scenes[0], fine, coarse[0])
     for k, (place, scene) in enumerate(zip(places.tolist(), followed, strict=True)):

@@ -48,6 +48,8 @@ class LastContact:
         Momentum given to the chain; None for what a wall gives a particle of mass 1.
     position : float
         Displacement of the first particle along x.
+    lasted : float
+        Time from the initial state to the end of the last contact.
     """
 
     strains: NDArray[np.float64]
@@ -56,6 +58,7 @@ class LastContact:
     contact_speeds: NDArray[np.float64]
     impulses: NDArray[np.float64] | None = None
     position: float = 0.0
+    lasted: float = 0.0
 
 
 def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -114,6 +117,7 @@ def finish(
         fragments=count_fragments(strains, velocities, bond, masses),
         seconds=seconds,
         force_evaluations=force_evaluations,
+        lasted=last.lasted,
         crossed=low < 0.0,
         frames=frames,
         target_displacements=displacements[:targets][::-1],

@@ -104,6 +104,7 @@ def run(
             contact_speeds=moving.contact_speeds.copy(),
             impulses=moving.impulses.copy(),
             position=float(ledger["last_position"]),
+            lasted=float(ledger["last_contact"]),
         ),
         scheme=numerics.scheme,
         timestep=numerics.timestep,

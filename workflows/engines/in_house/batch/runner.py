@@ -434,6 +434,7 @@ class _Group:
             speeds=each_sum(velocities * self._shares),
             contacts=contacts[:, :2],
             counts=ledgers["contacts"],
+            lasted=ledgers["last_contact"],
             bond_min=1.0 + ledgers["contact_min"],
             bond_max=1.0 + ledgers["contact_max"],
             energies=energies,

@@ -80,6 +80,8 @@ class ManyRuns(Rows):
         Times since the first contact and incoming speeds.
     counts : ndarray of shape (runs,)
         How many contacts there were.
+    lasted : ndarray of shape (runs,)
+        Time from the initial state to the end of the last contact.
     bond_min, bond_max : ndarray of shape (runs,)
         Shortest and longest bond up to the last contact.
     energies : ndarray of shape (runs,)
@@ -98,6 +100,7 @@ class ManyRuns(Rows):
     speeds: Array
     contacts: Array
     counts: NDArray[np.int64]
+    lasted: Array
     bond_min: Array
     bond_max: Array
     energies: Array

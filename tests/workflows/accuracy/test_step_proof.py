@@ -1,0 +1,54 @@
+"""What three runs tell of the error of a step, and where they tell nothing."""
+
+import math
+
+import numpy as np
+import pytest
+
+from chaincor import Scene, collide
+from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, runs_differ
+from chaincor.workflows.engines.in_house import stepping
+
+
+@pytest.mark.parametrize("order", [3.0, 6.0, 8.0])
+def test_an_error_that_falls_is_bounded_by_the_near_run(order):
+    far, near = (k**order - 1.0 for k in COARSER)  # of an error of 1 at the step itself
+    error, falls = proved_error("order8", 20.0, far, near, 0.0, True)
+    assert falls
+    assert error >= 1.0
+
+
+def test_an_error_that_falls_slowly_is_the_larger_difference():
+    error, falls = proved_error("order8", 20.0, 3.0, 0.69, 0.0, True)  # as of order 2
+    assert not falls
+    assert error == 3.0
+
+
+def test_runs_that_are_one_part_of_a_step_tell_nothing():
+    steps = np.array([0.0, 1e-3, 0.5, 2.0, 2.1])
+    assert runs_differ(8.0, steps).tolist() == [True, True, False, False, True]
+    errors, falls = proved_error("order8", steps, np.zeros(5), np.zeros(5), 0.0, True)
+    assert errors.tolist() == [0.0, 0.0, math.inf, math.inf, 0.0]
+    assert falls.tolist() == [True, True, False, False, True]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
+    # One contact, with a particle that is then gone: eta is decided by the flight up to it, which
+    # lasts 0.05 to 0.3 and is one part of the step in the runs at 1, 1.3 and 2 times any step.
+    scene = Scene(
+        potential="toda",
+        particles=5,
+        target_particles=1,
+        temperature=1e-7,
+        seed=seed,
+        velocity=0.008,
+        engine="reference",
+    )
+    found = collide(scene, tolerance=1e-4)
+    fine = stepping.run(scene, Numerics(scheme="order8", timestep=0.005))
+    speed = scene.line.separation(np.concatenate((fine.target_velocities, fine.velocities)))
+    # What 60 steps of order 8 err by is rounding.
+    assert abs(found.restitution - (speed / scene.impact_velocity) ** 2) <= found.restitution_error
+    assert found.restitution_error <= 1e-4
