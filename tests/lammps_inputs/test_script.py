@@ -109,7 +109,6 @@ BAR = ScriptedBar(
     ending=0.0,
     reference_solution=0.8,
     reference_error=1e-11,
-    least=1e-10,
 )
 
 
