@@ -28,7 +28,7 @@ from chaincor.workflows.engines.lammps.flight import (
 )
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.kept_script import kept_files
-from chaincor.workflows.engines.lammps.meeting import Meeting, meeting_of
+from chaincor.workflows.engines.lammps.meeting import meeting_of
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH, Outcome
 from chaincor.workflows.engines.rounding import rounding_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -57,26 +57,15 @@ _UNSEEN: float = measured("unseen_stretch")
 _LARGEST_FLOOR = 0.1
 
 
-def run(
-    scene: Scene,
-    numerics: Numerics,
-    frame_interval: float | None = None,
-    *,
-    ask_every_step: bool = False,
-) -> Outcome:
+def run(scene: Scene, numerics: Numerics, frame_interval: float | None = None) -> Outcome:
     """
     Run one collision in LAMMPS.
 
-    Frames are taken at the ends of steps, at least `frame_interval` apart; None for none.
-    `ask_every_step` asks for the wall before every Verlet step instead of running blind while no
-    hit can come: the outcome is the same to the last bit.
-
-    Raises RunError, a named failure: a bond out of its table, particles that would cross, a bond
-    over its barrier, a collision that does not end, or LAMMPS's own.
+    Frames are taken at the ends of steps, at least `frame_interval` apart; None for none. Raises
+    RunError, a named failure: a bond out of its table, particles that would cross, a bond over its
+    barrier, a collision that does not end, or LAMMPS's own.
     """
-    (outcome,) = _run_with_table(
-        scene, numerics, (numerics.timestep,), frame_interval, ask_every_step
-    )
+    (outcome,) = _run_with_table(scene, numerics, (numerics.timestep,), frame_interval)
     return outcome
 
 
@@ -92,7 +81,7 @@ def run_at_steps(
     A dump is that of the first run. Each outcome is the same to the last bit as that of a run of
     its own, and errors are those of :func:`run`.
     """
-    return _run_with_table(scene, numerics, timesteps, None, False)
+    return _run_with_table(scene, numerics, timesteps, None)
 
 
 def _keep_job(target: Path, folder: Path) -> None:
@@ -151,15 +140,12 @@ def _run_with_table(
     numerics: Numerics,
     timesteps: Sequence[float],
     frame_interval: float | None,
-    ask_every_step: bool,
 ) -> tuple[Outcome, ...]:
     _refuse_drowning(scene)
     with tempfile.TemporaryDirectory(prefix="chaincor-") as name:
         folder = Path(name)
         try:
-            outcomes = _run_in_folder(
-                scene, numerics, timesteps, frame_interval, ask_every_step, folder
-            )
+            outcomes = _run_in_folder(scene, numerics, timesteps, frame_interval, folder)
         except ChaincorError:
             # To look into what went wrong, but never in place of a job that went well.
             if scene.save is not None and not (scene.save / DATA_FILE).exists():
@@ -184,13 +170,12 @@ def _run_in_folder(
     numerics: Numerics,
     timesteps: Sequence[float],
     frame_interval: float | None,
-    ask_every_step: bool,
     folder: Path,
 ) -> tuple[Outcome, ...]:
     bond = scene.bond
 
     def collide_all(table: BondTable | None) -> _Runs:
-        return _collide(scene, numerics, timesteps, table, frame_interval, ask_every_step, folder)
+        return _collide(scene, numerics, timesteps, table, frame_interval, folder)
 
     if bond.is_harmonic or Bodies(scene).only_meets:
         runs = collide_all(None)
@@ -222,10 +207,7 @@ def _run_in_folder(
                 wider = replace(numerics, bond_range=_widened(bond, table, length))
                 rest = scene.replace(save=None, dump=None)
                 left = timesteps[len(runs.outcomes) :]
-                return (
-                    *runs.outcomes,
-                    *_run_with_table(rest, wider, left, None, ask_every_step),
-                )
+                return (*runs.outcomes, *_run_with_table(rest, wider, left, None))
         elif held:
             return tuple(runs.outcomes)
         else:
@@ -305,7 +287,6 @@ def _collide(
     timesteps: Sequence[float],
     table: BondTable | None,
     frame_interval: float | None,
-    ask_every_step: bool,
     folder: Path,
 ) -> _Runs:
     """Run once for each step, until a bond leaves the table; only the first run has frames."""
@@ -316,14 +297,15 @@ def _collide(
     with LammpsChain(scene, numerics, table, folder) as chain:
         certificate = None if table is None else certify_table(chain, table, scene.bond)
         details = {} if certificate is None else {"table": certificate.to_dict()}
-        longest_blind = 0.0
-        if scene.line.plain and scene.particles > 1 and not ask_every_step:
-            longest_blind = longest_blind_time(scene)
         for timestep in timesteps:
             chain.restart(timestep)
             used = replace(numerics, timestep=timestep)
             meeting = meeting_of(chain, scene, STEP_SCHEMES[used.scheme].order)
-            flight = _choose_flight(used, chain, meeting, longest_blind)
+            if used.scheme == "verlet":
+                reflects, longest = used.wall == "reflect", longest_blind_time(scene)
+                flight: Flight = VerletFlight(chain, reflects, longest, meeting)
+            else:
+                flight = ComposedFlight(chain, meeting)
             collision = ChainCollision(scene, flight, frame_interval)
             started = time.perf_counter()
             try:
@@ -340,11 +322,3 @@ def _collide(
     if scene.save is not None and runs.outcomes:
         _write_kept(scene, numerics_first, table, runs.outcomes[0], folder)
     return runs
-
-
-def _choose_flight(
-    numerics: Numerics, chain: LammpsChain, meeting: Meeting, longest_blind: float
-) -> Flight:
-    if numerics.scheme != "verlet":
-        return ComposedFlight(chain, meeting)
-    return VerletFlight(chain, numerics.wall == "reflect", longest_blind, meeting)

@@ -15,8 +15,12 @@ _BLIND_SHARE = 0.9
 
 
 def longest_blind_time(scene: Scene) -> float:
-    """Return for how long a present acceleration foretells anything: 1/frequency of the bonds."""
-    return 1.0 / scene.slow_stiffness**0.5
+    """
+    Return for how long a present acceleration foretells anything: 1/frequency of the bonds.
+
+    0 where LAMMPS cannot watch meanwhile, which it does for one body at a hard wall.
+    """
+    return 0.0 if not scene.line.plain or scene.particles == 1 else 1.0 / scene.slow_stiffness**0.5
 
 
 class Flight(ABC):
@@ -70,8 +74,7 @@ class VerletFlight(Flight):
     reflect : bool
         Whether the reflecting wall fix is at work.
     longest_blind : float
-        For how long steps are taken without asking at most; 0 asks at every step, as the walls that
-        LAMMPS cannot watch need: all but the hard one.
+        For how long steps are taken without asking at most; 0 asks at every step.
     meeting : Meeting
         As in `Flight`.
     """

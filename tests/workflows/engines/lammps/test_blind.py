@@ -47,7 +47,8 @@ def test_blind_is_bit_equal_to_asking_every_step(seed, wall):
     scene, timestep = random_scene(seed)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=timestep)
     blind = lammps.run(scene, numerics)
-    asking = lammps.run(scene, numerics, ask_every_step=True)
+    with blind_steps.asking_every_step():
+        asking = lammps.run(scene, numerics)
     assert bitwise_equal(blind, asking)
     assert (blind.ending, blind.duration) == (asking.ending, asking.duration)
 
@@ -58,7 +59,8 @@ def test_blind_is_bit_equal_to_asking_every_step(seed, wall):
 def test_also_at_high_speed(potential, speed, wall):
     scene = Scene(potential=potential, particles=40, speed=speed)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.002)
-    asking = lammps.run(scene, numerics, ask_every_step=True)
+    with blind_steps.asking_every_step():
+        asking = lammps.run(scene, numerics)
     assert bitwise_equal(lammps.run(scene, numerics), asking)
 
 
@@ -88,7 +90,8 @@ def test_a_forecast_that_fails_is_noticed_and_taken_back(wall, monkeypatch):
     # particle 1 is behind it most of the time, and often in front of it again at the end.
     scene = Scene(potential="lj", particles=20, speed=1.0)
     numerics = Numerics(wall=wall, scheme="verlet", timestep=0.01, bond_range=(0.7, 8.0))
-    truth = lammps.run(scene, numerics, ask_every_step=True)
+    with blind_steps.asking_every_step():
+        truth = lammps.run(scene, numerics)
     foretold, kept = VerletFlight._time_to_guard, []
     run_guarded = LammpsChain.run_guarded
     monkeypatch.setattr(lammps, "longest_blind_time", lambda _: 3.0)
@@ -245,5 +248,6 @@ def test_bonds_change_tables_at_the_same_step():
     # A bond gets so long that it is given another table, which differs in the last digits.
     scene = Scene(potential="lj", particles=52, speed=1.6845117159555532)
     numerics = Numerics(scheme="verlet", timestep=0.01118142086486839, bond_range=(0.5, 40.0))
-    asking = lammps.run(scene, numerics, ask_every_step=True)
+    with blind_steps.asking_every_step():
+        asking = lammps.run(scene, numerics)
     assert bitwise_equal(lammps.run(scene, numerics), asking)
