@@ -12,7 +12,7 @@ from functools import cache, partial
 from typing import Any
 
 from chaincor.lammps_inputs.bonds.potentials import NAMED_POTENTIALS
-from chaincor.workflows.cli import COMMANDS
+from chaincor.workflows.cli import COMMANDS, CommandFacts
 from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
 from chaincor.workflows.errors import ChaincorError, MissingLibraryError
 from chaincor.workflows.versions import version_of
@@ -116,23 +116,20 @@ class CommandNeeds:
     ----------
     command : str
         Its name.
-    needs : tuple of str
-        Libraries that it always uses.
-    also : dict
-        Libraries that only some uses need, and which uses.
+    facts : CommandFacts
+        What it needs, always and for some uses.
     missing : tuple of str
         Those of both that are not installed or, as for LAMMPS, do not load.
     """
 
     command: str
-    needs: tuple[str, ...]
-    also: dict[str, str]
+    facts: CommandFacts
     missing: tuple[str, ...]
 
     @property
     def works(self) -> bool:
         """Whether nothing is missing that every use of the command needs."""
-        return not set(self.missing) & set(self.needs)
+        return not set(self.missing) & set(self.facts.needs)
 
 
 def command_needs(findings: Sequence[Finding] = ()) -> list[CommandNeeds]:
@@ -157,8 +154,7 @@ def command_needs(findings: Sequence[Finding] = ()) -> list[CommandNeeds]:
     return [
         CommandNeeds(
             command,
-            facts.needs,
-            facts.also,
+            facts,
             tuple(name for name in (*facts.needs, *facts.also) if name in lacking),
         )
         for command, facts in COMMANDS.items()

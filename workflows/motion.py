@@ -30,11 +30,6 @@ _MOST_FRAMES = 1_000_000
 _HISTORY_BYTES = 64 * 2**20
 
 
-def shown_until(scene: Scene, last_contact_time: float) -> float:
-    """Return until when pictures show a collision: its chain flies off by then."""
-    return (1.0 + _FLY_ON) * last_contact_time + _BONDS_ON / scene.slow_stiffness**0.5
-
-
 class Motion:
     """What a result can show of the motion, from how it was run and how long it took."""
 
@@ -53,6 +48,14 @@ class Motion:
     def scene(self) -> Scene:
         """What collided; InputError if the result was not made by `collide`."""
         return self._known_replay().scene
+
+    @property
+    def shown_until(self) -> float:
+        """Until when pictures show the collision: by then its chain flies off."""
+        flown = _BONDS_ON / self.scene.slow_stiffness**0.5
+        end = (1.0 + _FLY_ON) * self.last_contact_time + flown
+        # Soft bodies overlap for a while.
+        return end if self.contact is None else max(end, self.duration)
 
     @cached_property
     def history(self) -> History:
@@ -148,9 +151,7 @@ class Motion:
         """
         frames = whole_number_given("frames", frames, least=2, most=_MOST_FRAMES)
         replay = self._known_replay()
-        end = shown_until(replay.scene, self.last_contact_time)
-        if self.contact is not None:  # the bodies overlap for a while
-            end = max(end, self.duration)
+        end = self.shown_until
         recorded = replay.record(end / (frames - 1))
         # The last may be late by rounding.
         return [

@@ -4,7 +4,7 @@ import platform
 import sys
 import tempfile
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -40,7 +40,7 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
             "prefix": sys.prefix,
             "temporary_folder": tempfile.gettempdir(),
             "findings": [asdict(finding) for finding in findings],
-            "commands": [asdict(needs) | {"works": needs.works} for needs in commands],
+            "commands": [_plain(needs) for needs in commands],
         }
         click.echo(json_text(report))
     else:
@@ -55,9 +55,14 @@ def doctor(ctx: click.Context, as_json: bool, warm: bool) -> None:
         ctx.exit(1)
 
 
+def _plain(needs: "CommandNeeds") -> dict[str, Any]:
+    told = {"command": needs.command, "needs": needs.facts.needs, "also": needs.facts.also}
+    return told | {"missing": needs.missing, "works": needs.works}
+
+
 def _describe(needs: "CommandNeeds") -> str:
-    always = ", ".join(needs.needs) or "nothing more"
-    uses = "; ".join(f"{library} for {use}" for library, use in needs.also.items())
+    always = ", ".join(needs.facts.needs) or "nothing more"
+    uses = "; ".join(f"{library} for {use}" for library, use in needs.facts.also.items())
     lacks = f" - lacks {', '.join(needs.missing)}" if needs.missing else ""
     text = f"{needs.command}: {always}{f' ({uses})' if uses else ''}{lacks}"
     return f"{'yes' if needs.works else 'NO '}  {text}"

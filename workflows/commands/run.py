@@ -130,11 +130,11 @@ def run(
     if animate is not None:
         from chaincor.workflows.pictures.recording import write_animation
 
-        write_animation(scene, result.last_contact_time, animate)
+        write_animation(result, animate)
     if terminal is not None:
         from chaincor.workflows.pictures.watch import watch
 
-        watch(scene, result.last_contact_time, terminal)
+        watch(result, terminal)
     if result.tolerance_met is False:
         click.echo(f"chaincor: {result.reason}", err=True)
         ctx.exit(1)

@@ -28,15 +28,12 @@ class GridPoint:
 
     Attributes
     ----------
-    number : int
-        From 1.
     folder : str
         Its name.
     refusal : str
         Why no job could be written, in one line; empty where it was.
     """
 
-    number: int
     folder: str
     refusal: str = ""
 
@@ -97,14 +94,14 @@ def _write_point(
     try:
         files = job_files(scene, replace(wishes, restartable=True, guards=True))
     except ChaincorError as error:
-        return GridPoint(number, name, " ".join(str(error).split()))
+        return GridPoint(name, " ".join(str(error).split()))
     job = folder / name
     job.mkdir(exist_ok=True)
     for old in ("log.lammps", "log.motion", "screen.txt", "chain.restart", "chain.state"):
         (job / old).unlink(missing_ok=True)  # of an older job, which would be taken for its result
     for file, text in (files | {ASKED: scene.to_toml()}).items():
         (job / file).write_text(text, encoding="utf-8")
-    return GridPoint(number, name)
+    return GridPoint(name)
 
 
 def folder_name(scene: Scene, axes: Sequence[str], number: int) -> str:

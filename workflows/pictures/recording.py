@@ -1,14 +1,16 @@
 """The motion of a collision, for pictures: frames at regular times, by the in-house engines."""
 
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.step_guess import guess_step
 from chaincor.workflows.engines.in_house import adaptive, modal, stepping
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.motion import shown_until
+
+if TYPE_CHECKING:
+    from chaincor.workflows.result import Collision
 
 # Far finer than any picture resolves.
 _ACCURACY = 1e-6
@@ -30,18 +32,16 @@ def record_motion(scene: Scene, interval: float) -> Outcome:
     return adaptive.run(scene, _ACCURACY, interval)
 
 
-def follow_to_the_end(scene: Scene, last_contact_time: float) -> Outcome:
+def follow_to_the_end(result: "Collision") -> Outcome:
     """Keep about 400 frames of a collision; the last ones show the chain flying off."""
-    end = shown_until(scene, last_contact_time)
-    if scene.line.soft:
-        end = max(end, record_motion(scene, end).duration)  # the bodies overlap for a while
-    outcome = record_motion(scene, end / 400.0)
+    end = result.shown_until
+    outcome = record_motion(result.scene, end / 400.0)
     frames = outcome.frames
     assert frames is not None
     return replace(outcome, frames=frames.until(end))
 
 
-def write_animation(scene: Scene, last_contact_time: float, path: str, pictures: int = 60) -> None:
+def write_animation(result: "Collision", path: str, pictures: int = 60) -> None:
     """
     Draw a collision as ``.gif``, or ``.mp4`` with ffmpeg, until soon after its last contact.
 
@@ -49,7 +49,7 @@ def write_animation(scene: Scene, last_contact_time: float, path: str, pictures:
     """
     from chaincor.analysis.figures.animation import animate_collision
 
-    frames = follow_to_the_end(scene, last_contact_time).frames
+    scene, frames = result.scene, follow_to_the_end(result).frames
     assert frames is not None
     animate_collision(
         frames.times,

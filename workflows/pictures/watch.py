@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.pictures.recording import follow_to_the_end
 
+if TYPE_CHECKING:
+    from chaincor.workflows.result import Collision
+
 _SECONDS = 8.0
 _PER_SECOND = 15
 _WIDEST = 100
@@ -30,11 +34,11 @@ def find_terminal() -> Console:
     return console
 
 
-def watch(scene: Scene, last_contact_time: float, console: Console) -> None:
+def watch(result: "Collision", console: Console) -> None:
     """Play a collision in the terminal until soon after its last contact."""
-    outcome = follow_to_the_end(scene, last_contact_time)
+    outcome = follow_to_the_end(result)
     with Live(console=console, auto_refresh=False) as live:
-        for moment in moments(scene, outcome, min(console.width, _WIDEST)):
+        for moment in moments(result.scene, outcome, min(console.width, _WIDEST)):
             live.update(moment, refresh=True)
             time.sleep(1.0 / _PER_SECOND)
 

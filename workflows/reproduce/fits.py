@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from chaincor.workflows.reproduce.measurements import Point
+
 
 @dataclass(frozen=True)
 class PowerLaw:
@@ -110,22 +112,20 @@ def parameter_errors(
     return np.sqrt(scatter + allowed**2)
 
 
-def fit_over_ranges(
-    x: ArrayLike,
-    y: ArrayLike,
+def fit_dissipation(points: Sequence[Point], exponent: float | None = None) -> PowerLaw:
+    """Fit a power law of the length to 1 - eta."""
+    lengths, losses = [p.particles for p in points], [p.dissipation for p in points]
+    return fit_power_law(lengths, losses, exponent, [p.error for p in points])
+
+
+def fit_over_lengths(
+    points: Sequence[Point],
     ranges: Sequence[tuple[float, float]],
     exponent: float | None = None,
-    errors: ArrayLike = 0.0,
 ) -> list[PowerLaw]:
-    """Fit a power law over each range, from first to last x, that holds three points or more."""
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    bars = np.broadcast_to(errors, x.shape)
-    fits = []
-    for first, last in ranges:
-        within = (x >= first) & (x <= last)
-        if np.count_nonzero(within) >= 3:
-            fits.append(fit_power_law(x[within], y[within], exponent, bars[within]))
-    return fits
+    """Do the same over each range, from first to last length, that holds three points or more."""
+    parts = ([p for p in points if first <= p.particles <= last] for first, last in ranges)
+    return [fit_dissipation(part, exponent) for part in parts if len(part) >= 3]
 
 
 def limit_at_zero(x: ArrayLike, y: ArrayLike, degree: int) -> tuple[float, float]:

@@ -32,7 +32,7 @@ def test_frames_show_both_bodies():
 def test_the_headings_end_with_the_restitution():
     for scene in (TARGET, SOFT):
         result = collide(scene, tolerance=1e-6)
-        outcome = follow_to_the_end(scene, result.last_contact_time)
+        outcome = follow_to_the_end(result)
         *_, last = moments(scene, outcome, 80)
         heading, *rows = last.plain.splitlines()
         assert f"contacts {result.contacts:3d} " in heading
@@ -45,5 +45,5 @@ def test_the_headings_end_with_the_restitution():
 @pytest.mark.slow
 def test_a_moving_picture_of_both_bodies(tmp_path):
     result = collide(TARGET, tolerance=1e-4)
-    write_animation(TARGET, result.last_contact_time, str(tmp_path / "m.gif"), 3)
+    write_animation(result, str(tmp_path / "m.gif"), 3)
     assert (tmp_path / "m.gif").read_bytes().startswith(b"GIF89a")

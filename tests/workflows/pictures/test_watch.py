@@ -16,7 +16,7 @@ from chaincor.workflows.pictures.recording import follow_to_the_end
 def test_the_headings_count_contacts_and_end_with_the_restitution():
     scene = Scene(particles=6, speed=0.4, engine="reference")
     result = collide(scene)
-    outcome = follow_to_the_end(scene, result.last_contact_time)
+    outcome = follow_to_the_end(result)
     headings = [m.plain.splitlines()[0].split() for m in watching.moments(scene, outcome, 60)]
     contacts = [int(words[4]) for words in headings]
     assert contacts == sorted(contacts)

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from chaincor.workflows.reproduce.fits import find_minimum, fit_over_ranges, fit_power_law
+from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.reproduce.fits import find_minimum, fit_over_lengths, fit_power_law
+from chaincor.workflows.reproduce.measurements import Answer, Point
 
 
 def test_exact_power_law_is_found_to_rounding():
@@ -37,9 +39,15 @@ def test_numbers_that_are_not_positive_give_no_fit(y):
     assert np.isnan(fit_power_law([1.0, 2.0, 3.0], y).exponent)
 
 
+def chains(lengths: list[int], power: float) -> list[Point]:
+    """Return harmonic chains of which 1 - eta is 0.5 n^power."""
+    scenes = (Scene(potential="harmonic", particles=n, velocity=0.1) for n in lengths)
+    found = (Answer({"restitution": 1.0 - 0.5 * n**power}) for n in lengths)
+    return [Point(s, None, answer) for s, answer in zip(scenes, found, strict=True)]
+
+
 def test_ranges_with_too_few_points_are_left_out():
-    x = np.array([1.0, 2.0, 3.0, 10.0])
-    fits = fit_over_ranges(x, x**2, [(1.0, 3.0), (5.0, 20.0)])
+    fits = fit_over_lengths(chains([1, 2, 3, 10], -1.0), [(1, 3), (5, 20)])
     assert [(fit.first, fit.last) for fit in fits] == [(1.0, 3.0)]
 
 
@@ -61,9 +69,8 @@ def test_error_of_a_minimum_is_what_more_points_change():
 
 
 def test_other_ranges_can_have_a_fixed_exponent():
-    x = np.array([1.0, 2.0, 4.0, 8.0])
-    (fit,) = fit_over_ranges(x, 3.0 * x**-0.5, [(1.0, 8.0)], exponent=-0.5)
-    assert fit.prefactor == pytest.approx(3.0)
+    (fit,) = fit_over_lengths(chains([1, 2, 4, 8], -0.5), [(1, 8)], exponent=-0.5)
+    assert fit.prefactor == pytest.approx(0.5)
     assert fit.exponent == -0.5
 
 

@@ -14,7 +14,7 @@ from chaincor.analysis.theory import (
 )
 from chaincor.workflows.reproduce.claims import Finding, claim, digits, words
 from chaincor.workflows.reproduce.drawing import Canvas, Figure, draw_points, point_record
-from chaincor.workflows.reproduce.fits import PowerLaw, fit_over_ranges, fit_power_law, fit_rows
+from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_over_lengths, fit_rows
 from chaincor.workflows.reproduce.measurements import (
     Measurements,
     Point,
@@ -121,16 +121,12 @@ def harmonic_law(measured: Measurements) -> HarmonicLaw:
     """Fit the law."""
     points = measured.select("harmonic_sizes", "harmonic")
     long = [p for p in points if p.particles >= _LAW_FROM] or points
-    every, chosen = (
-        ([p.particles for p in ps], [p.dissipation for p in ps], [p.error for p in ps])
-        for ps in (points, long)
-    )
     return HarmonicLaw(
         points=long,
-        both=fit_power_law(*chosen[:2], errors=chosen[2]),
-        mean_prefactor=fit_power_law(*chosen[:2], _POWER, chosen[2]),
-        ranges=fit_over_ranges(*every[:2], _RANGES, errors=every[2]),
-        prefactors=fit_over_ranges(*every[:2], _PREFACTOR_RANGES, _POWER, every[2]),
+        both=fit_dissipation(long),
+        mean_prefactor=fit_dissipation(long, _POWER),
+        ranges=fit_over_lengths(points, _RANGES),
+        prefactors=fit_over_lengths(points, _PREFACTOR_RANGES, _POWER),
     )
 
 

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_fitted, format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
 from chaincor.workflows.reproduce.drawing import Canvas, Figure, draw_points, point_record
-from chaincor.workflows.reproduce.fits import PowerLaw, fit_power_law, fit_rows
+from chaincor.workflows.reproduce.fits import PowerLaw, fit_dissipation, fit_rows
 from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
 from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
 
@@ -43,14 +43,6 @@ def study(plan: Plan) -> Study:
     )
 
 
-def _law(points: list[Point]) -> PowerLaw:
-    return fit_power_law(
-        [p.particles for p in points],
-        [p.dissipation for p in points],
-        errors=[p.error for p in points],
-    )
-
-
 def last_exponents(measured: Measurements) -> dict[float, tuple[PowerLaw, list[Point]]]:
     """Fit 1 - eta over the last part of each curve: the law and its points, by speed."""
     found = {}
@@ -58,7 +50,7 @@ def last_exponents(measured: Measurements) -> dict[float, tuple[PowerLaw, list[P
         points = measured.select("sizes", "lj", speed=speed)
         longest = max((p.particles for p in points), default=0)
         last = [p for p in points if p.particles >= longest / _LAST_PART]
-        found[speed] = (_law(last), last)
+        found[speed] = (fit_dissipation(last), last)
     return found
 
 
@@ -132,7 +124,7 @@ def _exponent(measured: Measurements, speed: float, remark: str = "", brief: str
 def _before(measured: Measurements) -> str:
     """Say how 1 - eta of the slowest chains falls before it levels off."""
     points = measured.select("sizes", "lj", speed=_SLOW)
-    law = _law([p for p in points if _BEFORE[0] <= p.particles <= _BEFORE[1]])
+    law = fit_dissipation([p for p in points if _BEFORE[0] <= p.particles <= _BEFORE[1]])
     if not np.isfinite(law.exponent_error):
         return ""
     return (
