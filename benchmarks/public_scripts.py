@@ -14,8 +14,8 @@ import numpy as np
 from chaincor.lammps_inputs.errors import ChaincorError
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.quantities import ALL, read_quantity
-from chaincor.workflows.scripts.script_run import Asked, Runner, ScriptRun, list_files
+from chaincor.workflows.scripts.quantities import ALL, Asked, read_quantity
+from chaincor.workflows.scripts.script_run import Runner, ScriptRun, list_files
 from chaincor.workflows.scripts.study import ScriptStudy, timestep_study
 
 ASKED = Asked(None, tuple(read_quantity(text) for text in ALL))

@@ -10,7 +10,8 @@ import numpy as np
 
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.script_run import Asked, Runner, list_files
+from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.script_run import Runner, list_files
 from chaincor.workflows.scripts.study import timestep_study
 
 SCRIPTS = Path(__file__).parents[1] / "docs" / "examples" / "scripts"

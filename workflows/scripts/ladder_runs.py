@@ -1,7 +1,7 @@
 """One ladder of a script: its runs made and judged, with an advice for each number."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,6 +110,80 @@ class ScriptLadder:
         return self.ends is not None and self.ends[1] - self.ends[0] > _SAME_END * self.ends[1]
 
 
+@dataclass(frozen=True)
+class _Runs:
+    """The runs of one ladder, each made when it is first asked for."""
+
+    runner: Runner
+    varied: Varied
+    fixed: dict[str, str]
+    done: dict[tuple[int, int], ScriptRun] = field(default_factory=dict)
+
+    def run(self, rung: int, column: int) -> ScriptRun:
+        """Return one run of a rung."""
+        if (rung, column) not in self.done:
+            self.done[rung, column] = self.anew(rung, column)
+        return self.done[rung, column]
+
+    def anew(self, rung: int, column: int, *, again: bool = False) -> ScriptRun:
+        """Make a run; `again`, the first of a rung, with another seed where there are some."""
+        ladder = self.varied.ladder
+        text = ladder.text(self.varied.value(rung, column))
+        name = f"{ladder.name}={text}_{column}{'_again' if again else ''}"
+        return self.runner.run(
+            "_".join([name, *(f"{key}={value}" for key, value in self.fixed.items())]),
+            self.varied.change(self.fixed, rung, column, again=again),
+        )
+
+    def failed(self, run: ScriptRun, rung: int, column: int = 0) -> ScriptRunError:
+        """Return the error of a run that failed."""
+        ladder = self.varied.ladder
+        told = {ladder.name: ladder.text(self.varied.value(rung, column)), **run.variables}
+        where = "at " + ", ".join(f"{name} = {value}" for name, value in told.items())
+        return self.runner.error(where, str(run.failure))
+
+    def check_ends(self) -> None:
+        """Raise what is wrong with the ladder as its ends show it, before time is spent."""
+        ladder, script = self.varied.ladder, self.varied.script
+        fine = self.run(ladder.rungs - 1, 0)
+        if fine.failure:
+            raise self.failed(fine, ladder.rungs - 1)
+        coarse = self.run(0, 0)
+        if coarse.failure:
+            return
+        same = all(coarse.numbers[k].value == fine.numbers[k].value for k in fine.numbers)
+        if same and self.varied.kind == "variable" and not script.mentions(ladder.name):
+            value = next(iter(fine.numbers.values())).value
+            raise InputError(
+                f"{script.path.name} gives {value!r} at both ends of the ladder and "
+                f"does not mention ${{{ladder.name}}}; expected a script that uses the variable"
+            )
+        dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
+        # Of a step it is known which end is fine.
+        if dearer and self.varied.kind != "step":
+            raise InputError(
+                f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s and at "
+                f"{ladder.fine:g} only {fine.seconds:.2g} s; expected the coarse end first: "
+                f"--vary {ladder.name}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
+            )
+
+    def is_repeatable(self, rung: int) -> bool:
+        """Run one command again: with the same seed or, to see that it matters, with another."""
+        seeds, first = self.varied.seeds, self.run(rung, 0)
+        second = self.anew(rung, 0, again=True)
+        if second.failure:
+            raise self.failed(second, rung)
+        same = all(first.numbers[k].value == second.numbers[k].value for k in first.numbers)
+        if seeds and same:
+            raise InputError(
+                f"{self.runner.script.name} gives {next(iter(first.numbers.values())).value!r} "
+                f"with seed {seeds[0]} and with {seeds[1]}; expected a script whose random numbers "
+                "obey the variable 'seed', or seeds that are whole numbers in it: leave --seeds "
+                "out where it draws none"
+            )
+        return same or bool(seeds)
+
+
 def measure_ladder(
     runner: Runner,
     varied: Varied,
@@ -117,45 +191,34 @@ def measure_ladder(
     tolerance: float | None,
     progress: Progress,
 ) -> ScriptLadder:
-    """Run one ladder, both ends first: they show what is wrong before time is spent."""
+    """Run one ladder, both ends first, and judge each number."""
     ladder, columns = varied.ladder, varied.columns
-    assert ladder is not None
     title = " ".join(f"{key} {value}" for key, value in fixed.items()) or ladder.name
-    steps = [ladder.step(varied.value(rung, 0)) for rung in range(ladder.rungs)]
-    weights = 1.0 / np.array(steps)
+    weights = 1.0 / np.array([ladder.step(varied.value(r, 0)) for r in range(ladder.rungs)])
     weights /= weights.sum()
-    done: dict[tuple[int, int], ScriptRun] = {}
-
-    def run(rung: int, column: int) -> ScriptRun:
-        if (rung, column) not in done:
-            done[rung, column] = _run(runner, varied, fixed, rung, column)
-        return done[rung, column]
-
+    runs = _Runs(runner, varied, fixed)
     progress(title, 0.0)
-    fine = run(ladder.rungs - 1, 0)
-    if fine.failure:
-        raise _failed(runner, varied, fine, ladder.rungs - 1)
-    _check_ends(varied, run(0, 0), fine)
+    runs.check_ends()
     good: list[int] = []
     for rung in range(ladder.rungs):
         for column in range(columns):
-            if run(rung, column).failure:
+            if runs.run(rung, column).failure:
                 break
             progress(title, float(weights[:rung].sum() + weights[rung] * column / columns))
         else:
             good.append(rung)
     if len(good) < LEAST_RUNGS:
-        place = next(key for key in reversed(done) if done[key].failure)
-        raise _failed(runner, varied, done[place], *place)
-    repeatable = _repeat(runner, varied, fixed, done[good[0], 0], good[0])
-    rows = [[done[rung, column] for column in range(columns)] for rung in good]
+        place = next(key for key in reversed(runs.done) if runs.done[key].failure)
+        raise runs.failed(runs.done[place], *place)
+    repeatable = runs.is_repeatable(good[0])
+    rows = [[runs.run(rung, column) for column in range(columns)] for rung in good]
     inputs = np.array([[varied.value(rung, column) for column in range(columns)] for rung in good])
     seconds = np.array([np.median([run.seconds for run in row]) for row in rows])
     ends = [run.samples.end for row in rows for run in row if run.samples is not None]
     return ScriptLadder(
         fixed=fixed,
-        runs=tuple(done.values()),
-        given=tuple(varied.value(*place) for place in done),
+        runs=tuple(runs.done.values()),
+        given=tuple(varied.value(*place) for place in runs.done),
         values=inputs[:, 0],
         inputs=inputs,
         seconds=seconds,
@@ -165,24 +228,6 @@ def measure_ladder(
         ),
         ends=(min(ends), max(ends)) if ends else None,
         repeatable=repeatable,
-    )
-
-
-def _run(
-    runner: Runner,
-    varied: Varied,
-    fixed: dict[str, str],
-    rung: int,
-    column: int,
-    *,
-    again: bool = False,
-) -> ScriptRun:
-    assert varied.ladder is not None
-    text = varied.ladder.text(varied.value(rung, column))
-    name = f"{varied.ladder.name}={text}_{column}{'_again' if again else ''}"
-    return runner.run(
-        "_".join([name, *(f"{key}={value}" for key, value in fixed.items())]),
-        varied.change(fixed, rung, column, again=again),
     )
 
 
@@ -197,7 +242,6 @@ def _judge(
 ) -> NumberLadder:
     """Say of one number what its error is like, and what to run."""
     ladder, seeded = varied.ladder, bool(varied.seeds)
-    assert ladder is not None
     results = np.array([[run.numbers[name].value for run in row] for row in rows])
     resolution = min(run.numbers[name].unit for row in rows for run in row)
     steps = np.array([[ladder.step(value) for value in row] for row in inputs])
@@ -219,54 +263,3 @@ def _judge(
         tolerance=tolerance,
         advice=advice,
     )
-
-
-def _check_ends(varied: Varied, coarse: ScriptRun, fine: ScriptRun) -> None:
-    """Raise InputError where the variable is not used, or the ends are the wrong way round."""
-    ladder, script = varied.ladder, varied.script
-    assert ladder is not None
-    if coarse.failure or fine.failure:
-        return
-    same = all(coarse.numbers[k].value == fine.numbers[k].value for k in fine.numbers)
-    if same and varied.kind == "variable" and not script.mentions(ladder.name):
-        value = next(iter(fine.numbers.values())).value
-        raise InputError(
-            f"{script.path.name} gives {value!r} at both ends of the ladder and "
-            f"does not mention ${{{ladder.name}}}; expected a script that uses the variable"
-        )
-    dearer = coarse.seconds > max(_DEARER * fine.seconds, _SURELY_SECONDS)
-    # Of a step it is known which end is fine.
-    if dearer and varied.kind != "step":
-        raise InputError(
-            f"a run at {ladder.name} = {ladder.coarse:g} takes {coarse.seconds:.2g} s and at "
-            f"{ladder.fine:g} only {fine.seconds:.2g} s; expected the coarse end first: "
-            f"--vary {ladder.name}={ladder.fine:g}:{ladder.coarse:g}:{ladder.rungs}"
-        )
-
-
-def _repeat(
-    runner: Runner, varied: Varied, fixed: dict[str, str], first: ScriptRun, rung: int
-) -> bool:
-    """Run one command again: with the same seed or, to see that it matters, with another."""
-    second = _run(runner, varied, fixed, rung, 0, again=True)
-    if second.failure:
-        raise _failed(runner, varied, second, rung)
-    same = all(first.numbers[k].value == second.numbers[k].value for k in first.numbers)
-    if varied.seeds and same:
-        raise InputError(
-            f"{runner.script.name} gives {next(iter(first.numbers.values())).value!r} with "
-            f"seed {varied.seeds[0]} and with {varied.seeds[1]}; expected a script whose random "
-            "numbers obey the variable 'seed', or seeds that are whole numbers in it: leave "
-            "--seeds out where it draws none"
-        )
-    return same or bool(varied.seeds)
-
-
-def _failed(
-    runner: Runner, varied: Varied, run: ScriptRun, rung: int, column: int = 0
-) -> ScriptRunError:
-    assert varied.ladder is not None
-    text = varied.ladder.text(varied.value(rung, column))
-    told = {varied.ladder.name: text, **run.variables}
-    where = "at " + ", ".join(f"{name} = {value}" for name, value in told.items())
-    return runner.error(where, str(run.failure))

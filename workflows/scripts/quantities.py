@@ -1,6 +1,7 @@
 """What is asked of a run: thermo keywords, computes and variables, and what of them."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from chaincor.analysis.ladders.series import standard_error
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.errors import RunError
-from chaincor.workflows.scripts.observable import Observed
+from chaincor.workflows.scripts.observable import Observed, check_pattern
 
 # What is asked for without a word.
 ALL = ("etotal:drift", "etotal:fluctuation", "temp", "pe", "press")
@@ -41,6 +42,33 @@ class Quantity:
 
     def __str__(self) -> str:
         return f"{self.what}:{self.kind}"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """
+    What is read from a run.
+
+    Attributes
+    ----------
+    pattern : str or None
+        Regular expression of a number that the script prints.
+    quantities : tuple of Quantity
+        Numbers that are sampled.
+    """
+
+    pattern: str | None
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The numbers, by name."""
+        return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
+
+    @property
+    def sampled(self) -> tuple[str, ...]:
+        """What is sampled, each once."""
+        return tuple(dict.fromkeys(each.what for each in self.quantities))
 
 
 @dataclass(frozen=True)
@@ -99,6 +127,17 @@ def read_quantity(text: str) -> Quantity:
             f"etotal, c_1[2] or v_x, and one of :{', :'.join(KINDS)} behind it or nothing"
         )
     return Quantity(found["what"], kind)
+
+
+def read_asked(quantities: Sequence[str], observable: str | None) -> Asked:
+    """Read what is asked for; raises InputError where it makes no sense, or is given twice."""
+    if observable is not None:
+        check_pattern(observable)
+    texts = tuple(quantities) if quantities or observable is not None else ALL
+    asked = Asked(observable, tuple(read_quantity(text) for text in texts))
+    if len(set(asked.names)) < len(asked.names):
+        raise InputError(f"a quantity is given twice in {' '.join(texts)}; expected each once")
+    return asked
 
 
 def read_samples(path: Path, quantities: tuple[str, ...]) -> Samples:

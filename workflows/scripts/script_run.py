@@ -16,7 +16,7 @@ from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.scripts.change import AS_IT_STANDS, Change
 from chaincor.workflows.scripts.observable import Observed, find_observable
-from chaincor.workflows.scripts.quantities import Quantity, Samples, read_samples
+from chaincor.workflows.scripts.quantities import Asked, Samples, read_samples
 from chaincor.workflows.scripts.rewriting import rewrite_folder
 from chaincor.workflows.scripts.timed_runs import SAMPLE_FILE
 
@@ -27,33 +27,6 @@ _POLL_SECONDS = 0.005
 
 class ScriptRunError(RunError):
     """A run of the user's script failed, hung, or printed no number."""
-
-
-@dataclass(frozen=True)
-class Asked:
-    """
-    What is read from a run.
-
-    Attributes
-    ----------
-    pattern : str or None
-        Regular expression of a number that the script prints.
-    quantities : tuple of Quantity
-        Numbers that are sampled.
-    """
-
-    pattern: str | None
-    quantities: tuple[Quantity, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The numbers, by name."""
-        return (*([] if self.pattern is None else [self.pattern]), *map(str, self.quantities))
-
-    @property
-    def sampled(self) -> tuple[str, ...]:
-        """What is sampled, each once."""
-        return tuple(dict.fromkeys(each.what for each in self.quantities))
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.ladder import Ladder, ladder_around
 from chaincor.workflows.scripts.ladder_runs import Progress, ScriptLadder, measure_ladder
-from chaincor.workflows.scripts.observable import check_pattern
 from chaincor.workflows.scripts.parting import Comparison, compare_last_digit, compare_ranks
-from chaincor.workflows.scripts.quantities import ALL, read_quantity
-from chaincor.workflows.scripts.script_run import Asked, Runner, ScriptRunError, list_files
+from chaincor.workflows.scripts.quantities import Asked, read_asked
+from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
 from chaincor.workflows.scripts.script_text import (
     check_paths,
     included,
@@ -168,7 +167,7 @@ def timestep_study(
     'bounded'
     """
     started = time.perf_counter()
-    asked = _asked(quantities, observable)
+    asked = read_asked(quantities, observable)
     if tolerance is not None and not 0.0 < tolerance < np.inf:
         raise InputError(f"the tolerance is {tolerance}; expected a positive error to keep")
     if not 0.0 < timeout < np.inf:
@@ -205,7 +204,7 @@ def timestep_study(
     return ScriptStudy(
         script=text.path,
         asked=asked,
-        ladder=varied.ladder,
+        ladder=varied.values,
         own_step=varied.own_step,
         seeds=varied.seeds,
         phases=varied.columns,
@@ -218,16 +217,6 @@ def timestep_study(
         kept=scratch if keep else None,
         seconds=time.perf_counter() - started,
     )
-
-
-def _asked(quantities: Sequence[str], observable: str | None) -> Asked:
-    if observable is not None:
-        check_pattern(observable)
-    texts = tuple(quantities) if quantities or observable is not None else ALL
-    asked = Asked(observable, tuple(read_quantity(text) for text in texts))
-    if len(set(asked.names)) < len(asked.names):
-        raise InputError(f"a quantity is given twice in {' '.join(texts)}; expected each once")
-    return asked
 
 
 def _command(lmp: str | None) -> str:
@@ -256,7 +245,7 @@ def _with_step(runner: Runner, varied: Varied) -> Varied:
     if varied.kind != "step":
         return varied
     own = _own_step(runner)
-    ladder = varied.ladder
+    ladder = varied.values
     if ladder is None:
         ladder = ladder_around(own)
         for _ in range(_HALVINGS):
@@ -264,7 +253,7 @@ def _with_step(runner: Runner, varied: Varied) -> Varied:
             if not runner.run(f"step over {finer:g}", Change(finer=finer)).failure:
                 break
             ladder = ladder_around(own, 0.5 / finer)
-    return replace(varied, ladder=ladder, own_step=own)
+    return replace(varied, values=ladder, own_step=own)
 
 
 def _own_step(runner: Runner) -> float:
@@ -299,7 +288,7 @@ def _measure_ladders(
 
 def _step_counts(varied: Varied) -> tuple[StepCount, ...]:
     """Return what in the script counts steps, where the step is varied."""
-    ladder = varied.ladder
+    ladder = varied.values
     if ladder is None or ladder.name != STEP:
         return ()
     coarsest = ladder.coarse if varied.kind == "step" else None

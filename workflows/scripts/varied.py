@@ -35,8 +35,8 @@ class Varied:
     kind : str
         ``step``: the script's own, held apart from its run lengths; ``variable`` of the script;
         ``setting`` of its commands; or ``lastdigit`` and ``ranks``, whose runs are compared.
-    ladder : Ladder or None
-        Its values; None where runs are compared, and of a step that is not known yet.
+    values : Ladder or None
+        What it takes; None where runs are compared, and of a step that is not known yet.
     ranks : tuple of int
         Numbers of processes.
     fixed : list of dict
@@ -58,7 +58,7 @@ class Varied:
 
     script: ScriptText
     kind: str
-    ladder: Ladder | None
+    values: Ladder | None
     ranks: tuple[int, ...]
     fixed: list[dict[str, str]]
     seeds: tuple[int, ...]
@@ -68,16 +68,20 @@ class Varied:
     scale_periods: bool
     own_step: float | None = None
 
+    @property
+    def ladder(self) -> Ladder:
+        """The ladder, of what has one."""
+        assert self.values is not None
+        return self.values
+
     def value(self, rung: int, column: int) -> float:
         """Return the value that one run has."""
-        assert self.ladder is not None
         return self.ladder.value(rung, column, self.columns)
 
     def change(
         self, fixed: dict[str, str], rung: int, column: int, *, again: bool = False
     ) -> Change:
         """Return one phase or seed of a rung; `again`, the first one's value and another seed."""
-        assert self.ladder is not None
         value = self.value(rung, column)
         given = {self.ladder.name: self.ladder.text(value)}
         seed = self.seeds[1 if again else column] if self.seeds else None
@@ -127,7 +131,7 @@ def read_varied(
     varied = Varied(
         script=script,
         kind=kind,
-        ladder=ladder,
+        values=ladder,
         ranks=read_ranks(str(vary)) if kind == RANKS else (),
         fixed=read_fixed(tuple(fix)),
         # Far from each other: neighbours begin alike in simple generators.
@@ -182,7 +186,7 @@ def _sets_step(script: ScriptText, ladder: Ladder | None) -> bool:
 def _check_names(varied: Varied) -> None:
     """Raise InputError where a variable is given twice, or the script has none of the name."""
     names = list(varied.fixed[0])
-    if varied.kind == "variable" and varied.ladder is not None:
+    if varied.kind == "variable":
         names.append(varied.ladder.name)
     if varied.seeds and varied.own_seed:
         names.append(SEED)

@@ -12,7 +12,8 @@ from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study
 from chaincor.workflows.scripts.ladder import read_ranks
 from chaincor.workflows.scripts.parting import PARTED, judge_distances, read_frames
-from chaincor.workflows.scripts.script_run import Asked, Runner
+from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.script_run import Runner
 from chaincor.workflows.scripts.timed_runs import FRAME_FILE
 
 SCRIPT = """

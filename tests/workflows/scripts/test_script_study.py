@@ -21,7 +21,8 @@ from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts import ladder_runs
 from chaincor.workflows.scripts import study as study_module
 from chaincor.workflows.scripts.change import Change
-from chaincor.workflows.scripts.script_run import Asked, Runner, ScriptRunError, list_files
+from chaincor.workflows.scripts.quantities import Asked
+from chaincor.workflows.scripts.script_run import Runner, ScriptRunError, list_files
 from chaincor.workflows.scripts.study_files import script_study_to_dict
 from tests.page_checks import check_file_list, read_page, words_of
 from tests.waiting import HANGS, wait_until

@@ -11,9 +11,9 @@ from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study, notes
-from chaincor.workflows.scripts.quantities import Quantity, Samples, read_quantity
+from chaincor.workflows.scripts.quantities import Asked, Quantity, Samples, read_quantity
 from chaincor.workflows.scripts.rewriting import rewrite
-from chaincor.workflows.scripts.script_run import Asked, Runner, list_files
+from chaincor.workflows.scripts.script_run import Runner, list_files
 from chaincor.workflows.scripts.script_text import included, read_script
 from chaincor.workflows.scripts.step_counts import find_step_counts
 from chaincor.workflows.scripts.study_files import script_study_to_dict
@@ -342,7 +342,7 @@ def test_random_forces_are_drawn_where_the_step_varies(tmp_path, vary, seeds, dr
     varied = read_varied(read_script(path), vary, (), seeds, None, **options)
     assert varied.random_forces == drawn
     # Each run of a ladder has numbers of its own; with seeds, each column.
-    if varied.ladder is not None:
+    if varied.values is not None:
         changes = [varied.change({}, rung, column) for rung in range(4) for column in range(4)]
         assert len({change.seed for change in changes}) == (16 if drawn else 1)
         assert all(change.forces_alone == drawn for change in changes)
