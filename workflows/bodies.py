@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity, energy_split
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene_parts.given_bodies import (
     DEFAULT_CONTACT_EXPONENT,
     DEFAULT_CONTACT_STIFFNESS,
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from chaincor.lammps_inputs.scene import Scene
     from chaincor.workflows.engines.outcome import Outcome
 
-Array = NDArray[np.float64]
 
 TARGET_ARRAYS = ("target_mode_energies", "target_velocities", "target_displacements")
 

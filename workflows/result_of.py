@@ -5,9 +5,9 @@ import time
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.numerics import Numerics
@@ -27,10 +27,7 @@ _ROUNDED = 1e-9
 
 
 def result_of(
-    scene: Scene,
-    answer: Answer,
-    started: float,
-    energies: NDArray[np.float64] | None = None,
+    scene: Scene, answer: Answer, started: float, energies: Array | None = None
 ) -> Collision:
     """
     Return the result of a collision.

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
@@ -48,7 +49,7 @@ class Group(Sequence[Scene]):
 
     scene: Scene
     seeds: Sequence[int | None]
-    velocities: NDArray[np.float64]
+    velocities: Array
     places: Sequence[int]
     expected: float
     given: Sequence[Scene] | None

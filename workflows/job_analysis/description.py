@@ -1,10 +1,8 @@
 """An analysis in lines of text, as ``chaincor analyze`` prints it."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.showing.numbers import eta_of_dump
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 
 # A chain whose inner motion is more than so much of its energy came warm.
@@ -93,7 +91,7 @@ def _of_bodies(analysis: CollisionAnalysis) -> list[tuple[str, str]]:
     return found
 
 
-def _strongest(energies: NDArray[np.float64]) -> str:
+def _strongest(energies: Array) -> str:
     """Return the three modes of most energy, with their shares of that of all."""
     strongest = sorted(enumerate(energies[1:], start=1), key=lambda e: -e[1])[:3]
     total = float(energies.sum())

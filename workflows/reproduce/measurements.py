@@ -4,9 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.reproduce.plan import Plan
@@ -28,7 +26,7 @@ class Answer:
     """
 
     result: dict[str, Any]
-    arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    arrays: dict[str, Array] = field(default_factory=dict, repr=False)
     failure: str | None = None
 
 

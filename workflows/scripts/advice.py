@@ -4,9 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.ladders.verdict import SCATTER_RESERVE, LadderVerdict
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.scripts.ladder import Ladder
 
 # A mean of more runs than these is no advice.
@@ -60,7 +60,7 @@ def runs_wanted(verdict: LadderVerdict, tolerance: float, columns: int) -> int |
     return math.ceil(wanted) if columns < wanted <= _MOST_RUNS else None
 
 
-def promised_errors(verdict: LadderVerdict) -> NDArray[np.float64]:
+def promised_errors(verdict: LadderVerdict) -> Array:
     """
     Return the error that one run on each rung keeps, against the limit of fine values.
 
@@ -73,9 +73,9 @@ def promised_errors(verdict: LadderVerdict) -> NDArray[np.float64]:
 
 def give_advice(
     ladder: Ladder,
-    values: NDArray[np.float64],
+    values: Array,
     verdict: LadderVerdict,
-    seconds: NDArray[np.float64],
+    seconds: Array,
     tolerance: float,
     *,
     repeats: bool,
@@ -126,11 +126,7 @@ def give_advice(
 
 
 def _between(
-    ladder: Ladder,
-    values: NDArray[np.float64],
-    seconds: NDArray[np.float64],
-    promised: NDArray[np.float64],
-    tolerance: float,
+    ladder: Ladder, values: Array, seconds: Array, promised: Array, tolerance: float
 ) -> ScriptAdvice:
     """Return a value between two rungs, the finer of which keeps the tolerance."""
     coarse, fine = map(float, values)

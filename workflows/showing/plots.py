@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import is_harmonic
 from chaincor.lammps_inputs.errors import InputError
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from chaincor.workflows.result import Collision
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

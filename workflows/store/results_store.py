@@ -7,9 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import StoreError
 from chaincor.workflows.store.connection import connect, named_errors, transaction
@@ -123,7 +121,7 @@ class Store:
             ) from None
         return found
 
-    def _arrays(self, key: str) -> dict[str, NDArray[np.float64]]:
+    def _arrays(self, key: str) -> dict[str, Array]:
         query = "SELECT name, npy FROM arrays WHERE collision_sha256 = ?"
         rows = self.connection.execute(query, (key,))
         return {name: array_from_bytes(content) for name, content in rows}

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.table_checks import Section, least_digits, sections_of
 from chaincor.lammps_inputs.bonds.table_rows import Rows, spline_through
@@ -23,7 +22,6 @@ from chaincor.workflows.tables.faults import (
 )
 from chaincor.workflows.tables.left_open import left_open
 
-Array = NDArray[np.float64]
 Style = Literal["linear", "spline", "lookup"]
 
 KINDS: tuple[Kind, ...] = ("bond", "angle", "pair")

@@ -4,13 +4,12 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_checks import Section, check_energies, check_slopes
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
 from chaincor.lammps_inputs.errors import TableError
 
-Array = NDArray[np.float64]
 Kind = Literal["bond", "angle", "pair"]
 
 # LAMMPS works lengths out of R and RSQ again, and warns of a relative difference beyond this.

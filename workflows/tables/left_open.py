@@ -5,11 +5,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.table_rows import LEAST_ROWS, Rows
-
-Array = NDArray[np.float64]
 
 # Rows so many times further apart than those on either side have a gap between them, whose error
 # is seen within so many rows.

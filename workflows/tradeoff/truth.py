@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import MODAL_ERROR, Converged, converge
 from chaincor.workflows.accuracy.in_house_runs import eta_of
@@ -45,7 +45,7 @@ class Truth:
     restitution_error: float
     last_contact_time: float
     last_contact_time_error: float
-    mode_energies: NDArray[np.float64]
+    mode_energies: Array
     mode_energies_error: float
     contacts: int
     scouting: Scouting
@@ -111,7 +111,7 @@ def _truth_from(scene: Scene, found: Converged, source: str) -> Truth:
     )
 
 
-def _modes(scene: Scene, outcome: Outcome) -> NDArray[np.float64]:
+def _modes(scene: Scene, outcome: Outcome) -> Array:
     return mode_energies(outcome.displacements, outcome.velocities, scene.bond.stiffness)
 
 

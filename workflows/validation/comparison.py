@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPUT_KEYS, Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_bodies
@@ -251,7 +251,7 @@ def _spread(result: Collision, name: str) -> float:
     return float(result.details.get("spread", {}).get(name, np.inf))
 
 
-def largest_difference(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+def largest_difference(first: Array, second: Array) -> float:
     """Return the largest absolute difference of two arrays; inf where they differ in length."""
     if len(first) != len(second):
         return np.inf

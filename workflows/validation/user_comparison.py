@@ -1,10 +1,10 @@
 """A user's own integrator against the in-house one: who agrees, within what."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.result import Collision
@@ -45,7 +45,7 @@ def validate_user(
 def _compare_user_arrays(user: UserOutcome, judge: Collision, scene: Scene) -> list[Comparison]:
     """Compare what the user gives; only the number of contacts has an error bar: none."""
     k, line = scene.bond.stiffness, scene.line
-    given: dict[str, NDArray[np.float64] | None] = {
+    given: dict[str, Array | None] = {
         "contact_times": user.contact_times,
         "contact_speeds": user.contact_speeds,
         "mode_energies": None,

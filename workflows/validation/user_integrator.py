@@ -11,8 +11,8 @@ from traceback import extract_tb
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool, sent
@@ -45,12 +45,12 @@ class UserOutcome:
         Likewise, where given.
     """
 
-    velocities: NDArray[np.float64]
-    displacements: NDArray[np.float64] | None = None
-    contact_times: NDArray[np.float64] | None = None
-    contact_speeds: NDArray[np.float64] | None = None
-    target_velocities: NDArray[np.float64] | None = None
-    target_displacements: NDArray[np.float64] | None = None
+    velocities: Array
+    displacements: Array | None = None
+    contact_times: Array | None = None
+    contact_speeds: Array | None = None
+    target_velocities: Array | None = None
+    target_displacements: Array | None = None
 
 
 _ARRAYS = tuple(field.name for field in fields(UserOutcome))
@@ -204,7 +204,7 @@ def _checked(source: str, found: dict[str, Any], scene: Scene) -> UserOutcome:
             f"{source} gives no target_velocities; expected those of the free target's {targets} "
             "particles beside the chain's: return a mapping, or write an NPZ file"
         )
-    arrays: dict[str, NDArray[np.float64] | None] = dict.fromkeys(_ARRAYS)
+    arrays: dict[str, Array | None] = dict.fromkeys(_ARRAYS)
     for name in _ARRAYS:
         if name not in found:
             continue

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.energy_levels import compressed_strain
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
@@ -27,8 +28,6 @@ from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import arithmetic_error
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
 from chaincor.workflows.errors import CostError, RunError
-
-Array = NDArray[np.float64]
 
 # Sharper goals are met one by one: there what rounding becomes has to be looked at.
 SHARPEST_GOAL = 1e-8
