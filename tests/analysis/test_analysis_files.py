@@ -44,9 +44,20 @@ def test_report_holds_the_numbers(analysis, tmp_path):
 
 
 @pytest.mark.slow
-def test_report_draws_every_figure_and_says_what_it_shows(analysis, tmp_path):
+def test_report_draws_every_figure_and_says_what_it_shows(analysis, tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    save, captions = Figure.savefig, {}
+
+    def keep(figure, path, **options):
+        captions[path.stem] = figure.get_suptitle()
+        save(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
     write_report(analysis, tmp_path)
     for name in FIGURES:
+        assert captions[name].startswith("harmonic, ")
+        assert captions[name].endswith(f"= {analysis.restitution:.5g}")
         with Image.open(tmp_path / f"{name}.png") as image:
             assert image.size[0] == 1200
             assert "harmonic, n = 20" in image.text["Description"]

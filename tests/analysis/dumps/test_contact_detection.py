@@ -45,6 +45,15 @@ def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
     assert abs(found.times[0] - contact) < 4e-6
 
 
+def test_a_contact_between_two_frames_at_the_wall_is_put_halfway_and_not_trusted():
+    detector = ContactDetector(0.1, None)
+    detector.feed(ChainState(0, 1.0, np.zeros(2), np.full(2, -0.1)))
+    detector.feed(ChainState(1, 1.5, np.zeros(2), np.full(2, 0.1)))
+    found = detector.result()
+    assert found.unresolved == 1
+    assert found.times.tolist() == [1.25]
+
+
 def test_frames_too_far_apart_are_not_trusted_without_the_bond(harmonic20):
     found = detect(harmonic20, np.arange(-1.0, 80.0, 5.0), None)
     assert found.unresolved > 0

@@ -40,6 +40,14 @@ class TestPieces:
         assert 0.01 <= found.energies[1] <= 0.012
         assert found.return_risk == 0.0
 
+    def test_pieces_are_bound_by_the_energy_of_their_relative_motion(self):
+        # Of the reduced mass 1/(1/4 + 1/8), against what their stretched bond still lacks.
+        strains = np.where(np.arange(11) == 3, 1.0, 0.0)
+        bound = math.sqrt(2.0 * (LJ.dissociation - float(LJ.energy(np.array(1.0)))) * (3.0 / 8.0))
+        for speed, sizes in ((0.99 * bound, [12]), (1.01 * bound, [4, 8])):
+            velocities = np.repeat([0.0, speed], [4, 8])
+            assert find_pieces(0.5, strains, velocities, LJ).sizes.tolist() == sizes
+
     def test_bonds_that_never_break_leave_one_piece(self):
         found = find_pieces(0.5, np.array([50.0]), np.array([0.1, 9.0]), Harmonic())
         assert found.sizes.tolist() == [2]

