@@ -1,12 +1,8 @@
 """The error of a run from its log, or from a run at another step, or null: run as a user does."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from functools import partial
-from pathlib import Path
 
 import pytest
 
@@ -18,12 +14,11 @@ from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.engines.ending import argue_end
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
 from chaincor.workflows.job_analysis.analyze import analyze
 from chaincor.workflows.job_analysis.description import describe
+from tests.lmp import run_lmp
 
 # Jobs that tell no error themselves: other steps must.
 SCENE = Scene(
@@ -36,14 +31,7 @@ COMPOSED = Scene(
 
 def run_job(scene, folder):
     write_job(scene, folder, dump=True)
-    library = find_mpi_library()
-    environment = dict(os.environ)
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(Path(library).parent)
-    lmp = Path(sys.executable).parent / "lmp"
-    subprocess.run(
-        [str(lmp), "-in", "in.chain"], cwd=folder, env=environment, capture_output=True, check=True
-    )
+    assert run_lmp(folder).returncode == 0
     return folder
 
 
@@ -56,16 +44,15 @@ def truth():
 
 
 @pytest.mark.parametrize("wall", ["event", "reflect"])
-def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, capsys):
+def test_two_steps_in_a_tree_tell_the_error(tmp_path, truth, wall, chaincor):
     scene = SCENE.replace(wall=wall)
     run_job(scene, tmp_path / "coarse")
     fine = run_job(scene.replace(timestep=0.01), tmp_path / "fine")
     # What lmp prints on the screen looks like a log, and must not hide the script's step.
     (fine / "out.txt").write_text("LAMMPS (22 Jul 2025)\nReading data file ...\n")
-    with pytest.raises(SystemExit) as leave:
-        main(["analyze", str(tmp_path), "--json"])
-    result = json.loads(capsys.readouterr().out)
-    assert leave.value.code == 0
+    status, out, _ = chaincor("analyze", tmp_path, "--json")
+    result = json.loads(out)
+    assert status == 0
     error = abs(result["restitution"] - truth)
     # Verlet with impacts located: 1e-6 to 1e-5 here; the stock wall: 1e-3 to 1e-2.
     assert result["data_error"] < 1e-12 < error

@@ -12,7 +12,6 @@ from chaincor.analysis.job_folder import Job
 from chaincor.analysis.known import Bodies
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 
 SCENE = Scene(
@@ -171,16 +170,14 @@ def test_contacts_are_those_of_the_run(result, states, tmp_path, bond):
     assert found.contact_speeds == pytest.approx(result.contact_speeds, rel=1e-5, abs=1e-7)
 
 
-def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, capsys):
+def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, chaincor):
     write_dump(tmp_path / "d.lammpstrj", states, FULL, masses=MASSES)
     out, xyz = tmp_path / "out", tmp_path / "motion.xyz"
     words = ["analyze", str(tmp_path), "--potential", "toda"]
     written = ["-o", str(out), "--xyz", str(xyz)]
     for extra, status in ((written, 0), (["--json"], 0), (["--masses", "1"], 2)):
-        with pytest.raises(SystemExit) as left:
-            main([*words, *extra])
-        said, err = capsys.readouterr()
-        assert left.value.code == status, err
+        ended, said, err = chaincor(*words, *extra)
+        assert ended == status, err
         if extra == ["--json"]:
             found = json.loads(said)
             assert found["restitution"] == pytest.approx(result.restitution, rel=1e-10)
@@ -203,7 +200,7 @@ def test_the_command_tells_and_draws_both_bodies(result, states, tmp_path, capsy
 
 
 @pytest.mark.parametrize("targets", [None, 3])
-def test_soft_bodies_have_no_contacts_to_count(tmp_path, capsys, targets):
+def test_soft_bodies_have_no_contacts_to_count(tmp_path, chaincor, targets):
     scene = Scene(
         potential="toda",
         particles=4,
@@ -217,10 +214,8 @@ def test_soft_bodies_have_no_contacts_to_count(tmp_path, capsys, targets):
     write_dump(tmp_path / "d.lammpstrj", run.replay.record(0.5), FULL[:-1])
     (tmp_path / "scene.toml").write_text(scene.to_toml())
     out = tmp_path / "out"
-    with pytest.raises(SystemExit) as left:
-        main(["analyze", str(tmp_path), "-o", str(out), "--json"])
-    said, err = capsys.readouterr()
-    assert left.value.code == 0, err
+    status, said, err = chaincor("analyze", tmp_path, "-o", out, "--json")
+    assert status == 0, err
     found = json.loads(said)
     assert found["restitution"] == pytest.approx(run.restitution, rel=1e-10)
     assert found["velocity_after"] == pytest.approx(run.velocity_after, rel=1e-10)

@@ -1,17 +1,14 @@
 """A job of ours edited for two kinds of particles and run by LAMMPS, and its exact restitution."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
+from tests.lmp import number, run_lmp
 
 PARTICLES = 20
 VELOCITY = 0.1
@@ -44,23 +41,8 @@ def run_two_masses(folder: Path, timestep: float = 0.01) -> float:
     # The script's argument for the end is that of equal masses: go on for longer than sound needs.
     further = f"label           over\nrun {round(100.0 / timestep)} pre no post no"
     (folder / "in.chain").write_text(script.replace("label           over", further))
-    library = find_mpi_library()
-    environment = dict(os.environ)
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(Path(library).parent)
-    lmp = Path(sys.executable).parent / "lmp"
-    done = subprocess.run(
-        [str(lmp), "-in", "in.chain"],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
     # vcm(all,x) is weighted by LAMMPS itself.
-    found = re.search(r"^restitution = (\S+)", done.stdout, re.MULTILINE)
-    assert found is not None
-    return float(found[1])
+    return number(run_lmp(folder).stdout, "restitution")
 
 
 def keep_columns(dump: Path, columns: str) -> None:

@@ -14,6 +14,8 @@ from pathlib import Path
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser
 
+from tests.lmp import lmp_environment
+
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 
@@ -146,23 +148,17 @@ class _Shell:
 
 def _environment(commands: Path) -> dict[str, str]:
     """Return that of a user who has installed this source tree."""
-    from chaincor.workflows.engines.lammps.library import find_mpi_library
-
     chaincor = commands / "chaincor"
     program = "from chaincor.workflows.cli import main; main()"
     chaincor.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c "{program}" "$@"\n')
     chaincor.chmod(0o755)
-    environment = os.environ | {
+    return lmp_environment() | {
         "PATH": os.pathsep.join(
             [str(commands), str(Path(sys.executable).parent), os.environ["PATH"]]
         ),
         "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")]),
         "COLUMNS": "100",
     }
-    mpi = find_mpi_library()
-    if mpi is not None:
-        environment["LD_LIBRARY_PATH"] = str(mpi.parent)
-    return environment
 
 
 def _commands(text: str) -> list[tuple[str, str]]:

@@ -2,9 +2,6 @@
 
 import contextlib
 import itertools
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -19,10 +16,10 @@ from chaincor.lammps_inputs.script import SCRIPT_FILE
 from chaincor.workflows import cli
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps.instance import LammpsChain
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
 from chaincor.workflows.store.results_store import Store
 from tests.extremes.cases import toml_text
+from tests.lmp import number, run_lmp
 
 # Each would leave a file `pwned` where it is carried out, or end or divert the script.
 ATTACKS = (
@@ -64,13 +61,6 @@ FILE_NAMES = [text for text in ATTACKS if "\x00" not in text and "/" not in text
 TEXT_KEYS = ("potential", "engine", "wall", "scheme", "table")
 
 
-def call(capsys, *arguments):
-    status = cli._run(list(arguments))
-    out, err = capsys.readouterr()
-    assert "Traceback" not in err
-    return status, out, err
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -105,12 +95,12 @@ def test_there_are_more_than_200_attempts():
 
 @pytest.mark.parametrize("key", TEXT_KEYS)
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_text_fields_of_a_scene_are_refused(capsys, folder, commands, attack, key):
+def test_text_fields_of_a_scene_are_refused(chaincor, folder, commands, attack, key):
     (folder / "scene.toml").write_text(f"particles = 3\n{key} = {toml_text(attack)}\n")
     # A text that is no known name is refused, before LAMMPS is told anything; on the command line
     # as in the file.
     for arguments in (("run", "scene.toml"), ("inputs", "scene.toml", "-o", "job")):
-        status, out, err = call(capsys, *arguments)
+        status, out, err = chaincor(*arguments)
         assert status == 2, err
         assert out == ""
         assert err.count("\n") == 1
@@ -140,9 +130,9 @@ def job_of(path):
 
 @pytest.mark.parametrize("attack", FILE_NAMES)
 @pytest.mark.slow_cases
-def test_the_name_of_a_bond_table_changes_no_command(capsys, folder, plain_job, attack):
+def test_the_name_of_a_bond_table_changes_no_command(chaincor, folder, plain_job, attack):
     path = table_file(folder, f"{attack}.table")
-    status, _, err = call(capsys, *job_of(path), "-o", "job")
+    status, _, err = chaincor(*job_of(path), "-o", "job")
     assert status == 0, err
     script = (folder / "job" / SCRIPT_FILE).read_text().rstrip("\n")
     # Only the title, a comment, says its name; newline and vertical tab alike end no comment.
@@ -155,24 +145,24 @@ def test_the_name_of_a_bond_table_changes_no_command(capsys, folder, plain_job, 
 
 @pytest.mark.parametrize("attack", FILE_NAMES)
 @pytest.mark.slow_cases
-def test_paths_change_no_command(capsys, folder, commands, attack):
+def test_paths_change_no_command(chaincor, folder, commands, attack):
     scene = ["run", "--particles", "3", "--velocity", "0.02", "--scheme", "order6", "--no-error"]
-    assert call(capsys, *scene, "--save=a", "--arrays=b", "--dump=c")[0] == 0
+    assert chaincor(*scene, "--save=a", "--arrays=b", "--dump=c")[0] == 0
     plain, commands[:] = commands[:], []
     deep = f"deep/{attack}"
     options = (f"--save={deep}/s", f"--arrays={deep}/a", f"--dump={deep}/d")
-    status, _, err = call(capsys, *scene, *options)
+    status, _, err = chaincor(*scene, *options)
     assert status == 0, err
     assert commands == plain
     assert sorted(p.name for p in (folder / "deep" / attack).iterdir()) == ["a", "d", "s"]
 
 
 @pytest.mark.parametrize("attack", [name for name in FILE_NAMES if name != "--help"])
-def test_a_hostile_temporary_folder_is_refused(capsys, folder, commands, monkeypatch, attack):
+def test_a_hostile_temporary_folder_is_refused(chaincor, folder, commands, monkeypatch, attack):
     temporary = folder / f"{attack}tmp"
     temporary.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(temporary))
-    status, _, err = call(capsys, "run", "--particles", "3", "--velocity", "0.02")
+    status, _, err = chaincor("run", "--particles", "3", "--velocity", "0.02")
     assert status == 2
     assert "set TMPDIR to such a folder" in err
     assert commands == []
@@ -206,41 +196,30 @@ def test_the_name_of_a_python_potential_changes_no_command(
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
-def test_conditions_on_a_store_are_values_not_sql(capsys, folder, attack):
+def test_conditions_on_a_store_are_values_not_sql(chaincor, folder, attack):
     with Store(folder / "s.sqlite"):
         pass
     before = (folder / "s.sqlite").read_bytes()
     sql = (f"potential={attack}", f'potential"={attack}', f"1=1;DROP TABLE collisions;--{attack}")
     for condition, option in itertools.product(sql, ("--where", "--sort", "--columns")):
-        status, _, err = call(capsys, "show", "s.sqlite", f"{option}={condition}")
+        status, _, err = chaincor("show", "s.sqlite", f"{option}={condition}")
         assert status in (0, 2), err
     assert (folder / "s.sqlite").read_bytes() == before
 
 
-def test_lammps_itself_runs_a_job_with_a_hostile_name(folder, capsys):
+def test_lammps_itself_runs_a_job_with_a_hostile_name(folder, chaincor):
     path = table_file(folder, "x\nshell touch pwned\n.table")
-    assert call(capsys, *job_of(path), "-o", "job")[0] == 0
-    library = find_mpi_library()
-    assert library is not None
-    done = subprocess.run(
-        [Path(sys.executable).parent / "lmp", "-in", SCRIPT_FILE],
-        cwd=folder / "job",
-        env=os.environ | {"LD_LIBRARY_PATH": str(library.parent)},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    assert "restitution = " in done.stdout, done.stdout[-500:]
+    assert chaincor(*job_of(path), "-o", "job")[0] == 0
+    assert 0.0 < number(run_lmp(folder / "job").stdout, "restitution") < 1.0
 
 
-def test_archives_with_pickles_are_refused(folder, capsys):
+def test_archives_with_pickles_are_refused(folder, chaincor):
     class Bomb:
         def __reduce__(self):
             return Path.touch, (folder / "pwned",)
 
     np.savez(folder / "v.npz", velocities=np.array([Bomb()], dtype=object))
     scene = ["--particles", "2", "--velocity", "0.02", "--against", "v.npz"]
-    status, _, err = call(capsys, "validate", *scene)
+    status, _, err = chaincor("validate", *scene)
     assert status == 2
     assert "v.npz" in err

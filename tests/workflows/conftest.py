@@ -1,4 +1,4 @@
-"""Collisions that cost nothing, for tests of what is done with them, and the command line."""
+"""Collisions that cost nothing, for tests of what is done with them."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,26 +8,12 @@ import numpy as np
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import CrossingError
 from chaincor.workflows.result import Collision
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
-
-
-@pytest.fixture
-def chaincor(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
-    """Return a function that runs a command: exit status, standard output and standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as left:
-            main([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return left.value.code, said.out, said.err
-
-    return run
 
 
 @pytest.fixture(scope="session")

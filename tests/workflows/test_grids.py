@@ -8,14 +8,12 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.grids.collect import collect_grid
 from chaincor.workflows.grids.grid import folder_name, write_grid
 from chaincor.workflows.grids.submit import submit_script
 from chaincor.workflows.store.export import to_pandas
 from chaincor.workflows.store.results_store import Store
-from tests.workflows.commands.test_run import chaincor
-from tests.workflows.test_job import LMP
+from tests.lmp import LMP, lmp_environment
 
 # Kills LAMMPS, once, in the jobs whose names are in KILL, when it has written a restart file: there
 # it sleeps until it is killed with its sleep, so that it is not quicker than the blow.
@@ -39,9 +37,7 @@ def submit(grid, *kill):
     wrapper = grid / "lmp.sh"
     wrapper.write_text(KILLER.replace("{lmp}", str(LMP)))
     wrapper.chmod(0o755)
-    environment = os.environ | {"LMP": str(wrapper), "RESTART": "1", "KILL": " ".join(kill)}
-    if (library := find_mpi_library()) is not None:
-        environment["LD_LIBRARY_PATH"] = str(library.parent)
+    environment = lmp_environment() | {"LMP": str(wrapper), "RESTART": "1", "KILL": " ".join(kill)}
     done = subprocess.run([grid / "submit.bash"], env=environment, timeout=600, check=False)
     return done.returncode
 
@@ -52,7 +48,7 @@ def write_sweep(path, text):
 
 
 @pytest.mark.slow
-def test_a_grid_is_collected_named_resubmitted_and_complete(capsys, tmp_path):
+def test_a_grid_is_collected_named_resubmitted_and_complete(chaincor, tmp_path):
     killed, broken = [2, 5], 3
     sweep = write_sweep(
         tmp_path / "sweep.toml",
@@ -60,7 +56,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(capsys, tmp_path):
         "speed = [0.2, 0.3, 0.4]\n",
     )
     grid, store = tmp_path / "jobs", tmp_path / "results.sqlite"
-    assert chaincor(capsys, "inputs", sweep, "-o", str(grid), "--submit", "bash")[0] == 0
+    assert chaincor("inputs", sweep, "-o", str(grid), "--submit", "bash")[0] == 0
     with (grid / "manifest.csv").open() as file:
         rows = list(csv.DictReader(file))
     count = len(rows)
@@ -71,7 +67,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(capsys, tmp_path):
     text = script.read_text()
     script.write_text(text.replace("comm_modify ", "comm_modyfy "))
     assert submit(grid, *(names[k - 1] for k in killed)) == 1
-    status, out, _ = chaincor(capsys, "collect", str(grid), "-o", str(store))
+    status, out, _ = chaincor("collect", str(grid), "-o", str(store))
     assert status == 1
     assert f"{count - len(killed) - 1} done, 1 failed, {len(killed)} unfinished" in out
     for k in killed:
@@ -87,7 +83,7 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(capsys, tmp_path):
         if (grid / name / "log.lammps").stat().st_mtime_ns != finished[name]
     ]
     assert again == sorted([*killed, broken])
-    status, out, _ = chaincor(capsys, "collect", str(grid), "-o", str(store), "--json")
+    status, out, _ = chaincor("collect", str(grid), "-o", str(store), "--json")
     assert status == 0
     assert f'"done": {count}' in out
 
@@ -103,8 +99,8 @@ def test_a_grid_is_collected_named_resubmitted_and_complete(capsys, tmp_path):
         with Store(store) as kept:
             found = kept.find(job.scene)
         assert found.restitution == pytest.approx(job.row.restitution, abs=1e-12)
-    assert chaincor(capsys, "show", str(store))[0] == 0
-    assert chaincor(capsys, "plot", str(store), "-o", str(tmp_path / "curve.png"))[0] == 0
+    assert chaincor("show", str(store))[0] == 0
+    assert chaincor("plot", str(store), "-o", str(tmp_path / "curve.png"))[0] == 0
 
 
 def fields(row):
@@ -116,12 +112,12 @@ def fields(row):
     }
 
 
-def test_a_point_without_a_job_is_named(capsys, tmp_path):
+def test_a_point_without_a_job_is_named(chaincor, tmp_path):
     sweep = write_sweep(
         tmp_path / "sweep.toml",
         '[scene]\npotential = "harmonic"\nparticles = 4\n[axes]\nvelocity = [0.1, 0.9]\n',
     )
-    status, out, err = chaincor(capsys, "inputs", sweep, "-o", str(tmp_path / "jobs"))
+    status, out, err = chaincor("inputs", sweep, "-o", str(tmp_path / "jobs"))
     assert status == 1
     assert "1 jobs in" in out
     assert "no job for 0002_velocity=0.9: particles of a harmonic chain pass through" in err
@@ -129,12 +125,17 @@ def test_a_point_without_a_job_is_named(capsys, tmp_path):
     assert sorted(job.state for job in jobs) == ["missing", "refused"]
 
 
-def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_path):
+def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(chaincor, tmp_path):
     scene = Scene(particles=3, speed=0.3, masses=(1, 4))
     write_grid([scene], [], tmp_path, "bash")
     assert submit(tmp_path) == 0
     (job,) = collect_grid(tmp_path)
     assert [job.row.columns[name] for name in ("tolerance", "tolerance_met")] == [1e-6, True]
+    status, out, _ = chaincor("collect", tmp_path, "-o", tmp_path / "results.sqlite")
+    assert status == 0
+    assert out.startswith("1 jobs: 1 done; results in ")
+    with Store(tmp_path / "results.sqlite") as kept:
+        assert kept.find(scene).restitution == job.row.restitution
     # Of the momentum of masses 1, 4, 1; a run by LAMMPS loses no more than rounding of some steps.
     assert job.row.columns["momentum_residual"] < 1e-12
     log = tmp_path / "0001" / "log.lammps"
@@ -158,13 +159,13 @@ def test_a_grid_that_names_no_tolerance_was_asked_for_the_usual_one(capsys, tmp_
         assert words in job.words
 
 
-def test_bonds_of_an_axis_name_all_their_fields(capsys, tmp_path):
+def test_bonds_of_an_axis_name_all_their_fields(chaincor, tmp_path):
     sweep = write_sweep(
         tmp_path / "sweep.toml",
         "[scene]\nparticles = 3\nspeed = 0.2\n"
         '[axes]\nbond = [{ potential = "lj" }, { potential = "toda", toda_b = 5 }]\n',
     )
-    assert chaincor(capsys, "inputs", sweep, "-o", str(tmp_path / "jobs"))[0] == 0
+    assert chaincor("inputs", sweep, "-o", str(tmp_path / "jobs"))[0] == 0
     with (tmp_path / "jobs" / "manifest.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [(row["potential"], row["toda_b"]) for row in rows] == [("lj", ""), ("toda", "5.0")]
@@ -181,8 +182,8 @@ def test_a_grid_is_not_overwritten_unasked(tmp_path):
     assert [job.state for job in collect_grid(tmp_path)] == ["missing"]
 
 
-def test_a_folder_without_a_manifest_is_no_grid(capsys, tmp_path):
-    status, out, err = chaincor(capsys, "collect", str(tmp_path), "-o", str(tmp_path / "s.sqlite"))
+def test_a_folder_without_a_manifest_is_no_grid(chaincor, tmp_path):
+    status, out, err = chaincor("collect", str(tmp_path), "-o", str(tmp_path / "s.sqlite"))
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "has no manifest.csv" in err
 
@@ -195,17 +196,17 @@ def test_a_folder_without_a_manifest_is_no_grid(capsys, tmp_path):
         (["--site", "absent", "-o", "jobs"], "the site file 'absent' cannot be read"),
     ],
 )
-def test_what_a_sweep_has_no_use_for_is_refused(options, line, capsys, tmp_path, monkeypatch):
+def test_what_a_sweep_has_no_use_for_is_refused(options, line, chaincor, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_sweep(tmp_path / "sweep.toml", "[axes]\nspeed = [0.1, 0.2]\n")
-    status, out, err = chaincor(capsys, "inputs", "sweep.toml", *options)
+    status, out, err = chaincor("inputs", "sweep.toml", *options)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert line in err
     assert not (tmp_path / "jobs").exists()
 
 
-def test_submit_is_for_sweeps(capsys, tmp_path):
-    status, _, err = chaincor(capsys, "inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
+def test_submit_is_for_sweeps(chaincor, tmp_path):
+    status, _, err = chaincor("inputs", "--submit", "pbs", "-o", str(tmp_path / "job"))
     assert status == 2
     assert "--submit and --site are for a sweep file" in err
 

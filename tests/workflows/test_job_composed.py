@@ -21,7 +21,7 @@ from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.lammps.kept_script import job_script
 from chaincor.workflows.job import write_job
 from chaincor.workflows.scripted.plan import interpolated_force_error, plan_script
-from tests.workflows.test_job import number, run_lmp, unexpected_warnings
+from tests.lmp import number, run_lmp, unexpected_warnings
 
 SCENES = [
     {"potential": "harmonic", "particles": 10, "velocity": 0.1, "scheme": "order4"},

@@ -12,8 +12,7 @@ from chaincor.analysis.dumps.dump import Dump
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import write_job
-from tests.workflows.commands.test_run import chaincor
-from tests.workflows.test_job import number, run_lmp
+from tests.lmp import number, run_lmp
 
 KINDS = {
     "cold": {},
@@ -93,10 +92,10 @@ def own_run(folder, particles=6):
     return number(done.stdout, "restitution")
 
 
-def test_wall_side_springs_and_units_are_read_beside_a_dump(tmp_path, capsys):
+def test_wall_side_springs_and_units_are_read_beside_a_dump(tmp_path, chaincor):
     eta = own_run(tmp_path)
     for given in ((), ("--dump", "own.dump")):
-        status, out, err = chaincor(capsys, "analyze", str(tmp_path), *given, "--json")
+        status, out, err = chaincor("analyze", str(tmp_path), *given, "--json")
         assert status == 0, err
         found = json.loads(out)
         assert found["restitution"] == pytest.approx(eta, rel=1e-12)
@@ -107,18 +106,18 @@ def test_wall_side_springs_and_units_are_read_beside_a_dump(tmp_path, capsys):
     (tmp_path / "log.lammps").unlink()
     script = tmp_path / "in.chain"
     script.write_text(script.read_text().replace("xhi 55", "xlo EDGE xhi 55"))
-    status, out, _ = chaincor(capsys, "analyze", str(tmp_path), "--json")
+    status, out, _ = chaincor("analyze", str(tmp_path), "--json")
     assert status == 0
     assert json.loads(out)["contacts"] == found["contacts"]
 
 
-def test_a_run_is_validated_without_a_scene(tmp_path, capsys):
+def test_a_run_is_validated_without_a_scene(tmp_path, chaincor):
     own_run(tmp_path)
-    status, out, err = chaincor(capsys, "validate", "--against", str(tmp_path), "--json")
+    status, out, err = chaincor("validate", "--against", str(tmp_path), "--json")
     assert (status, err) == (1, "")
     (result,) = json.loads(out)["validations"]
     assert (result["potential"], result["particles"]) == ("harmonic", 6)
     assert result["note"].endswith("which explains the difference")
-    status, _, err = chaincor(capsys, "validate", "--against", str(tmp_path / "log.lammps"))
+    status, _, err = chaincor("validate", "--against", str(tmp_path / "log.lammps"))
     assert status == 2
     assert "tells the scene of that run of 6 particles; expected it" in err

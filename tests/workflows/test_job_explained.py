@@ -4,7 +4,7 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import write_job
-from tests.workflows.test_job import run_lmp, unexpected_warnings
+from tests.lmp import run_lmp, unexpected_warnings
 
 
 def results(text):

@@ -10,8 +10,7 @@ from chaincor.lammps_inputs.job_wishes import JobWishes
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate, parse_settings
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.job import job_files, write_job
-from tests.workflows.commands.test_run import chaincor
-from tests.workflows.test_job import number, run_lmp
+from tests.lmp import number, run_lmp
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples" / "templates"
 VERLET = Scene(particles=5, speed=0.4, scheme="verlet")
@@ -153,18 +152,18 @@ def test_settings_are_used_or_refused():
         job_files(VERLET, JobWishes(template=own("setup", "{{ velocity }}", velocity=3)))
 
 
-def test_a_dry_run_prints_the_script_and_writes_nothing(capsys, tmp_path, monkeypatch):
+def test_a_dry_run_prints_the_script_and_writes_nothing(chaincor, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     template = str(EXAMPLES / "thermo.in.j2")
     arguments = ["inputs", "--particles", "4", "--scheme", "verlet", "--dry-run"]
     arguments += ["--template", template, "--set", "every=50"]
-    status, out, _ = chaincor(capsys, *arguments)
+    status, out, _ = chaincor(*arguments)
     assert status == 0
     assert "thermo          50\n" in out
     assert list(tmp_path.iterdir()) == []
-    status, _, err = chaincor(capsys, *arguments, "-o", "job")
+    status, _, err = chaincor(*arguments, "-o", "job")
     assert (status, err.count("\n")) == (2, 1)
-    status, _, err = chaincor(capsys, "inputs", "--set", "every=50", "--dry-run")
+    status, _, err = chaincor("inputs", "--set", "every=50", "--dry-run")
     assert (status, err.count("\n")) == (2, 1)
 
 

@@ -10,8 +10,7 @@ from chaincor.lammps_inputs.errors import InputError, SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.job import write_job
-from tests.workflows.commands.test_run import chaincor
-from tests.workflows.test_job import number, run_lmp, unexpected_warnings
+from tests.lmp import number, run_lmp, unexpected_warnings
 
 # Like argon: its nearest distance in Angstrom, its mass in g/mol, and 72 epsilon/sigma^2 of it in
 # the units of energy of each style.
@@ -67,8 +66,8 @@ def argon(tmp_path_factory):
     return folder
 
 
-def analyzed(capsys, *arguments):
-    status, out, err = chaincor(capsys, "analyze", *map(str, arguments), "--json")
+def analyzed(chaincor, *arguments):
+    status, out, err = chaincor("analyze", *map(str, arguments), "--json")
     assert status == 0, err
     return json.loads(out)
 
@@ -83,38 +82,38 @@ def assert_alike(found, reduced):
     assert found["velocity"] == pytest.approx(reduced["velocity"], rel=1e-12)
 
 
-def test_the_dump_of_a_job_in_metal_units_is_analysed(argon, capsys):
-    reduced = analyzed(capsys, argon / "reduced")
-    found = analyzed(capsys, argon / "metal")
+def test_the_dump_of_a_job_in_metal_units_is_analysed(argon, chaincor):
+    reduced = analyzed(chaincor, argon / "reduced")
+    found = analyzed(chaincor, argon / "metal")
     assert_alike(found, reduced)
     assert "units" not in reduced
     assert found["units"]["style"] == "metal"
     assert found["units"]["speed"] == pytest.approx(ARGON.length / ARGON.time)
-    _, out, _ = chaincor(capsys, "analyze", str(argon / "metal"))
+    _, out, _ = chaincor("analyze", str(argon / "metal"))
     assert "in units metal: v0 = 0.690" in out
 
 
-def test_the_dump_of_two_bodies_in_metal_units_is_analysed(tmp_path, capsys):
+def test_the_dump_of_two_bodies_in_metal_units_is_analysed(tmp_path, chaincor):
     scene = Scene(potential="toda", velocity=0.05, particles=6, target_particles=3, dump_frames=50)
     found = {}
     for name, units in (("reduced", UnitSystem()), ("metal", ARGON)):
         write_job(scene, tmp_path / name, dump=True, units=units)
         assert run_lmp(tmp_path / name).returncode == 0
-        found[name] = analyzed(capsys, tmp_path / name)
+        found[name] = analyzed(chaincor, tmp_path / name)
         # Of a run by itself only the format of its dump tells an error: 1e-6 is what is asked.
-        status, out, err = chaincor(capsys, "validate", "--against", str(tmp_path / name))
+        status, out, err = chaincor("validate", "--against", str(tmp_path / name))
         assert status == 0, out + err
     metal, reduced = found["metal"], found["reduced"]
     assert metal["units"]["style"] == "metal"
     for name in ("restitution", "velocity", "velocity_after", "target_velocity_after"):
         assert metal[name] == pytest.approx(reduced[name], rel=1e-9)
-    _, out, _ = chaincor(capsys, "analyze", str(tmp_path / "metal"))
+    _, out, _ = chaincor("analyze", str(tmp_path / "metal"))
     assert f"in units metal: v0 = {0.05 * ARGON.length / ARGON.time:.6g}" in out
 
 
-def test_the_motion_in_metal_units_is_written_in_the_chains_own(argon, tmp_path, capsys):
+def test_the_motion_in_metal_units_is_written_in_the_chains_own(argon, tmp_path, chaincor):
     for name in ("reduced", "metal"):
-        analyzed(capsys, argon / name, "--xyz", tmp_path / f"{name}.xyz")
+        analyzed(chaincor, argon / name, "--xyz", tmp_path / f"{name}.xyz")
     motions = [
         [line.split() for line in (tmp_path / f"{name}.xyz").read_text().splitlines()]
         for name in ("reduced", "metal")
@@ -145,17 +144,17 @@ OTHERS = ["--wall", "55", "--direction", "+x", "--length", "auto", "--mass", "39
 OTHERS += ["--stiffness", "0.0511", "--units", "metal", "--potential", "lj"]
 
 
-def test_the_dump_of_other_people_is_analysed(argon, capsys, tmp_path):
+def test_the_dump_of_other_people_is_analysed(argon, chaincor, tmp_path):
     write_others(argon / "metal" / "dump.lammpstrj", tmp_path / "theirs.lammpstrj", 17)
-    found = analyzed(capsys, tmp_path, *OTHERS)
-    assert_alike(found, analyzed(capsys, argon / "reduced"))
+    found = analyzed(chaincor, tmp_path, *OTHERS)
+    assert_alike(found, analyzed(chaincor, argon / "reduced"))
     assert found["units"]["length"] == pytest.approx(ARGON.length, rel=1e-13)
 
 
-def test_few_digits_of_a_wall_that_is_elsewhere_are_in_the_error(argon, capsys, tmp_path):
+def test_few_digits_of_a_wall_that_is_elsewhere_are_in_the_error(argon, chaincor, tmp_path):
     write_others(argon / "metal" / "dump.lammpstrj", tmp_path / "theirs.lammpstrj", 6)
-    found = analyzed(capsys, tmp_path, *OTHERS)
-    exact = analyzed(capsys, argon / "reduced")["restitution"]
+    found = analyzed(chaincor, tmp_path, *OTHERS)
+    exact = analyzed(chaincor, argon / "reduced")["restitution"]
     assert 0.0 < abs(found["restitution"] - exact) <= found["data_error"]
 
 
@@ -169,8 +168,8 @@ def test_few_digits_of_a_wall_that_is_elsewhere_are_in_the_error(argon, capsys, 
         (["--units", "lj"], "sets units metal; expected units lj"),
     ],
 )
-def test_units_without_sense_are_refused(argon, options, line, capsys):
-    status, out, err = chaincor(capsys, "analyze", str(argon / "metal"), *options)
+def test_units_without_sense_are_refused(argon, options, line, chaincor):
+    status, out, err = chaincor("analyze", str(argon / "metal"), *options)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert line in err
 
@@ -197,12 +196,12 @@ def test_a_table_of_units_is_checked(table, line):
     assert line in str(refused.value)
 
 
-def test_units_come_from_the_scene_file(capsys, tmp_path):
+def test_units_come_from_the_scene_file(chaincor, tmp_path):
     scene = tmp_path / "argon.toml"
     scene.write_text("particles = 4\nscheme = 'order4'\n" + ARGON.to_toml())
-    assert chaincor(capsys, "inputs", str(scene), "-o", str(tmp_path / "job"))[0] == 0
+    assert chaincor("inputs", str(scene), "-o", str(tmp_path / "job"))[0] == 0
     assert "units           metal" in (tmp_path / "job" / "in.chain").read_text()
-    status, _, err = chaincor(capsys, "run", str(scene))  # a run has no units
+    status, _, err = chaincor("run", str(scene))  # a run has no units
     assert (status, err.count("\n")) == (2, 1)
 
 

@@ -1,8 +1,6 @@
 """Jobs with other velocities and wider tables, resumed in mid collision, on several processes."""
 
-import os
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -12,9 +10,8 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.own_templates.own_template import OwnTemplate
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.engines.lammps.library import find_mpi_library
 from chaincor.workflows.job import write_job
-from tests.workflows.test_job import LMP, number, run_lmp
+from tests.lmp import LMP, number, run_lmp
 
 KINDS = [
     {"tolerance": 1e-8},
@@ -177,16 +174,7 @@ def test_two_processes_give_the_same(tmp_path):
     scene = Scene(particles=4, speed=0.4, scheme="verlet", timestep=0.2, error=False)
     write_job(scene, tmp_path)
     alone = run_lmp(tmp_path)
-    environment = os.environ | {"LD_LIBRARY_PATH": str(find_mpi_library().parent)}
-    done = subprocess.run(
-        [mpiexec, "-n", "2", LMP, "-in", "in.chain"],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    done = run_lmp(tmp_path, starter=(mpiexec, "-n", "2"))
     assert done.returncode == 0, done.stdout[-2000:]
     for name in ("restitution", "contacts", "last_contact_time"):
         # Forces and sums are added up in another order.

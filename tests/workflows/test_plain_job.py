@@ -1,11 +1,5 @@
 """The shortest script: some twenty commands, which LAMMPS alone runs to the engine's number."""
 
-import os
-import re
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError
@@ -14,6 +8,7 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.units.unit_system import UnitSystem
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job import job_files, write_job
+from tests.lmp import number, run_lmp
 
 SCENES = {
     "default": Scene(particles=10),
@@ -29,15 +24,7 @@ def commands(text):
 
 
 def run_alone(folder, *variables):
-    done = subprocess.run(
-        [Path(sys.executable).parent / "lmp", "-in", "in.chain", *variables],
-        cwd=folder,
-        env=os.environ | {"LD_LIBRARY_PATH": f"{sys.prefix}/lib"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return float(re.search(r"^restitution = (\S+)$", done.stdout, re.MULTILINE)[1])
+    return number(run_lmp(folder, *variables).stdout, "restitution")
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -12,7 +12,6 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.by_lammps import choose
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.cli import main
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.engines.lammps import engine as lammps
@@ -60,12 +59,11 @@ def test_the_number_tends_to_the_cold_one(potential):
     assert off[0] > 1e-7  # and yet it is another one
 
 
-def test_a_warm_chain_may_come_back_faster_than_it_came(capsys):
+def test_a_warm_chain_may_come_back_faster_than_it_came(chaincor):
     arguments = "run --potential toda --particles 10 --velocity 0.01 --temperature 0.01 --seed 2"
-    with pytest.raises(SystemExit) as left:
-        main([*arguments.split(), "--engine", "reference", "--json"])
-    assert left.value.code == 0
-    found = json.loads(capsys.readouterr().out)
+    status, out, _ = chaincor(*arguments.split(), "--engine", "reference", "--json")
+    found = json.loads(out)
+    assert status == 0
     assert found["restitution"] > 1.0
     assert found["kinematic_restitution"] == pytest.approx(math.sqrt(found["restitution"]))
     assert found["restitution_error"] <= found["tolerance"]

@@ -17,7 +17,7 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.job import write_job
 from chaincor.workflows.validation.comparison import validate
-from tests.workflows.test_job import number, run_lmp
+from tests.lmp import number, run_lmp
 
 WARM = Scene(potential="toda", particles=8, velocity=0.05, temperature=0.01, seed=2)
 # What LAMMPS prints of its state and what it holds differ by their last digits, for which a few

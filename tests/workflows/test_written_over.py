@@ -5,7 +5,6 @@ import os
 import pytest
 
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.cli import main
 from chaincor.workflows.outputs import refuse_overwriting_inputs
 from chaincor.workflows.store.results_store import Store
 
@@ -34,18 +33,17 @@ def test_an_input_is_refused_as_output_under_any_name(tmp_path, link):
         (("explore", "-o", "OTHER"), "scene.json"),
     ],
 )
-def test_files_of_another_kind_stay(tmp_path, capsys, make_attempt, command, name):
+def test_files_of_another_kind_stay(tmp_path, chaincor, make_attempt, command, name):
     from chaincor.lammps_inputs.scene import Scene
 
     store, other = tmp_path / "s.sqlite", tmp_path / name
     with Store(store) as opened:
         opened.record([make_attempt(Scene(particles=n)) for n in (2, 3)])
-    places = {"STORE": str(store), "OTHER": str(other)}
+    places = {"STORE": store, "OTHER": other}
 
     def run():
-        with pytest.raises(SystemExit) as left:
-            main([places.get(word, word) for word in command])
-        return left.value.code, capsys.readouterr().err
+        status, _, err = chaincor(*(places.get(word, word) for word in command))
+        return status, err
 
     other.write_text("mine")
     status, error = run()
@@ -58,13 +56,12 @@ def test_files_of_another_kind_stay(tmp_path, capsys, make_attempt, command, nam
 
 @pytest.mark.parametrize("command", [("plot",), ("store", "export")])
 @pytest.mark.parametrize("suffix", [".png", ".csv"])
-def test_the_store_itself_stays(tmp_path, capsys, command, suffix):
+def test_the_store_itself_stays(tmp_path, chaincor, command, suffix):
     store = tmp_path / f"s{suffix}"
     Store(store).close()
     before = store.read_bytes()
-    target = [] if command == ("plot",) else [str(store)]
-    with pytest.raises(SystemExit) as left:
-        main([*command, str(store), *target])
-    assert (left.value.code, store.read_bytes()) == (2, before)
+    target = [] if command == ("plot",) else [store]
+    status, _, err = chaincor(*command, store, *target)
+    assert (status, store.read_bytes()) == (2, before)
     if (command == ("plot",)) == (suffix == ".png"):
-        assert "which this command reads" in capsys.readouterr().err
+        assert "which this command reads" in err

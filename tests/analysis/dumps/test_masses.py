@@ -17,7 +17,6 @@ from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.step_error import analyze_folder
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows.cli import main
 from tests.analysis.two_masses import (
     COLUMNS,
     MASSES,
@@ -45,16 +44,9 @@ def without(*names):
     return " ".join(name for name in COLUMNS.split() if name not in names)
 
 
-def analyze(capsys, *arguments):
-    with pytest.raises(SystemExit) as leave:
-        main(["analyze", *map(str, arguments)])
-    captured = capsys.readouterr()
-    return leave.value.code, captured.out, captured.err
-
-
 @pytest.mark.parametrize("source", ["mass column", "types and data", "data alone", "given"])
 @pytest.mark.slow_cases
-def test_restitution_is_that_of_the_centre_of_mass(job, source, capsys):
+def test_restitution_is_that_of_the_centre_of_mass(job, source, chaincor):
     """Must show 1 of the issue: unweighted, the same dump gives 0.976."""
     folder, printed = job
     dump = folder / "dump.lammpstrj"
@@ -70,7 +62,7 @@ def test_restitution_is_that_of_the_centre_of_mass(job, source, capsys):
         keep_columns(dump, without("mass", "type"))
         (folder / "chain.data").unlink()
         options = ["--masses", "1,10"]
-    status, out, err = analyze(capsys, folder, "--json", *options)
+    status, out, err = chaincor("analyze", folder, "--json", *options)
     assert (status, err) == (0, "")
     result = json.loads(out)
     assert abs(result["restitution"] - printed) <= result["data_error"]
@@ -96,11 +88,11 @@ def test_mode_energies_are_those_of_the_chain_that_it_is(job):
     np.testing.assert_allclose(analysis.mode_frequencies**2, squares, atol=1e-14)
 
 
-def test_types_of_unknown_masses_are_refused_by_name(job, capsys):
+def test_types_of_unknown_masses_are_refused_by_name(job, chaincor):
     folder, _ = job
     keep_columns(folder / "dump.lammpstrj", without("mass"))
     (folder / "chain.data").unlink()
-    status, out, err = analyze(capsys, folder)
+    status, out, err = chaincor("analyze", folder)
     assert (status, out) == (2, "")
     assert "types 1, 2" in err
     assert "--masses" in err
@@ -111,27 +103,27 @@ def test_types_of_unknown_masses_are_refused_by_name(job, capsys):
     np.testing.assert_array_equal(atoms.get_masses(), MASSES)
 
 
-def test_masses_that_nothing_tells_show_by_the_exit_status(job, capsys):
+def test_masses_that_nothing_tells_show_by_the_exit_status(job, chaincor):
     """Taken to be alike, particles that are not gain momentum that no wall explains."""
     folder, _ = job
     keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
     (folder / "chain.data").unlink()
-    status, out, _ = analyze(capsys, folder, "--json")
+    status, out, _ = chaincor("analyze", folder, "--json")
     assert status == 1
     result = json.loads(out)
     assert any("the momentum falls" in text for text in result["contradictions"])
     assert set(result["contradictions"]) <= set(result["caveats"])
-    status, out, _ = analyze(capsys, folder)
+    status, out, _ = chaincor("analyze", folder)
     assert status == 1
     assert "note: the momentum falls" in out
 
 
-def test_masses_given_must_not_contradict_those_known(job, capsys):
+def test_masses_given_must_not_contradict_those_known(job, chaincor):
     folder, _ = job
-    status, _, err = analyze(capsys, folder, "--masses", "1,2")
+    status, _, err = chaincor("analyze", folder, "--masses", "1,2")
     assert status == 2
     assert "gives particle 2 from the wall the mass 2, column 'mass' of the dump 10" in err
-    assert analyze(capsys, folder, "--masses", "1,10")[0] == 0
+    assert chaincor("analyze", folder, "--masses", "1,10")[0] == 0
 
 
 @pytest.mark.parametrize(
@@ -144,19 +136,19 @@ def test_masses_given_must_not_contradict_those_known(job, capsys):
         (",".join(["1"] * 21), "21 masses are given for 20 particles"),
     ],
 )
-def test_bad_masses_are_one_line_and_status_2(job, capsys, given, message):
-    status, out, err = analyze(capsys, job[0], "--masses", given)
+def test_bad_masses_are_one_line_and_status_2(job, chaincor, given, message):
+    status, out, err = chaincor("analyze", job[0], "--masses", given)
     assert (status, out) == (2, "")
     assert message in err
     assert err.count("\n") == 1
 
 
-def test_a_file_of_masses(job, capsys, tmp_path):
+def test_a_file_of_masses(job, chaincor, tmp_path):
     folder, printed = job
     keep_columns(folder / "dump.lammpstrj", without("mass", "type"))
     (folder / "chain.data").unlink()
     (tmp_path / "masses.txt").write_text("\n".join(map(str, MASSES)))
-    status, out, _ = analyze(capsys, folder, "--json", "--masses", tmp_path / "masses.txt")
+    status, out, _ = chaincor("analyze", folder, "--json", "--masses", tmp_path / "masses.txt")
     assert status == 0
     assert json.loads(out)["restitution"] == pytest.approx(printed, abs=1e-12)
 

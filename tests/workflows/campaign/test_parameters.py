@@ -7,7 +7,6 @@ import pytest
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.sweep_file import read_sweep
-from chaincor.workflows.cli import main
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
@@ -71,7 +70,7 @@ def test_hash_follows_the_formula_not_its_spelling():
     assert morse.sha256 != morse.replace(morse_a=5.0).sha256
 
 
-def test_columns_and_plots_of_a_store(tmp_path, make_attempt, capsys):
+def test_columns_and_plots_of_a_store(tmp_path, make_attempt, chaincor):
     path = tmp_path / "store.sqlite"
     with Store(path) as store:
         store.record(
@@ -96,7 +95,7 @@ def test_columns_and_plots_of_a_store(tmp_path, make_attempt, capsys):
         assert text == "D * (1 - exp(-a * s)) ** 2"
         assert json.loads(parameters).keys() == {"D", "a"}
         assert a is None
-    with pytest.raises(SystemExit) as left:
-        main(["plot", str(path), "--x", "velocity", "-o", str(tmp_path / "curves.png")])
-    assert left.value.code == 0, capsys.readouterr().err
-    assert (tmp_path / "curves.png").stat().st_size > 1000
+    curves = tmp_path / "curves.png"
+    status, _, err = chaincor("plot", path, "--x", "velocity", "-o", curves)
+    assert status == 0, err
+    assert curves.stat().st_size > 1000

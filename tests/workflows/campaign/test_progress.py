@@ -10,7 +10,6 @@ from chaincor.workflows import durations
 from chaincor.workflows.accuracy.expected_cost import expected_seconds, may_take_longer
 from chaincor.workflows.campaign import progress
 from chaincor.workflows.campaign.progress import show_elapsed
-from chaincor.workflows.cli import main
 from chaincor.workflows.engines.in_house.loops.beside import COMPILING, a_loop_is_compiled
 
 
@@ -33,7 +32,7 @@ def test_a_first_run_says_that_it_compiles(capsys, monkeypatch):
     monkeypatch.setattr(progress, "_QUIET_SECONDS", 0.0)
     shown = ""
     deadline = time.monotonic() + 60.0
-    with show_elapsed(0.01), a_loop_is_compiled():
+    with a_loop_is_compiled(), show_elapsed(0.01):
         while "compiling loops" not in shown and time.monotonic() < deadline:
             time.sleep(0.05)
             shown += capsys.readouterr().err
@@ -89,7 +88,7 @@ def test_a_sweep_tells_a_log_how_far_it_is(capsys, monkeypatch):
     assert "2 of 4 collisions, 50 % of the work" in second
 
 
-def test_the_command_shows_what_its_scene_is_expected_to_take(capsys, monkeypatch):
+def test_the_command_shows_what_its_scene_is_expected_to_take(chaincor, monkeypatch):
     told = []
 
     @contextlib.contextmanager
@@ -99,9 +98,8 @@ def test_the_command_shows_what_its_scene_is_expected_to_take(capsys, monkeypatc
         told.append("over")
 
     monkeypatch.setattr(progress, "show_elapsed", note)
-    with pytest.raises(SystemExit) as leave:
-        main(["run", "--potential", "harmonic", "--particles", "3", "--engine", "reference"])
-    assert leave.value.code == 0
+    command = ("run", "--potential", "harmonic", "--particles", "3", "--engine", "reference")
+    assert chaincor(*command)[0] == 0
     scene = Scene(potential="harmonic", particles=3, engine="reference")
     assert told == [expected_seconds(scene), False, "over"]
     # What was measured is told as it is; longer chains may take several times that.

@@ -6,7 +6,6 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.showing.terms import OF_DUMPS, TERMS
 from tests.page_checks import check_file_list, read_page, words_of
 
@@ -40,15 +39,8 @@ def job(tmp_path):
     return folder
 
 
-def run(capsys, *arguments):
-    with pytest.raises(SystemExit) as leave:
-        main(["analyze", *map(str, arguments)])
-    captured = capsys.readouterr()
-    return leave.value.code, captured.out, captured.err
-
-
-def test_json_holds_what_is_promised(job, capsys):
-    status, out, err = run(capsys, job, "--potential", "harmonic", "--json")
+def test_json_holds_what_is_promised(job, chaincor):
+    status, out, err = chaincor("analyze", job, "--potential", "harmonic", "--json")
     assert (status, err) == (0, "")
     result = json.loads(out)
     assert result["restitution"] == pytest.approx(1.0, abs=1e-12)
@@ -61,31 +53,31 @@ def test_json_holds_what_is_promised(job, capsys):
     assert result["ending"] == "proved"
 
 
-def test_text_labels_both_coefficients_and_notes_caveats(job, capsys):
-    status, out, _ = run(capsys, job)
+def test_text_labels_both_coefficients_and_notes_caveats(job, chaincor):
+    status, out, _ = chaincor("analyze", job)
     assert status == 0
     assert "restitution (energy)   eta = " in out
     assert "restitution (speed)    e   = 1" in out
     assert "note: the bond is not known" in out
 
 
-def test_a_scene_in_the_folder_gives_bond_and_speed(job, capsys):
+def test_a_scene_in_the_folder_gives_bond_and_speed(job, chaincor):
     scene = Scene(potential="harmonic", particles=2, velocity=0.1)
     (job / "scene.toml").write_text(scene.to_toml())
-    _, out, _ = run(capsys, job, "--json")
+    _, out, _ = chaincor("analyze", job, "--json")
     result = json.loads(out)
     assert (result["potential"], result["velocity"]) == (Harmonic.name, 0.1)
     (job / "scene.toml").write_text(scene.replace(particles=3).to_toml())
-    status, _, err = run(capsys, job, "--json")
+    status, _, err = chaincor("analyze", job, "--json")
     assert status == 2
     assert "holds 2 particles" in err
 
 
 @pytest.mark.slow
-def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
+def test_output_holds_plots_tables_and_pictures(job, tmp_path, chaincor):
     out = tmp_path / "out"
-    status, printed, _ = run(
-        capsys, job, "--potential", "harmonic", "-o", out, "--xyz", out / "c.xyz"
+    status, printed, _ = chaincor(
+        "analyze", job, "--potential", "harmonic", "-o", out, "--xyz", out / "c.xyz"
     )
     assert status == 0
     assert printed.endswith(f"page: {out / 'analysis.html'}\n")
@@ -97,7 +89,7 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
     told = words_of(page)
     assert str(out / "c.xyz") in told
     # What the terminal says is there, each name explained, and every figure that was drawn.
-    _, text, _ = run(capsys, job, "--potential", "harmonic")
+    _, text, _ = chaincor("analyze", job, "--potential", "harmonic")
     lines = text.partition("\n\n")[2].partition("\n\n")[0].splitlines()
     assert len(lines) > 9
     for line in lines:
@@ -108,40 +100,40 @@ def test_output_holds_plots_tables_and_pictures(job, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, capsys):
+def test_a_page_has_the_results_in_the_units_of_the_dump(job, tmp_path, chaincor):
     # Twice the mass and the stiffness: another unit of energy, and the same times and speeds.
     units = ["--length", "1", "--mass", "2", "--stiffness", "2"]
     bond = ["--potential", "harmonic", "--masses", "2"]
-    status, printed, _ = run(capsys, job, *bond, *units, "-o", tmp_path / "out")
+    status, printed, _ = chaincor("analyze", job, *bond, *units, "-o", tmp_path / "out")
     assert status == 0
     line = next(line for line in printed.splitlines() if line.startswith("in units lj: "))
     assert line in words_of(read_page(tmp_path / "out" / "analysis.html"))
-    run(capsys, job, "--potential", "harmonic", "-o", tmp_path / "plain")
+    chaincor("analyze", job, "--potential", "harmonic", "-o", tmp_path / "plain")
     assert "in units lj" not in words_of(read_page(tmp_path / "plain" / "analysis.html"))
 
 
 @pytest.mark.slow
-def test_a_page_warns_of_what_is_impossible(job, tmp_path, capsys):
+def test_a_page_warns_of_what_is_impossible(job, tmp_path, chaincor):
     dump = job / "dump.lammpstrj"
     # The last frames come back twice as fast as physics allows.
     head, *frames = dump.read_text().split("ITEM: TIMESTEP")
     fast = [frame.replace(" 0.1 ", " 0.2 ") for frame in frames[-16:]]
     dump.write_text("ITEM: TIMESTEP".join([head, *frames[:-16], *fast]))
     out = tmp_path / "out"
-    status, *_ = run(capsys, job, "--potential", "harmonic", "-o", out)
+    status, *_ = chaincor("analyze", job, "--potential", "harmonic", "-o", out)
     assert status == 1
     assert "Contradicted." in words_of(read_page(out / "analysis.html"))
 
 
-def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, capsys):
+def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, chaincor):
     scene = Scene(potential="harmonic", particles=2, velocity=0.1)
     (tmp_path / "mine.toml").write_text(scene.to_toml())
-    status, out, err = run(capsys, job, "--scene", tmp_path / "mine.toml", "--json")
+    status, out, err = chaincor("analyze", job, "--scene", tmp_path / "mine.toml", "--json")
     assert (status, err) == (0, "")
     assert json.loads(out)["potential"] == "harmonic"
     other = scene.replace(particles=3)
     (tmp_path / "mine.toml").write_text(other.to_toml())
-    status, out, err = run(capsys, job, "--scene", tmp_path / "mine.toml")
+    status, out, err = chaincor("analyze", job, "--scene", tmp_path / "mine.toml")
     assert (status, out) == (2, "")
     assert "holds 2 particles" in err
 
@@ -159,27 +151,27 @@ def test_a_scene_elsewhere_says_what_one_beside_the_dump_would(job, tmp_path, ca
         (["--animation", "c.avi"], "expected a name in .gif"),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(job, capsys, arguments, message):
-    status, out, err = run(capsys, job, *arguments)
+def test_bad_input_is_one_line_and_status_2(job, chaincor, arguments, message):
+    status, out, err = chaincor("analyze", job, *arguments)
     assert status == 2
     assert out == ""
     assert message in err
     assert err.count("\n") == 1
 
 
-def test_what_contradicts_the_files_is_refused_or_said(job, capsys):
+def test_what_contradicts_the_files_is_refused_or_said(job, chaincor):
     (job / "scene.toml").write_text('potential = "harmonic"\nparticles = 2\nvelocity = 0.1\n')
-    status, out, _ = run(capsys, job, "--potential", "toda")
+    status, out, _ = chaincor("analyze", job, "--potential", "toda")
     assert "energies are those of toda bonds, as asked for" in " ".join(out.split())
     dump = job / "dump.lammpstrj"
     dump.write_text(dump.read_text().replace("id x vx v_time", "id v_displacement vx v_time"))
-    status, out, err = run(capsys, job, "--wall", "3")
+    status, out, err = chaincor("analyze", job, "--wall", "3")
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert "expected no other wall" in err
 
 
-def test_a_folder_is_no_file_to_write(job, capsys):
-    status, _, err = run(capsys, job, "--potential", "harmonic", "--xyz", job)
+def test_a_folder_is_no_file_to_write(job, chaincor):
+    status, _, err = chaincor("analyze", job, "--potential", "harmonic", "--xyz", job)
     assert (status, "that is a folder" in err) == (2, True)
 
 
@@ -192,18 +184,18 @@ def test_a_folder_is_no_file_to_write(job, capsys):
         ("ITEM: TIMESTEP\n0\nITEM: NUMBER OF ATOMS\nx\n", "not a LAMMPS dump"),
     ],
 )
-def test_a_dump_that_is_none_is_one_line_and_status_2(job, capsys, content, message):
+def test_a_dump_that_is_none_is_one_line_and_status_2(job, chaincor, content, message):
     dump = job / "dump.lammpstrj"
     dump.unlink()
     if content is not None:
         dump.write_text(content)
-    status, _, err = run(capsys, job, "--json")
+    status, _, err = chaincor("analyze", job, "--json")
     assert status == 2
     assert message in err
     assert err.count("\n") == 1
 
 
-def test_a_missing_folder_is_bad_input(tmp_path, capsys):
-    status, _, err = run(capsys, tmp_path / "nowhere")
+def test_a_missing_folder_is_bad_input(tmp_path, chaincor):
+    status, _, err = chaincor("analyze", tmp_path / "nowhere")
     assert status == 2
     assert "is not a folder" in err

@@ -5,19 +5,11 @@ import pytest
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.sweep_file import read_sweep
-from chaincor.workflows.cli import main
 from chaincor.workflows.errors import SweepError
 from chaincor.workflows.store.query import query_rows
 from chaincor.workflows.store.results_store import Store
 
 HEAD = 'store = "s.sqlite"\n[scene]\nparticles = 4\nengine = "reference"\ntolerance = 1e-6\n'
-
-
-def chaincor(capsys, *arguments):
-    with pytest.raises(SystemExit) as left:
-        main(list(arguments))
-    captured = capsys.readouterr()
-    return left.value.code, captured.out, captured.err
 
 
 @pytest.fixture
@@ -83,7 +75,7 @@ def test_files_are_looked_for_beside_the_sweep_file(sweep_file, tmp_path, monkey
 
 
 @pytest.mark.slow
-def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
+def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, chaincor, monkeypatch):
     drawn = {}
     from chaincor.analysis.figures import store_plots
 
@@ -97,10 +89,10 @@ def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
     path = sweep_file(
         '[axes]\nmasses = [[1, 0.5], [1, 1], [1, 2], [1, 4]]\npotential = ["lj", "toda"]\n'
     )
-    status, _, err = chaincor(capsys, "sweep", str(path), "--workers", "1")
+    status, _, err = chaincor("sweep", str(path), "--workers", "1")
     assert status == 0, err
     plot = ("plot", "s.sqlite", "--x", "masses.2", "--y", "kinematic_restitution")
-    status, _, err = chaincor(capsys, *plot)
+    status, _, err = chaincor(*plot)
     assert status == 0, err
     # The chain of equal masses, which a store knows as one without any, is on the curve.
     assert set(drawn) == {"potential = lj", "potential = toda"}
@@ -112,15 +104,15 @@ def test_a_sweep_over_a_mass_ratio_is_a_curve(sweep_file, capsys, monkeypatch):
             assert store.get(scene).result["kinematic_restitution"] == e
         assert len(query_rows(store, ["masses"], where=["masses="])) == 2
     drawn.clear()
-    status, _, err = chaincor(capsys, *plot[:2], "--x", "speed", "--where", "potential=lj")
+    status, _, err = chaincor(*plot[:2], "--x", "speed", "--where", "potential=lj")
     assert (status, len(drawn)) == (0, 4), err
     assert "masses = 1.0, 4.0" in drawn
-    status, _, err = chaincor(capsys, *plot[:2], "--x", "masses")
+    status, _, err = chaincor(*plot[:2], "--x", "masses")
     assert status == 2
     assert "that of particle 2 is masses.2" in err
 
 
-def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkeypatch, capsys):
+def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkeypatch, chaincor):
     monkeypatch.chdir(tmp_path)
     common = {"potential": "harmonic", "velocity": 0.1, "particles": 6}
     lists = ([1, 2], [1, 3], [1, 2, 1], [1, 3, 1])
@@ -135,7 +127,7 @@ def test_chains_of_other_periods_are_other_curves(tmp_path, make_attempt, monkey
     monkeypatch.setattr(
         store_plots, "plot_curves", lambda c, *n, **o: (drawn.update(c), original(c, *n, **o))[1]
     )
-    status, _, err = chaincor(capsys, "plot", "s.sqlite", "--x", "masses.2")
+    status, _, err = chaincor("plot", "s.sqlite", "--x", "masses.2")
     assert status == 0, err
     found = sorted((tuple(x), tuple(np.round(y, 6))) for x, y in drawn.values())
     assert found == [

@@ -12,26 +12,25 @@ import pytest
 from chaincor.lammps_inputs.bonds.potentials import POTENTIAL_NAMES
 from chaincor.workflows import cli
 from tests.waiting import HANGS
-from tests.workflows.commands.test_run import chaincor
 
 
-def test_help_lists_every_command(capsys):
-    status, out, _ = chaincor(capsys, "--help")
+def test_help_lists_every_command(chaincor):
+    status, out, _ = chaincor("--help")
     assert status == 0
     for command in ("run", "inputs", "analyze", "sweep", "tradeoff", "validate", "doctor"):
         assert f"\n  {command} " in out
 
 
 @pytest.mark.parametrize("command", ["run", "inputs", "doctor", "analyze", "sweep"])
-def test_every_command_has_help(capsys, command):
-    status, out, _ = chaincor(capsys, command, "--help")
+def test_every_command_has_help(chaincor, command):
+    status, out, _ = chaincor(command, "--help")
     assert status == 0
     assert out.startswith(f"Usage: chaincor {command}")
     assert "\\b" not in out  # which keeps lines apart, and is not shown
 
 
-def test_help_of_run_documents_every_option(capsys):
-    own, scene = (chaincor(capsys, "run", page)[1] for page in ("--help", "--help-scene"))
+def test_help_of_run_documents_every_option(chaincor):
+    own, scene = (chaincor("run", page)[1] for page in ("--help", "--help-scene"))
     for option in ("--animate", "--samples", "--json", "--help-scene"):
         assert option in own.partition("Options:")[2]
         assert f"\n  {option}" not in scene
@@ -61,15 +60,15 @@ def test_help_of_run_documents_every_option(capsys):
 
 
 @pytest.mark.parametrize("command", ["run", "inputs", "tradeoff", "validate"])
-def test_help_is_one_screen(capsys, command):
-    _, out, _ = chaincor(capsys, command, "--help")
+def test_help_is_one_screen(chaincor, command):
+    _, out, _ = chaincor(command, "--help")
     assert len(out.splitlines()) <= 36  # a hundred with the options of the scene
     assert "--help-scene shows the options of the scene" in out
 
 
 @pytest.mark.parametrize("command", ["run", "inputs", "tradeoff", "validate"])
-def test_no_option_is_on_neither_page(capsys, command):
-    pages = "".join(chaincor(capsys, command, page)[1] for page in ("--help", "--help-scene"))
+def test_no_option_is_on_neither_page(chaincor, command):
+    pages = "".join(chaincor(command, page)[1] for page in ("--help", "--help-scene"))
     module = importlib.import_module(f"chaincor.workflows.commands.{command}")
     options = [p for p in getattr(module, command).params if isinstance(p, click.Option)]
     assert len(options) > 20
@@ -77,17 +76,17 @@ def test_no_option_is_on_neither_page(capsys, command):
         assert sum(name in pages for name in option.opts) == len(option.opts), option.opts
 
 
-def test_an_unknown_command(capsys):
-    status, out, err = chaincor(capsys, "fly")
+def test_an_unknown_command(chaincor):
+    status, out, err = chaincor("fly")
     assert (status, out) == (2, "")
     assert err.startswith("chaincor: there is no command 'fly'; expected one of run, inputs")
 
 
 @pytest.mark.parametrize("arguments", [(), ("store",)])
-def test_a_command_alone_prints_its_help_whole(capsys, arguments):
-    status, out, err = chaincor(capsys, *arguments)
+def test_a_command_alone_prints_its_help_whole(chaincor, arguments):
+    status, out, err = chaincor(*arguments)
     assert (status, err) == (0, "")
-    assert out == chaincor(capsys, *arguments, "--help")[1]
+    assert out == chaincor(*arguments, "--help")[1]
 
 
 @pytest.mark.parametrize(
@@ -103,20 +102,20 @@ def test_a_command_alone_prints_its_help_whole(capsys, arguments):
         (("run", "--potential", "lennard-jones"), "did you mean 'lj'?"),
     ],
 )
-def test_what_was_meant_is_suggested(capsys, arguments, message):
-    status, out, err = chaincor(capsys, *arguments)
+def test_what_was_meant_is_suggested(chaincor, arguments, message):
+    status, out, err = chaincor(*arguments)
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert message in err
 
 
-def test_words_of_options_are_known_in_capitals(capsys):
+def test_words_of_options_are_known_in_capitals(chaincor):
     arguments = ["run", "--potential", "LJ", "--engine", "Reference", "--particles", "3", "--json"]
-    status, out, _ = chaincor(capsys, *arguments)
+    status, out, _ = chaincor(*arguments)
     assert (status, json.loads(out)["potential"]) == (0, "lj")
 
 
-def test_help_of_run_has_groups_defaults_and_examples(capsys):
-    _, out, _ = chaincor(capsys, "run", "--help-scene")
+def test_help_of_run_has_groups_defaults_and_examples(chaincor):
+    _, out, _ = chaincor("run", "--help-scene")
     heads = [line for line in out.splitlines() if line.endswith(":") and line[0] != " "]
     assert heads[:3] == [
         "What collides:",
@@ -127,22 +126,22 @@ def test_help_of_run_has_groups_defaults_and_examples(capsys):
     plain = " ".join(out.split())
     assert "fix wall/reflect [default: event]" in plain
     assert "[default: chosen for the tolerance; order6 with other numerics of your own" in plain
-    _, out, _ = chaincor(capsys, "run", "--help")
+    _, out, _ = chaincor("run", "--help")
     assert "\n    chaincor run --potential harmonic --particles 20" in out
 
 
-def test_all_mistakes_are_said_at_once(capsys, tmp_path):
+def test_all_mistakes_are_said_at_once(chaincor, tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text('particles = 0\n"odd\\nkey" = 5\n')
-    status, out, err = chaincor(capsys, "run", str(file), "--speed", "-1")
+    status, out, err = chaincor("run", str(file), "--speed", "-1")
     assert (status, out) == (2, "")
     head, *lines = err.splitlines()
     assert head == f"chaincor: {file}: 3 mistakes (see: chaincor explain SceneError):"
     assert [line[:14] for line in lines] == ["  particles is", "  speed is -1.", "  unknown key "]
 
 
-def test_version(capsys):
-    status, out, _ = chaincor(capsys, "--version")
+def test_version(chaincor):
+    status, out, _ = chaincor("--version")
     assert status == 0
     assert {line.split()[0] for line in out.splitlines()} >= {"python", "chaincor", "lammps"}
 
@@ -155,12 +154,12 @@ def test_version(capsys):
         (cli.ChaincorError("two\n lines"), 1, "chaincor: two lines"),
     ],
 )
-def test_what_goes_wrong_is_one_line(capsys, monkeypatch, error, status, line):
+def test_what_goes_wrong_is_one_line(chaincor, monkeypatch, error, status, line):
     def fail():
         raise error
 
     monkeypatch.setattr("chaincor.workflows.machine.examine", fail)
-    code, _, err = chaincor(capsys, "doctor")
+    code, _, err = chaincor("doctor")
     assert code == status
     assert line in err
     assert err.strip().count("\n") == 0  # click ends the line of a ^C first
@@ -177,20 +176,25 @@ def test_the_process_exits_with_the_status():
 
 
 MPIEXEC = Path(sys.executable).with_name("mpiexec")
+by_mpi = pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
 
 
-@pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
-@pytest.mark.parametrize("engine", ["lammps", "reference"])
-def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
-    program = Path(sys.executable).with_name("chaincor")
-    done = subprocess.run(
-        [MPIEXEC, "-n", "2", program, "run", "--particles", "5", "--engine", engine],
+def two_copies(folder, *command):
+    return subprocess.run(
+        [MPIEXEC, "-n", "2", *command],
         capture_output=True,
         text=True,
-        cwd=tmp_path,
+        cwd=folder,
         timeout=HANGS,
         check=False,
     )
+
+
+@by_mpi
+@pytest.mark.parametrize("engine", ["lammps", "reference"])
+def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
+    program = Path(sys.executable).with_name("chaincor")
+    done = two_copies(tmp_path, program, "run", "--particles", "5", "--engine", engine)
     assert done.returncode == 2
     lines = [line for line in done.stderr.splitlines() if line.startswith("chaincor:")]
     assert len(lines) == 1
@@ -199,16 +203,9 @@ def test_copies_started_by_mpi_are_refused_in_one_line(engine, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not MPIEXEC.exists(), reason="the mpich wheel brings mpiexec")
+@by_mpi
 def test_scripts_started_several_times_by_mpi_are_refused(tmp_path):
     script = "from chaincor import Scene, collide; collide(Scene(particles=5))"
-    done = subprocess.run(
-        [MPIEXEC, "-n", "2", sys.executable, "-c", script],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        timeout=HANGS,
-        check=False,
-    )
+    done = two_copies(tmp_path, sys.executable, "-c", script)
     assert done.returncode != 0
     assert "InputError: this program was started 2 times by MPI" in done.stderr

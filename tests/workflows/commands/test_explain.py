@@ -4,11 +4,10 @@ import pytest
 
 from chaincor.workflows.showing.terms import ALL_TERMS, other_names
 from tests.docs.test_errors_page import named_errors
-from tests.workflows.commands.test_run import chaincor
 
 
-def test_all_is_listed(capsys):
-    status, out, _ = chaincor(capsys, "explain")
+def test_all_is_listed(chaincor):
+    status, out, _ = chaincor("explain")
     assert status == 0
     plain = " ".join(out.split())
     assert all(f"{name}: {text}." in plain for name, text in ALL_TERMS.items())
@@ -16,25 +15,25 @@ def test_all_is_listed(capsys):
 
 
 @pytest.mark.parametrize("word", [*ALL_TERMS, *other_names(), "ETA", "momentum-residual"])
-def test_each_word_leads_to_its_term(capsys, word):
-    status, out, _ = chaincor(capsys, "explain", *word.split())
+def test_each_word_leads_to_its_term(chaincor, word):
+    status, out, _ = chaincor("explain", *word.split())
     assert status == 0
     term = out.partition(":")[0]
     assert term == other_names().get(word, word if word in ALL_TERMS else term)
     assert term in ALL_TERMS
 
 
-def test_no_other_name_hides_a_term(capsys):
+def test_no_other_name_hides_a_term(chaincor):
     assert not set(other_names()) & set(ALL_TERMS)
     # A row of `analyze`, and an end that `run` prints.
-    assert chaincor(capsys, "explain", "vibration")[1].startswith("vibration: share of the energy")
-    said = " ".join(chaincor(capsys, "explain", "open")[1].split())
+    assert chaincor("explain", "vibration")[1].startswith("vibration: share of the energy")
+    said = " ".join(chaincor("explain", "open")[1].split())
     assert "open (another contact may still come; the error bar allows for it)" in said
 
 
 @pytest.mark.parametrize("name", sorted(named_errors()))
-def test_each_error_has_cause_and_remedy(capsys, name):
-    status, out, _ = chaincor(capsys, "explain", name)
+def test_each_error_has_cause_and_remedy(chaincor, name):
+    status, out, _ = chaincor("explain", name)
     assert status == 0
     assert out.startswith(f"{name}\n\nCause. ")
     assert "\nRemedy. " in out
@@ -42,7 +41,7 @@ def test_each_error_has_cause_and_remedy(capsys, name):
     assert "`" not in out
 
 
-def test_an_unknown_word(capsys):
-    status, out, err = chaincor(capsys, "explain", "phlogiston")
+def test_an_unknown_word(chaincor):
+    status, out, err = chaincor("explain", "phlogiston")
     assert (status, out) == (2, "")
     assert "'phlogiston' is not explained; expected one of v*, restitution (energy)" in err

@@ -3,13 +3,12 @@
 import pytest
 
 from chaincor.lammps_inputs.scene import Scene
-from tests.workflows.commands.test_run import chaincor
 
 
-def test_a_job_is_written_and_listed(capsys, tmp_path):
+def test_a_job_is_written_and_listed(chaincor, tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text('potential = "lj"\nparticles = 6\nspeed = 0.3\nwall = "reflect"\n')
-    status, out, _ = chaincor(capsys, "inputs", str(scene), "-o", str(tmp_path / "job"))
+    status, out, _ = chaincor("inputs", str(scene), "-o", str(tmp_path / "job"))
     assert status == 0
     assert out.split() == [
         str(tmp_path / "job" / name)
@@ -20,8 +19,8 @@ def test_a_job_is_written_and_listed(capsys, tmp_path):
     assert Scene.from_file(tmp_path / "job" / "scene.toml").particles == 6
 
 
-def test_frames_on_request(capsys, tmp_path):
-    chaincor(capsys, "inputs", "--particles", "4", "--frames", "-o", str(tmp_path))
+def test_frames_on_request(chaincor, tmp_path):
+    chaincor("inputs", "--particles", "4", "--frames", "-o", str(tmp_path))
     assert "write_dump" in (tmp_path / "in.chain").read_text()
 
 
@@ -34,24 +33,24 @@ def test_frames_on_request(capsys, tmp_path):
         (["absent.toml"], "cannot read the scene file"),
     ],
 )
-def test_bad_input_is_status_2_and_one_line(capsys, tmp_path, options, line):
-    status, out, err = chaincor(capsys, "inputs", *options, "-o", str(tmp_path / "job"))
+def test_bad_input_is_status_2_and_one_line(chaincor, tmp_path, options, line):
+    status, out, err = chaincor("inputs", *options, "-o", str(tmp_path / "job"))
     assert (status, out, err.count("\n")) == (2, "", 1)
     assert line in err
     assert not (tmp_path / "job").exists()
 
 
-def test_a_folder_is_needed(capsys):
-    status, _, err = chaincor(capsys, "inputs")
+def test_a_folder_is_needed(chaincor):
+    status, _, err = chaincor("inputs")
     assert status == 2
     assert "-o" in err
 
 
-def test_a_job_in_the_way_is_kept_unless_forced(capsys, tmp_path):
+def test_a_job_in_the_way_is_kept_unless_forced(chaincor, tmp_path):
     arguments = ["inputs", "--potential", "harmonic", "-o", str(tmp_path)]
-    assert chaincor(capsys, *arguments, "--particles", "4")[0] == 0
-    status, _, err = chaincor(capsys, *arguments, "--particles", "5")
+    assert chaincor(*arguments, "--particles", "4")[0] == 0
+    status, _, err = chaincor(*arguments, "--particles", "5")
     assert status == 2
     assert "--force" in err
-    assert chaincor(capsys, *arguments, "--particles", "5", "--force")[0] == 0
+    assert chaincor(*arguments, "--particles", "5", "--force")[0] == 0
     assert "5 atoms" in (tmp_path / "chain.data").read_text()

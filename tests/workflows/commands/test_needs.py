@@ -12,7 +12,6 @@ import pytest
 
 from chaincor.workflows import machine
 from chaincor.workflows.cli import COMMANDS
-from tests.workflows.commands.test_run import chaincor
 
 ROOT = Path(__file__).parents[3]
 LIBRARIES = sorted({n for facts in COMMANDS.values() for n in (*facts.needs, *facts.also)})
@@ -166,12 +165,12 @@ def test_nothing_is_named_that_the_code_does_not_import(command):
     assert {*facts.needs, *facts.also} - by_name <= libraries
 
 
-def test_what_is_missing_stops_the_commands_that_need_it(capsys, monkeypatch):
+def test_what_is_missing_stops_the_commands_that_need_it(chaincor, monkeypatch):
     def fail():
         raise ImportError("libmpi.so.12 is not there")
 
     monkeypatch.setattr(machine, "_lammps_library", fail)
-    status, out, _ = chaincor(capsys, "doctor")
+    status, out, _ = chaincor("doctor")
     assert status == 1
     lines = out.splitlines()
     (run,) = (line for line in lines if line.startswith("yes  run:"))
@@ -180,7 +179,7 @@ def test_what_is_missing_stops_the_commands_that_need_it(capsys, monkeypatch):
     assert any(line.startswith("NO   reproduce:") for line in lines)
     (show,) = (line for line in lines if " show:" in line)
     assert show == "yes  show: nothing more"
-    _, out, _ = chaincor(capsys, "doctor", "--json")
+    _, out, _ = chaincor("doctor", "--json")
     commands = {entry["command"]: entry for entry in json.loads(out)["commands"]}
     assert list(commands) == list(COMMANDS)
     assert commands["validate"]["works"] is False

@@ -9,7 +9,6 @@ from chaincor.workflows.collision import collide
 from chaincor.workflows.job import write_job
 from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
-from tests.workflows.commands.test_run import chaincor
 
 SMALL = ("--particles", "4")
 
@@ -35,9 +34,9 @@ SMALL = ("--particles", "4")
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
 )
-def test_what_would_be_ignored_is_refused(arguments, complaint, capsys, tmp_path, monkeypatch):
+def test_what_would_be_ignored_is_refused(arguments, complaint, chaincor, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    status, out, err = chaincor(capsys, *arguments)
+    status, out, err = chaincor(*arguments)
     assert status == 2
     assert complaint in err
     assert err.count("\n") == 1
@@ -96,18 +95,18 @@ def test_a_tabulated_harmonic_bond_is_refused_as_an_object_too():
         (("--dry-run", "--scheduler", "tcp://x:1"), "it leaves out --scheduler"),
     ],
 )
-def test_a_sweep_says_what_it_does_not_use(options, complaint, capsys, tmp_path):
+def test_a_sweep_says_what_it_does_not_use(options, complaint, chaincor, tmp_path):
     path = tmp_path / "s.toml"
     path.write_text('[scene]\nengine = "reference"\ntolerance = 1e-4\n[axes]\nparticles = [3]\n')
-    status, _, err = chaincor(capsys, "sweep", str(path), *options)
+    status, _, err = chaincor("sweep", str(path), *options)
     assert status == 0
     assert complaint in err
 
 
 @pytest.mark.slow
-def test_a_study_says_what_of_a_scene_it_does_not_use(capsys, tmp_path):
+def test_a_study_says_what_of_a_scene_it_does_not_use(chaincor, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text('particles = 3\nscheme = "verlet"\nsave = "job"\n')
-    status, _, err = chaincor(capsys, "tradeoff", str(path), "--quick")
+    status, _, err = chaincor("tradeoff", str(path), "--quick")
     assert status == 0
     assert "of the scene it does not use scheme, save" in err

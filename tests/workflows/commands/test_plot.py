@@ -5,7 +5,6 @@ import pytest
 
 from chaincor import collide
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.store.results_store import Store
 from chaincor.workflows.store.row import Row
 
@@ -32,7 +31,7 @@ def store_path(collisions, tmp_path):
 
 
 @pytest.fixture
-def plot(store_path, capsys, monkeypatch):
+def plot(store_path, chaincor, monkeypatch):
     """Run the command and return its exit status, its message, and the curves it drew."""
     drawn = {}
 
@@ -47,9 +46,8 @@ def plot(store_path, capsys, monkeypatch):
 
     def run(*arguments):
         drawn.clear()
-        with pytest.raises(SystemExit) as leave:
-            main(["plot", str(store_path), *arguments])
-        return leave.value.code, capsys.readouterr().err, dict(drawn)
+        status, _, err = chaincor("plot", store_path, *arguments)
+        return status, err, dict(drawn)
 
     return run
 
@@ -148,7 +146,9 @@ def warm_collisions():
     return [(scene, Row.of(collide(scene))) for scene in scenes]
 
 
-def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, monkeypatch):
+def test_the_mean_over_seeds_has_its_error_and_bands(
+    warm_collisions, tmp_path, monkeypatch, chaincor
+):
     from chaincor.analysis.figures import store_plots
 
     drawn = {}
@@ -162,9 +162,7 @@ def test_the_mean_over_seeds_has_its_error_and_bands(warm_collisions, tmp_path, 
     path = tmp_path / "warm.sqlite"
     with Store(path) as store:
         store.record(warm_collisions)
-    with pytest.raises(SystemExit) as leave:
-        main(["plot", str(path), "--x", "velocity", "--mean", "seed"])
-    assert leave.value.code == 0
+    assert chaincor("plot", path, "--x", "velocity", "--mean", "seed")[0] == 0
     places, found = drawn[""]
     assert places == [0.05, 0.1]
     etas = [row.restitution for _, row in warm_collisions]

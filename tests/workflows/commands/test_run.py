@@ -5,8 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from chaincor.workflows.cli import main
-
 QUICK = ["run", "--potential", "harmonic", "--particles", "5", "--velocity", "0.1"]
 CONTRACT = {
     "restitution": float,
@@ -30,24 +28,15 @@ CONTRACT = {
 }
 
 
-def chaincor(capsys, *arguments):
-    """Run a command in this process; return exit status, stdout and stderr."""
-    with pytest.raises(SystemExit) as left:
-        main(list(arguments))
-    captured = capsys.readouterr()
-    assert "Traceback" not in captured.err
-    return left.value.code, captured.out, captured.err
-
-
-def run_json(capsys, *arguments):
-    status, out, err = chaincor(capsys, *arguments, "--json")
+def run_json(chaincor, *arguments):
+    status, out, err = chaincor(*arguments, "--json")
     assert status == 0, err
     assert out.count("\n") == 1, "one object, on one line"
     return json.loads(out)
 
 
-def test_a_bare_run(capsys):
-    found = run_json(capsys, "run")
+def test_a_bare_run(chaincor):
+    found = run_json(chaincor, "run")
     assert {name: type(found[name]) for name in CONTRACT} == CONTRACT
     assert (found["potential"], found["particles"], found["engine"]) == ("lj", 100, "lammps")
     assert found["speed"] == pytest.approx(0.4, rel=1e-14)
@@ -60,60 +49,62 @@ def test_a_bare_run(capsys):
     assert found["versions"]["lammps"] != "absent"
 
 
-def test_harmonic_has_no_speed_scale(capsys):
-    found = run_json(capsys, *QUICK, "--scheme", "order8", "--timestep", "0.1")
+def test_harmonic_has_no_speed_scale(chaincor):
+    found = run_json(chaincor, *QUICK, "--scheme", "order8", "--timestep", "0.1")
     assert found["v_star"] is None
     assert found["speed"] is None
     assert (found["wall"], found["scheme"], found["timestep"]) == ("event", "order8", 0.1)
     assert found["table"] is None
 
 
-def test_no_error_gives_null(capsys):
-    found = run_json(capsys, *QUICK, "--timestep", "0.1", "--no-error")
+def test_no_error_gives_null(chaincor):
+    found = run_json(chaincor, *QUICK, "--timestep", "0.1", "--no-error")
     assert found["restitution_error"] is None
     assert found["error_parts"]["step"] is None
 
 
-def test_the_error_bar_comes_from_half_the_step(capsys):
-    found = run_json(capsys, *QUICK, "--scheme", "verlet", "--timestep", "0.05")
-    finer = run_json(capsys, *QUICK, "--scheme", "verlet", "--timestep", "0.025", "--no-error")
+def test_the_error_bar_comes_from_half_the_step(chaincor):
+    found = run_json(chaincor, *QUICK, "--scheme", "verlet", "--timestep", "0.05")
+    finer = run_json(chaincor, *QUICK, "--scheme", "verlet", "--timestep", "0.025", "--no-error")
     difference = abs(found["restitution"] - finer["restitution"])
     assert found["restitution_error"] >= difference > 0.0
 
 
-def test_the_reference_engine(capsys):
-    found = run_json(capsys, "run", "--engine", "reference", "--particles", "10", "--speed", "0.4")
+def test_the_reference_engine(chaincor):
+    found = run_json(
+        chaincor, "run", "--engine", "reference", "--particles", "10", "--speed", "0.4"
+    )
     assert found["engine"] == "reference"
     assert found["wall"] == "event"
 
 
-def test_options_win_over_the_file(capsys, tmp_path):
+def test_options_win_over_the_file(chaincor, tmp_path):
     scene = tmp_path / "scene.toml"
     scene.write_text(
         'potential = "toda"\ntoda_b = 5.0\nparticles = 5\nspeed = 0.3\nscheme = "verlet"\n'
     )
-    found = run_json(capsys, "run", str(scene), "--no-error")
+    found = run_json(chaincor, "run", str(scene), "--no-error")
     assert (found["potential"], found["particles"]) == ("toda", 5)
     assert found["speed"] == pytest.approx(0.3)
-    found = run_json(capsys, "run", str(scene), "--particles", "4", "--velocity", "0.05")
+    found = run_json(chaincor, "run", str(scene), "--particles", "4", "--velocity", "0.05")
     assert (found["particles"], found["velocity"]) == (4, 0.05)
     # Another potential has no use for toda_b.
-    found = run_json(capsys, "run", str(scene), "--potential", "lj", "--no-error")
+    found = run_json(chaincor, "run", str(scene), "--potential", "lj", "--no-error")
     assert found["potential"] == "lj"
 
 
-def test_output_for_people(capsys):
-    status, out, _ = chaincor(capsys, *QUICK, "--timestep", "0.1")
+def test_output_for_people(chaincor):
+    status, out, _ = chaincor(*QUICK, "--timestep", "0.1")
     assert status == 0
     assert "restitution (energy)   eta = " in out
     assert "+-" in out
     assert "run by lammps: event wall, order6, H = 0.1" in out
 
 
-def test_arrays_dump_and_save(capsys, tmp_path):
+def test_arrays_dump_and_save(chaincor, tmp_path):
     arrays, dump, job = tmp_path / "a.npz", tmp_path / "m.dump", tmp_path / "job"
     found = run_json(
-        capsys,
+        chaincor,
         *QUICK,
         *["--arrays", str(arrays), "--dump", str(dump), "--save", str(job), "--timestep", "0.05"],
     )
@@ -161,8 +152,8 @@ BAD = [
 
 
 @pytest.mark.parametrize(("options", "line"), BAD, ids=[" ".join(o) for o, _ in BAD])
-def test_bad_input_is_status_2_and_one_line(capsys, options, line):
-    status, out, err = chaincor(capsys, "run", *options)
+def test_bad_input_is_status_2_and_one_line(chaincor, options, line):
+    status, out, err = chaincor("run", *options)
     assert status == 2
     assert out == ""
     assert err.count("\n") == 1
@@ -173,24 +164,24 @@ def test_bad_input_is_status_2_and_one_line(capsys, options, line):
 @pytest.mark.parametrize(
     "text", ["particles = ", "particles = -3", "colour = 1", "velocity = inf", '"a.b" = 2']
 )
-def test_a_bad_scene_file_is_status_2_and_one_line(capsys, tmp_path, text):
+def test_a_bad_scene_file_is_status_2_and_one_line(chaincor, tmp_path, text):
     path = tmp_path / "scene.toml"
     path.write_text(text)
-    status, out, err = chaincor(capsys, "run", str(path))
+    status, out, err = chaincor("run", str(path))
     assert (status, out, err.count("\n")) == (2, "", 1)
 
 
-def test_a_failed_run_is_status_1_and_one_line(capsys):
+def test_a_failed_run_is_status_1_and_one_line(chaincor):
     arguments = ["--potential", "harmonic", "--velocity", "0.8", "--timestep", "0.05"]
-    status, out, err = chaincor(capsys, "run", *arguments)
+    status, out, err = chaincor("run", *arguments)
     assert (status, out, err.count("\n")) == (1, "", 1)
     assert "pass through each other" in err
 
 
-def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(capsys):
+def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(chaincor):
     # At 1e-8 v* LAMMPS's coordinates leave about 1e-6 of eta.
     arguments = ["--particles", "20", "--speed", "1e-8", "--tolerance", "1e-12", "--json"]
-    status, out, err = chaincor(capsys, "run", *arguments)
+    status, out, err = chaincor("run", *arguments)
     assert status == 1
     found = json.loads(out)
     assert found["tolerance_met"] is False
@@ -200,37 +191,35 @@ def test_a_tolerance_that_rounding_forbids_is_status_1_with_the_number(capsys):
     assert "engine 'reference'" in err
 
 
-def test_what_would_take_days_is_refused_with_the_estimate(capsys):
-    status, out, err = chaincor(capsys, "run", "--particles", "1000000")
+def test_what_would_take_days_is_refused_with_the_estimate(chaincor):
+    status, out, err = chaincor("run", "--particles", "1000000")
     assert (status, out) == (2, "")
     assert "1000000 particles would take about" in err
     assert "days on one core; expected at most 24.0 h" in err
     assert err.rstrip().endswith("(see: chaincor explain CostError)")
 
 
-def test_a_file_of_another_command_is_named_as_such(capsys, tmp_path):
+def test_a_file_of_another_command_is_named_as_such(chaincor, tmp_path):
     path = tmp_path / "s.toml"
     for text, hint in [
         ("[scene]\nparticles = 3\n", "chaincor sweep FILE"),
         ("[units]\nstyle = 'metal'\n", "chaincor inputs FILE"),
     ]:
         path.write_text(text)
-        status, out, err = chaincor(capsys, "run", str(path))
+        status, out, err = chaincor("run", str(path))
         assert (status, out, err.count("\n")) == (2, "", 1)
         assert hint in err
 
 
-def test_a_soft_contact_that_lasts_for_hours_is_foreseen(capsys):
+def test_a_soft_contact_that_lasts_for_hours_is_foreseen(chaincor):
     soft = ("--engine", "reference", "--particles", "6", "--contact", "power")
-    status, _, err = chaincor(
-        capsys, "run", *soft, "--contact-stiffness", "1e-20", "--most-hours", "0.01"
-    )
+    status, _, err = chaincor("run", *soft, "--contact-stiffness", "1e-20", "--most-hours", "0.01")
     assert (status, "CostError" in err) == (2, True)
 
 
-def test_how_long_a_run_may_take_can_be_said(capsys):
-    status, _, err = chaincor(capsys, *QUICK, "--most-hours", "nan")
+def test_how_long_a_run_may_take_can_be_said(chaincor):
+    status, _, err = chaincor(*QUICK, "--most-hours", "nan")
     assert (status, "nan" in err) == (2, True)
-    status, _, err = chaincor(capsys, *QUICK, "--most-hours", "1e-9")
+    status, _, err = chaincor(*QUICK, "--most-hours", "1e-9")
     assert (status, "CostError" in err) == (2, True)
-    assert chaincor(capsys, *QUICK, "--most-hours", "1")[0] == 0
+    assert chaincor(*QUICK, "--most-hours", "1")[0] == 0

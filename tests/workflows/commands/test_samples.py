@@ -7,18 +7,17 @@ import pytest
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.collide_many import collide_many
 from chaincor.workflows.errors import RunError
-from tests.workflows.commands.test_run import chaincor
 
 WARM = ("run", "--potential", "toda", "--particles", "5", "--velocity", "0.08")
 WARM += ("--temperature", "1e-3", "--engine", "reference")
 
 
-def test_numbers_for_people_and_programs(capsys):
-    status, out, err = chaincor(capsys, *WARM, "--samples", "30")
+def test_numbers_for_people_and_programs(chaincor):
+    status, out, err = chaincor(*WARM, "--samples", "30")
     assert status == 0, err
     for name in ("mean", "quantile 50 %", "P(e > 1)", "precision", "0.08"):
         assert name in out
-    status, out, err = chaincor(capsys, *WARM, "--samples", "30", "--precision", "1e-3", "--json")
+    status, out, err = chaincor(*WARM, "--samples", "30", "--precision", "1e-3", "--json")
     assert status == 0, err
     found = json.loads(out)
     assert len(found["samples"]) == 30
@@ -40,33 +39,33 @@ def test_numbers_for_people_and_programs(capsys):
         ((*WARM, "--workers", "2"), "--workers goes with --samples"),
     ],
 )
-def test_what_makes_no_sense_is_refused_by_name(capsys, options, message):
-    status, out, err = chaincor(capsys, *options)
+def test_what_makes_no_sense_is_refused_by_name(chaincor, options, message):
+    status, out, err = chaincor(*options)
     assert status == 2
     assert out == ""
     assert message in err
 
 
-def test_samples_that_miss_their_tolerance_are_told(capsys):
+def test_samples_that_miss_their_tolerance_are_told(chaincor):
     # No number has so many digits.
     few = (*WARM, "--samples", "1", "--tolerance", "1e-15", "--json")
-    status, out, err = chaincor(capsys, *few)
+    status, out, err = chaincor(*few)
     assert status == 1
     assert json.loads(out)["inexact"] == 1
     assert "1 do not meet the tolerance; seed 1: the error reached is" in err
 
 
-def test_the_text_says_what_few_samples_do_not_tell(capsys):
-    status, out, err = chaincor(capsys, *WARM, "--samples", "1", "--precision", "1e-3")
+def test_the_text_says_what_few_samples_do_not_tell(chaincor):
+    status, out, err = chaincor(*WARM, "--samples", "1", "--precision", "1e-3")
     assert status == 0, err
     assert "one sample does not tell how many are needed" in out
-    status, out, err = chaincor(capsys, *WARM, "--samples", "4", "--precision", "10")
+    status, out, err = chaincor(*WARM, "--samples", "4", "--precision", "10")
     assert status == 0, err
     assert "mean of eta to 10: reached with 1 of these samples" in out
     assert "too few samples" in out
     # Steps so coarse that a bar reaches above 1.
     coarse = ("--scheme", "verlet", "--timestep", "0.6")
-    status, out, err = chaincor(capsys, *WARM, "--samples", "4", *coarse)
+    status, out, err = chaincor(*WARM, "--samples", "4", *coarse)
     assert "; for 1 the error bar leaves e > 1 open" in out, err
 
 

@@ -10,7 +10,6 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job_analysis.analyze import analyze
-from tests.workflows.commands.test_run import chaincor
 
 HARMONIC = Scene(potential="harmonic", particles=6, scheme="verlet", timestep=0.02, error=False)
 
@@ -23,9 +22,9 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_it_is_what_the_command_prints(capsys, folder):
+def test_it_is_what_the_command_prints(chaincor, folder):
     found = analyze(folder)
-    status, out, _ = chaincor(capsys, "analyze", str(folder), "--json")
+    status, out, _ = chaincor("analyze", str(folder), "--json")
     assert status == 0
     printed, analysed = json.loads(out), json.loads(json.dumps(to_json_object(found)))
     # What every object says of itself is the command's.

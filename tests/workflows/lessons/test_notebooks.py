@@ -13,7 +13,6 @@ from nbclient import NotebookClient
 from chaincor.workflows.lessons.notebooks import notebook
 from chaincor.workflows.lessons.pages import lesson_pages
 from tests.docs.documents import ROOT
-from tests.workflows.commands.test_run import chaincor
 
 PAGES = lesson_pages()
 PAGE = """# A lesson
@@ -200,9 +199,9 @@ def test_a_lesson_runs_from_a_clean_kernel(name, tmp_path, monkeypatch):
     assert sum("image/png" in text for text in shown) >= 1
 
 
-def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, capsys):
+def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, chaincor):
     folder = tmp_path / "lessons"
-    status, out, _ = chaincor(capsys, "lessons", "-o", str(folder))
+    status, out, _ = chaincor("lessons", "-o", str(folder))
     assert status == 0
     assert sorted(folder.iterdir()) == sorted(folder / f"{name}.ipynb" for name in PAGES)
     assert len(PAGES) == 9
@@ -210,17 +209,17 @@ def test_lessons_are_written_and_nothing_is_overwritten(tmp_path, capsys):
     kernel = json.loads((folder / "4_modes.ipynb").read_text())["metadata"]["kernelspec"]
     assert kernel["name"] == "python3"
     (folder / "4_modes.ipynb").write_text("mine")
-    status, _, err = chaincor(capsys, "lessons", "-o", str(folder))
+    status, _, err = chaincor("lessons", "-o", str(folder))
     assert status == 2
     assert "is there already; expected a new folder, or --force" in " ".join(err.split())
     assert (folder / "4_modes.ipynb").read_text() == "mine"
-    assert chaincor(capsys, "lessons", "-o", str(folder), "--solutions", "--force")[0] == 0
+    assert chaincor("lessons", "-o", str(folder), "--solutions", "--force")[0] == 0
     assert "Solution" in (folder / "4_modes.ipynb").read_text()
 
 
-def test_without_jupytext_it_says_what_to_install(tmp_path, capsys, monkeypatch):
+def test_without_jupytext_it_says_what_to_install(tmp_path, chaincor, monkeypatch):
     monkeypatch.setitem(sys.modules, "jupytext", None)
-    status, _, err = chaincor(capsys, "lessons", "-o", str(tmp_path / "lessons"))
+    status, _, err = chaincor("lessons", "-o", str(tmp_path / "lessons"))
     assert status == 1
     assert "pip install chaincor[notebook]" in " ".join(err.split())
     assert not (tmp_path / "lessons").exists()

@@ -10,6 +10,7 @@ import pytest
 from rocrate.rocrate import ROCrate
 
 from chaincor.workflows.pages.typesetting import mark_up
+from chaincor.workflows.reproduce import reproduction
 from chaincor.workflows.reproduce.measuring import run_into_store
 from chaincor.workflows.reproduce.paper import CLAIMS
 from chaincor.workflows.reproduce.plan import QUICK
@@ -39,10 +40,16 @@ TINY = replace(
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def reproduced(tmp_path_factory):
+    """Return the folder, and what its report holds."""
     folder = tmp_path_factory.mktemp("reproduction")
-    reproduce_paper(TINY, folder, run_into_store(folder / "results.sqlite", 2, progress=False))
-    return folder
+    run = run_into_store(folder / "results.sqlite", 2, progress=False)
+    return folder, reproduce_paper(TINY, folder, run)
+
+
+@pytest.fixture(scope="module")
+def folder(reproduced):
+    return reproduced[0]
 
 
 @pytest.mark.slow
@@ -70,6 +77,31 @@ def test_every_figure_and_verdict_is_there(folder):
     for reading in contents["readings"]:
         assert mark_up(reading["question"]) in page
     assert contents["slip_count"] in page
+
+
+@pytest.mark.slow
+def test_the_command_prints_curves_verdicts_and_where_the_report_is(
+    reproduced, chaincor, monkeypatch
+):
+    folder, contents = reproduced
+    monkeypatch.setattr(reproduction, "reproduce", lambda *_, **__: contents)
+    status, out, _ = chaincor("reproduce", "-o", folder)
+    assert status == 0
+    lines = out.splitlines()
+    curves = {(point["speed"], point["potential"]) for point in contents["curves"]}
+    for speed in TINY.curve_speeds:
+        (line,) = (line for line in lines if line.startswith(f"{speed:8.4g} "))
+        assert len(line.split()) == 1 + 2 * sum(at == speed for at, _ in curves)
+    for row in contents["verdicts"]:
+        assert any(x.startswith(f"{row['verdict']:<28} {row['claim']} ") for x in lines)
+    health = contents["health"]
+    assert f"{health['compared']} of {health['points']} points by LAMMPS and in-house" in out
+    assert lines[-1] == f"report: {folder / 'report.html'}"
+    status, out, _ = chaincor("reproduce", "-o", folder, "--json")
+    assert (status, out) == (0, (folder / "report.json").read_text(encoding="utf-8") + "\n")
+    # Nothing by LAMMPS: it is not what was asked for.
+    monkeypatch.setitem(health, "by_lammps", 0)
+    assert chaincor("reproduce", "-o", folder)[0] == 1
 
 
 @pytest.mark.slow

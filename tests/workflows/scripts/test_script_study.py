@@ -15,7 +15,6 @@ import pytest
 
 from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.errors import MissingLibraryError
 from chaincor.workflows.scripts import ladder_runs
@@ -84,14 +83,10 @@ def test_fixed_values_make_a_ladder_each(law):
     assert spans[0] / spans[1] == pytest.approx(100.0, rel=1e-6)
 
 
-@pytest.mark.slow
-def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
-    words = [str(law), "--observable", OBSERVABLE, "--phases", "3"]
+def test_the_command_line_prints_and_writes(law, tmp_path, chaincor):
+    words = ["timestep", law, "--observable", OBSERVABLE, "--phases", "3", "--tolerance", "1e-3"]
     out = tmp_path / "out"
-    status = cli._run(
-        ["timestep", *words, "--vary", "timestep=0.1:0.02:4", "--tolerance", "1e-3", "-o", str(out)]
-    )
-    text = capsys.readouterr().out
+    status, text, _ = chaincor(*words, "--vary", "timestep=0.1:0.02:4", "-o", out)
     assert status == 0
     assert "verdict      regular" in text
     assert "lmp -var timestep 0.09" in text  # h^2/10 = 1e-3 at 0.1, less three scatters
@@ -117,10 +112,11 @@ def test_the_command_line_prints_and_writes(law, tmp_path, capsys):
         (["no.in", "--observable", "x = (.*)", "--vary", "a=1:9:4"], "expected a file"),
     ],
 )
-def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, capsys, arguments, said):
+def test_options_that_do_not_go_together(law, tmp_path, monkeypatch, chaincor, arguments, said):
     monkeypatch.chdir(tmp_path)
-    assert cli._run(["timestep", *arguments]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    status, _, err = chaincor("timestep", *arguments)
+    assert status == 2
+    (line,) = err.strip().splitlines()
     assert said in line
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from chaincor import timestep_study
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows import cli
 from chaincor.workflows.engines.lammps.library import find_lmp_command
 from chaincor.workflows.scripts.change import Change
 from chaincor.workflows.scripts.description import describe_script_study, notes
@@ -210,11 +209,12 @@ def test_a_script_as_it_stands_gets_values_and_advice(spring, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_command_answers_without_a_word(tmp_path, capsys, monkeypatch):
+def test_the_command_answers_without_a_word(tmp_path, chaincor, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "in.x").write_text(SPRING + "timestep 0.1\nrun 400\n")
-    assert cli._run(["timestep", "in.x", "--phases", "3", "-o", "out", "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
+    status, out, _ = chaincor("timestep", "in.x", "--phases", "3", "-o", "out", "--json")
+    plain = json.loads(out)
+    assert status == 0
     names = [each["name"] for each in plain["observables"]]
     assert names == ["etotal:drift", "etotal:fluctuation", "temp:mean", "pe:mean", "press:mean"]
     # The spring's own energy is not of etotal: there remains m v^2/2, sampled 100 times from 20 on.

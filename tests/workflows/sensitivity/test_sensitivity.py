@@ -9,7 +9,6 @@ import pytest
 from chaincor import Scene, UserBond, collide
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.cli import main
 from chaincor.workflows.engines.in_house import stepping
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity import trace as tracing
@@ -224,14 +223,12 @@ def test_refusals_have_names(monkeypatch):
         _ = odd.sensitivity
 
 
-def test_the_command_prints_it(capsys):
+def test_the_command_prints_it(chaincor):
     asked = ["run", "--potential", "toda", "--particles", "4", "--engine", "reference"]
     asked += ["--target-particles", "2", "--contact", "power", "--contact-exponent", "2"]
     for extra in (["--json"], []):
-        with pytest.raises(SystemExit) as left:
-            main([*asked, "--sensitivity", *extra])
-        out = capsys.readouterr().out
-        assert left.value.code == 0
+        status, out, _ = chaincor(*asked, "--sensitivity", *extra)
+        assert status == 0
         if extra:
             found = json.loads(out)["sensitivity"]
             assert len(found["masses"]) == 4

@@ -7,7 +7,6 @@ import pytest
 
 from chaincor import check_table
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.workflows import cli
 from chaincor.workflows.tables.check import TableReport
 
 
@@ -271,7 +270,7 @@ def test_lines_beyond_all_need_are_refused(tmp_path, monkeypatch):
         check_table(write(tmp_path / "t.table"))
 
 
-def test_keywords_of_the_header_in_any_order_and_eq_is_kept(tmp_path):
+def test_keywords_of_the_header_in_any_order_and_eq_is_kept(tmp_path, chaincor):
     path = write(tmp_path / "t.table", head={"EQ": [1.0]})
     text = path.read_text()
     line = next(line for line in text.splitlines() if line.startswith("N "))
@@ -279,39 +278,42 @@ def test_keywords_of_the_header_in_any_order_and_eq_is_kept(tmp_path):
     path.write_text(text.replace(line, " ".join([*words[2:], *words[:2]])))
     assert check_table(path).is_good
     new = tmp_path / "new.table"
-    assert cli._run(["table", str(path), "--write", str(new)]) == 0
+    assert chaincor("table", path, "--write", new)[0] == 0
     assert "EQ 1" in new.read_text()
     assert check_table(new).is_good
 
 
-def test_the_command_says_good_and_faulty(tmp_path, capsys):
+def test_the_command_says_good_and_faulty(tmp_path, chaincor):
     good, faulty = write(tmp_path / "good.table"), write(tmp_path / "faulty.table", rows=12)
-    assert cli._run(["table", str(good), "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
+    status, out, _ = chaincor("table", good, "--json")
+    plain = json.loads(out)
+    assert status == 0
     assert (plain["rows"], plain["faults"]) == (400, [])
     assert 0.0 < plain["error"] < 1e-3
     assert set(TableReport.__dataclass_fields__) <= set(plain)
-    assert cli._run(["table", str(faulty), "--tolerance", "1e-3"]) == 1
-    assert "12 rows leave an error" in capsys.readouterr().out
-    assert cli._run(["table", str(faulty)]) == 0
-    assert "verdict  consistent, with an error of" in capsys.readouterr().out
-    assert cli._run(["table", str(tmp_path / "none.table")]) == 2
-    assert cli._run(["table", str(good), "--rows", "9"]) == 2
-    capsys.readouterr()
+    status, out, _ = chaincor("table", faulty, "--tolerance", "1e-3")
+    assert status == 1
+    assert "12 rows leave an error" in out
+    status, out, _ = chaincor("table", faulty)
+    assert status == 0
+    assert "verdict  consistent, with an error of" in out
+    assert chaincor("table", tmp_path / "none.table")[0] == 2
+    assert chaincor("table", good, "--rows", "9")[0] == 2
 
 
 @pytest.mark.parametrize("kind", FUNCTIONS)
-def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, capsys):
+def test_what_is_written_is_a_good_table_of_the_same_force(tmp_path, kind, chaincor):
     """Energies of another unit are what is wrong; forces, whose spline has 400 rows, are kept."""
     path = write(tmp_path / "t.table", kind, spoil=lambda d, h: d * [1, 4.184, 1])
     new = tmp_path / "new.table"
-    words = ["table", str(path), "--kind", kind, "--write", str(new), "--rows", "1000"]
-    assert cli._run(words) == 1
+    words = ["table", path, "--kind", kind, "--write", new, "--rows", "1000"]
+    assert chaincor(*words)[0] == 1
     report = check_table(new, kind=kind)
     assert report.faults == ()
     assert report.rows == 1000
     rows = np.array([x.split()[1:] for x in new.read_text().splitlines()[3:]], dtype=float)
     exact = FUNCTIONS[kind][0](rows[:, 0])[1]
     assert rows[:, 2] == pytest.approx(exact, abs=1e-5 * report.largest_force)
-    assert cli._run(words) == 2
-    assert "is there already" in capsys.readouterr().err
+    status, _, err = chaincor(*words)
+    assert status == 2
+    assert "is there already" in err

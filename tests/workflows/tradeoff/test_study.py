@@ -5,18 +5,14 @@ import json
 import math
 
 import pytest
-from click.testing import CliRunner
 
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.commands.tradeoff import tradeoff as command
 from chaincor.workflows.tradeoff import study as study_module
 from chaincor.workflows.tradeoff.description import describe_study
 from chaincor.workflows.tradeoff.front import describe
 from chaincor.workflows.tradeoff.study import Plan, bare_scene, tradeoff
 from chaincor.workflows.tradeoff.study_files import to_dict, write_study
 from tests.page_checks import check_file_list, read_page, words_of
-
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +30,7 @@ def study(heard):
         return tradeoff(scene, quick=True, progress=lambda *said: heard.append(said))
 
 
+@pytest.mark.slow
 def test_the_truth_has_a_bar_far_below_what_is_measured(study):
     assert study.truth.restitution_error < 1e-12
     assert study.truth.last_contact_time_error < 1e-9
@@ -41,6 +38,7 @@ def test_the_truth_has_a_bar_far_below_what_is_measured(study):
     assert study.truth.restitution_error < best
 
 
+@pytest.mark.slow
 def test_progress_goes_from_nothing_to_all(study, heard):
     assert study.measurements
     done = [fraction for _, fraction in heard]
@@ -49,6 +47,7 @@ def test_progress_goes_from_nothing_to_all(study, heard):
     assert len(done) > 20
 
 
+@pytest.mark.slow
 def test_the_stock_wall_is_shown_with_its_phases_and_loses(study):
     stock = [m for m in study.measurements if m.setting.series.wall == "reflect"]
     assert all(len(m.errors) == 8 for m in stock)
@@ -62,6 +61,7 @@ def test_the_stock_wall_is_shown_with_its_phases_and_loses(study):
     assert min(m.worst_error for m in stock) > 10.0 * finest.worst_error
 
 
+@pytest.mark.slow
 def test_steps_of_order_eight_converge_as_they_should(study):
     errors = {
         m.setting.timestep: m.median_error
@@ -74,6 +74,7 @@ def test_steps_of_order_eight_converge_as_they_should(study):
     assert 6.0 < slope < 10.5
 
 
+@pytest.mark.slow
 def test_the_advice_is_for_the_scenes_tolerance(study):
     assert study.advice.startswith("1e-07 costs ")
     text = describe_study(study)
@@ -83,6 +84,7 @@ def test_the_advice_is_for_the_scenes_tolerance(study):
     assert study.scene == bare_scene(Scene(particles=5))
 
 
+@pytest.mark.slow
 def test_files_hold_what_was_measured(study, tmp_path):
     write_study(study, tmp_path / "out")
     plain = json.loads((tmp_path / "out" / "tradeoff.json").read_text())
@@ -109,22 +111,22 @@ def test_files_hold_what_was_measured(study, tmp_path):
     assert study.scene.sha256 in page
 
 
-def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, monkeypatch):
+def test_the_command_prints_the_advice_and_writes_the_files(tmp_path, chaincor, monkeypatch):
     monkeypatch.setattr(study_module, "QUICK", Plan(0.5, 1.0, stock_budget=False))
-    done = CliRunner().invoke(
-        command, ["--quick", "--particles", "3", "-o", str(tmp_path / "out"), "--json"]
-    )
-    assert done.exit_code == 0, done.output
-    assert "costs" in json.loads(done.stdout)["advice"] or "beyond" in done.stdout
+    words = ("--quick", "--particles", "3", "-o", tmp_path / "out", "--json")
+    status, out, err = chaincor("tradeoff", *words)
+    assert status == 0, err
+    assert "costs" in json.loads(out)["advice"] or "beyond" in out
     assert (tmp_path / "out" / "work_precision.png").exists()
 
 
-def test_calibration_goes_to_the_users_settings(tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_calibration_goes_to_the_users_settings(tmp_path, chaincor, monkeypatch):
     from chaincor.workflows.accuracy import cost_model
 
     path = tmp_path / "settings" / "cost_model.json"
     monkeypatch.setattr(cost_model, "user_cost_model_path", lambda: path)
-    done = CliRunner().invoke(command, ["--calibrate"])
-    assert done.exit_code == 0, done.output
-    assert str(path) in done.output
+    status, out, err = chaincor("tradeoff", "--calibrate")
+    assert status == 0, err
+    assert str(path) in out + err
     assert json.loads(path.read_text())["stage"] > 0.0

