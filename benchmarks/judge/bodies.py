@@ -194,7 +194,8 @@ def run_once(
     share : float
         Of the natural step.
     multiple : float
-        Until when, in times from the first to the last contact; 40 crossings of sound at least.
+        Until when, in times from the first contact to the end of the last; 40 crossings of sound
+        at least.
     most_steps : int
         When to give up.
 

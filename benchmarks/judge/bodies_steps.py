@@ -124,7 +124,7 @@ def run_steps(
     ahead, behind = count - 1 + first, count - 2 + first
     soft = contact[0] > 0.0
     z, slopes = np.empty(y.shape[0]), np.empty((b.shape[0], y.shape[0]))
-    now, hits, touching = 0.0, 0, False
+    now, last, hits, touching = 0.0, 0.0, 0, False
     longest = 1e300
     ceiling = _EXPLODED * most_energy
     for steps in range(most_steps):
@@ -136,6 +136,7 @@ def run_steps(
                 return LOST, now, hits, steps
             times[hits] = now
             hits += 1
+            last = now
             if soft:
                 touching = True
             else:
@@ -145,7 +146,7 @@ def run_steps(
                 opening = -opening
         if hits > 0:
             begun = times[0]
-            if now - begun > max(least, multiple * (times[hits - 1] - begun)) and not touching:
+            if now - begun > max(least, multiple * (last - begun)) and not touching:
                 return DONE, now, hits, steps
         natural = share * _natural_step(y, inverse, gap, law, contact, touching)
         if natural > 1e100 and touching:
@@ -194,6 +195,8 @@ def run_steps(
             y[:] = z
             now += t
             y[gap] = 0.0
+            if touching:
+                last = now  # soft bodies may have touched for long
             touching = False
             continue
         y[:] = z
