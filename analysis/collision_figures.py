@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from chaincor.analysis.modes import mode_energies
+from chaincor.analysis.modes import are_equal, mode_energies
 from chaincor.analysis.results import BodyAnalysis, CollisionAnalysis
 from chaincor.analysis.shown_series import (
     along_the_line,
     describe,
     energy_at_impact,
     energy_series,
-    has_equal_masses,
     mode_theory,
 )
 
@@ -56,7 +55,7 @@ def draw_figures(analysis: CollisionAnalysis, folder: Path) -> None:
     if not analysis.soft:
         figure, (upper, lower) = new_figure(2, 1, figsize=(6.0, 5.2), sharex=True)
         # What two particles do that meet a wall.
-        alike = has_equal_masses(analysis) and not targets
+        alike = are_equal(analysis.masses) and not targets
         plot_contact_intervals(analysis.contact_times, stiffness=light if alike else None, ax=upper)
         plot_contact_speeds(analysis.contact_speeds, analysis.velocity, pair_line=alike, ax=lower)
         upper.set_xlabel("")

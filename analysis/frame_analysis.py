@@ -19,7 +19,7 @@ from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.followed import Followed, follow
 from chaincor.analysis.known import CHAIN_AND_WALL, NOTHING_KNOWN, Known
-from chaincor.analysis.modes import anharmonic_remainder, mode_energies, mode_frequencies
+from chaincor.analysis.modes import anharmonic_remainder, are_equal, mode_energies, mode_frequencies
 from chaincor.analysis.restitution import (
     EnergySplit,
     bond_strains,
@@ -160,7 +160,7 @@ def _ending(seen: Followed, known: Known) -> Ending:
         known.bond is not None
         and known.end_argument is not None
         and known.bodies == CHAIN_AND_WALL
-        and np.all(masses == masses[0])
+        and are_equal(masses)
     ):
         # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.
         root = float(np.sqrt(masses[0]))

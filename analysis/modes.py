@@ -50,7 +50,7 @@ def mode_frequencies(
         Angular frequencies, rising from 0.
     """
     m = None if masses is None else np.asarray(masses, dtype=float)
-    if m is not None and not _are_equal(m):
+    if m is not None and not are_equal(m):
         return np.concatenate(([0.0], _strain_modes(m, stiffness)[0]))
     mass = 1.0 if m is None else m[0]
     return 2.0 * np.sqrt(stiffness / mass) * np.sin(0.5 * np.pi * np.arange(particles) / particles)
@@ -159,7 +159,7 @@ def mode_energies(
         far, or broken, these energies mean nothing: see :func:`kinetic_mode_energies`. Modes that
         :func:`indistinct_modes` names have the mean of their energies each.
     """
-    if masses is not None and not _are_equal(np.asarray(masses, dtype=float)):
+    if masses is not None and not are_equal(np.asarray(masses, dtype=float)):
         return _unequal_energies(displacements, velocities, stiffness, np.asarray(masses, float))
     mass = 1.0 if masses is None else float(np.asarray(masses, dtype=float)[0])
     energies = 0.5 * mass * mode_amplitudes(velocities) ** 2
@@ -194,7 +194,8 @@ def kinetic_mode_energies(velocities: ArrayLike, masses: ArrayLike | None = None
     return mode_energies(np.zeros(v.shape), v, masses=masses)
 
 
-def _are_equal(masses: Array) -> bool:
+def are_equal(masses: Array) -> bool:
+    """Return whether all particles have the same mass."""
     return bool(np.all(masses == masses[0]))
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from chaincor.analysis.modes import are_equal
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.theory import measured_contacts_energies
 from chaincor.lammps_inputs.arrays import Array
@@ -15,7 +16,7 @@ def describe(analysis: CollisionAnalysis) -> str:
     else:
         speed = f"$v_0$ = {analysis.velocity / bond.natural_speed:.4g} $v^*$"
     name = "bond not known" if bond is None else bond.name
-    unequal = "" if has_equal_masses(analysis) else ", unequal masses"
+    unequal = "" if are_equal(analysis.masses) else ", unequal masses"
     return f"{name}, $n$ = {analysis.particles}{unequal}{analysis.against}, {speed}"
 
 
@@ -58,7 +59,7 @@ def along_the_line(analysis: CollisionAnalysis) -> tuple[Array, Array]:
 def mode_theory(analysis: CollisionAnalysis) -> Array | None:
     """Return the Basile-Dumont energies with this collision's count, mean interval and speed."""
     # The formula has the modes of equal masses, and a wall.
-    if not has_equal_masses(analysis) or analysis.target is not None:
+    if not are_equal(analysis.masses) or analysis.target is not None:
         return None
     return measured_contacts_energies(
         analysis.particles,
@@ -76,8 +77,3 @@ def energy_at_impact(analysis: CollisionAnalysis) -> float:
     if analysis.target is not None:
         mass /= 1.0 + mass / float(np.sum(analysis.target.masses))
     return 0.5 * mass * analysis.velocity**2 * bound
-
-
-def has_equal_masses(analysis: CollisionAnalysis) -> bool:
-    """Return whether all particles of the chain are alike."""
-    return bool(np.all(analysis.masses == analysis.masses[0]))

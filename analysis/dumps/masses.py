@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.data_file import DeclaredMasses
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import InputError
 
@@ -101,7 +102,7 @@ def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Arr
     Half a unit of the last digit; 0 where the masses are not those of a column, or all alike, which
     restitution does not depend on.
     """
-    if MASS_COLUMN not in frame.columns or np.all(masses == masses[0]):
+    if MASS_COLUMN not in frame.columns or are_equal(masses):
         return np.zeros(masses.size)
     printed = layout.from_the_wall(frame.column(MASS_COLUMN))
     if not np.array_equal(masses, printed):

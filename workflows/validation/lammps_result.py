@@ -5,13 +5,12 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
 from chaincor.analysis.dumps.run_commands import RunCommands
 from chaincor.analysis.dumps.timestep import read_first_timestep
 from chaincor.analysis.job_dump import view_of
 from chaincor.analysis.job_folder import find_job
+from chaincor.analysis.modes import are_equal
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, Scene
@@ -112,7 +111,7 @@ def _scene_told(analysis: CollisionAnalysis) -> Scene | None:
     """Return the scene of a run whose script says that its bonds are springs."""
     if analysis.bond is None or not analysis.bond.is_harmonic or analysis.target is not None:
         return None
-    alike = bool(np.all(analysis.masses == analysis.masses[0]))
+    alike = are_equal(analysis.masses)
     masses = None if alike else tuple(map(float, analysis.masses))
     return Scene(
         potential="harmonic",

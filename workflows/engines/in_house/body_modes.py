@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.free_modes import free_modes
-from chaincor.analysis.modes import mode_frequencies
+from chaincor.analysis.modes import are_equal, mode_frequencies
 
 Array = NDArray[np.float64]
 
@@ -88,11 +88,6 @@ class BodyModes:
             moving = np.concatenate(([0.0], amplitudes))
             return idct(moving, type=2, norm="ortho") / self.masses[0] ** 0.5
         return (self._modes.particles @ amplitudes) / np.sqrt(self.masses)
-
-
-def are_equal(masses: Array) -> bool:
-    """Return whether all particles have the same mass."""
-    return bool(np.all(masses == masses[0]))
 
 
 def body_modes(masses: Array, stiffness: float) -> BodyModes:

@@ -21,11 +21,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.analysis.modes import are_equal
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL, are_equal
+from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL
 from chaincor.workflows.engines.in_house.finish import LastContact, finish
 from chaincor.workflows.engines.in_house.mode_flight import (
     ModalBodies,
