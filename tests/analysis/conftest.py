@@ -174,3 +174,16 @@ class DumpWriter:
 @pytest.fixture
 def dump_writer(tmp_path):
     return DumpWriter(tmp_path)
+
+
+@pytest.fixture
+def bounce(tmp_path):
+    """Return a function that writes three frames of a particle which comes with 0.1 and leaves."""
+
+    def write(speed):
+        states = enumerate([(0.15, -0.1), (0.05, -0.1), (0.05, speed)])
+        frames = (frame_text(step, [(1, x, v)], "id x vx") for step, (x, v) in states)
+        (tmp_path / "one").write_text("".join(frames))
+        return tmp_path / "one"
+
+    return write

@@ -152,16 +152,8 @@ def test_history_is_bounded_and_reaches_the_end(harmonic20, dump_writer):
     assert history.bond_min.min() <= 1.0 + np.diff(u, axis=1).min()
 
 
-def test_a_single_particle_bounces_perfectly(dump_writer):
-    frames = []
-    for step, (x, v) in enumerate([(0.15, -0.1), (0.05, -0.1), (0.05, 0.1)]):
-        frames.append(
-            f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff pp pp\n"
-            f"0 9\n0 1\n0 1\nITEM: ATOMS id x vx\n1 {x} {v}\n"
-        )
-    path = dump_writer.folder / "one"
-    path.write_text("".join(frames))
-    analysis = analyze(path, timestep=1.0)
+def test_a_single_particle_bounces_perfectly(bounce):
+    analysis = analyze(bounce(0.1), timestep=1.0)
     assert analysis.restitution == 1.0
     assert analysis.contacts == 1
     assert analysis.mode_energies.shape == (1,)

@@ -121,16 +121,8 @@ def test_what_is_not_one_open_chain_is_refused(harmonic20, dump_writer, bonds):
         analyze_job(find_job(path.parent))
 
 
-def test_restitution_above_one_is_a_contradiction(dump_writer):
-    frames = []
-    for step, (x, v) in enumerate([(0.15, -0.1), (0.05, -0.1), (0.05, 0.11)]):
-        frames.append(
-            f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n1\nITEM: BOX BOUNDS ff pp pp\n"
-            f"0 9\n0 1\n0 1\nITEM: ATOMS id x vx\n1 {x} {v}\n"
-        )
-    path = dump_writer.folder / "one"
-    path.write_text("".join(frames))
-    analysis = analyze_frames(Dump(path), Known(timestep=1.0))
+def test_restitution_above_one_is_a_contradiction(bounce):
+    analysis = analyze_frames(Dump(bounce(0.11)), Known(timestep=1.0))
     assert analysis.restitution == pytest.approx(1.21)
     assert "restitution is above 1 by 2.1e-01" in analysis.contradictions[0]
     assert analysis.contradictions[0] in analysis.caveats

@@ -3,9 +3,8 @@
 import re
 
 import pytest
-from click.testing import CliRunner
 
-from chaincor.workflows.cli import COMMANDS, program
+from chaincor.workflows.cli import COMMANDS
 from tests.docs.documents import DOCUMENTS, ROOT, run_document
 
 LESSONS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
@@ -34,11 +33,10 @@ def test_all_lessons_in_order_in_one_folder(tmp_path):
 
 
 @pytest.mark.slow
-def test_what_help_prints_can_be_typed(tmp_path):
-    runner = CliRunner()
+def test_what_help_prints_can_be_typed(tmp_path, chaincor):
     examples = []
     for name in COMMANDS:
-        printed = runner.invoke(program, [name, "--help"], prog_name="chaincor").output
+        _, printed, _ = chaincor(name, "--help")
         examples += re.findall(r"^ {2,}(chaincor (?!COMMAND|\[).*)", printed, re.MULTILINE)
     assert len(examples) >= 6
     page = tmp_path / "page.md"
@@ -47,7 +45,7 @@ def test_what_help_prints_can_be_typed(tmp_path):
         + "".join(f"$ {example}\n" for example in examples)
         + "$ chaincor inputs --particles 5 -o DIR\n"
         + "$ "
-        + re.search(r"`(\(cd DIR .*?\))`", runner.invoke(program, ["inputs", "--help"]).output)[1]
+        + re.search(r"`(\(cd DIR .*?\))`", chaincor("inputs", "--help")[1])[1]
         + "\n```\n"
     )
     (tmp_path / "run").mkdir()

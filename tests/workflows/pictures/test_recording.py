@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.commands.run import run
 from chaincor.workflows.pictures import recording
 from chaincor.workflows.pictures.recording import record_motion
 
@@ -25,18 +23,17 @@ def test_frames_are_regular_and_end_as_the_collision_does(fields):
 
 
 @pytest.mark.slow
-def test_run_writes_a_moving_picture(tmp_path, monkeypatch):
+def test_run_writes_a_moving_picture(tmp_path, chaincor, monkeypatch):
     # Three pictures show what a hundred would, in a thirtieth of the time.
     monkeypatch.setattr(recording.write_animation, "__defaults__", (3,))
     file = tmp_path / "motion.gif"
-    done = CliRunner().invoke(
-        run, ["--particles", "5", "--engine", "reference", "--animate", str(file)]
-    )
-    assert done.exit_code == 0, done.output
+    scene = ("--particles", "5", "--engine", "reference")
+    status, _, err = chaincor("run", *scene, "--animate", file)
+    assert status == 0, err
     assert file.read_bytes().startswith(b"GIF89a")
 
 
-def test_another_ending_is_refused_before_anything_runs():
-    done = CliRunner().invoke(run, ["--animate", "motion.avi"])
-    assert done.exit_code == 2
-    assert "expected a name in .gif or .mp4" in done.output
+def test_another_ending_is_refused_before_anything_runs(chaincor):
+    status, _, err = chaincor("run", "--animate", "motion.avi")
+    assert status == 2
+    assert "expected a name in .gif or .mp4" in err

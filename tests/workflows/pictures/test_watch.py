@@ -3,12 +3,10 @@
 import io
 
 import pytest
-from click.testing import CliRunner
 from rich.console import Console
 
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.collision import collide
-from chaincor.workflows.commands.run import run
 from chaincor.workflows.pictures import watch as watching
 from chaincor.workflows.pictures.recording import follow_to_the_end
 
@@ -25,20 +23,20 @@ def test_the_headings_count_contacts_and_end_with_the_restitution():
     assert float(headings[-1][6]) == pytest.approx(100.0 * result.restitution, abs=0.06)
 
 
-def test_it_draws_in_a_terminal(monkeypatch):
+def test_it_draws_in_a_terminal(chaincor, monkeypatch):
     monkeypatch.setattr(watching, "_SECONDS", 0.2)
     monkeypatch.setattr(watching, "find_terminal", lambda: console)
     drawn = io.StringIO()
     console = Console(file=drawn, force_terminal=True, width=70)
-    done = CliRunner().invoke(run, ["--particles", "5", "--engine", "reference", "--watch"])
-    assert done.exit_code == 0, done.output
+    status, out, err = chaincor("run", "--particles", "5", "--engine", "reference", "--watch")
+    assert status == 0, err
     # 0.2 s are three pictures, and the last is drawn once more; a busy machine skips some.
     assert 1 <= drawn.getvalue().count("contacts") <= 4
-    assert "restitution" in done.output
+    assert "restitution" in out
 
 
-def test_without_a_terminal_nothing_runs(monkeypatch):
+def test_without_a_terminal_nothing_runs(chaincor, monkeypatch):
     monkeypatch.setattr("chaincor.workflows.collision.collide", None)  # calling it would raise
-    done = CliRunner().invoke(run, ["--watch"])
-    assert done.exit_code != 0
-    assert "--animate" in str(done.exception)
+    status, _, err = chaincor("run", "--watch")
+    assert status == 2
+    assert "--animate" in err
