@@ -7,7 +7,7 @@ from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.convergence import modal_error
 from chaincor.workflows.accuracy.fixed_steps import meet_with_fixed_steps
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.accuracy.irregular import IRREGULAR_SCHEME, refine_irregularly
+from chaincor.workflows.accuracy.irregular import refine_irregularly
 from chaincor.workflows.accuracy.refining import Policy, Try, refine, told
 from chaincor.workflows.accuracy.rounding_sensitivity import find_rounding_sensitivity
 from chaincor.workflows.accuracy.step_guess import is_smooth, sharpness
@@ -75,7 +75,7 @@ def _as_spheres(scene: Scene, deviation: float) -> Answer:
 
 def _meet_irregularly(scene: Scene, goal: float, sensitivity: float) -> Answer:
     """Refine without trust in an order: bonds of users may have kinks."""
-    found = refine_irregularly(scene, goal, IRREGULAR_SCHEME, rounding_error("reference", scene))
+    found = refine_irregularly(scene, goal, rounding_error("reference", scene))
     if found.stalled or rounding_matters("reference", scene, goal):
         sensitivity = sensitivity or find_rounding_sensitivity(scene)
     details = {

@@ -59,7 +59,7 @@ def converge(scene: Scene, goal: float) -> Converged:
     if is_smooth(scene):
         found = refine_regularly(scene, goal, _SCHEME, floor, None)
     else:
-        found = refine_irregularly(scene, goal, _SCHEME, floor)
+        found = refine_irregularly(scene, goal, floor)
     eta, error = eta_of(scene, found.fine), found.error + floor
     return Converged(found.fine, found.proofs[-1], eta, error, found.seconds, found.kinked)
 

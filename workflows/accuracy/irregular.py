@@ -31,7 +31,7 @@ from chaincor.workflows.errors import RunError
 COARSER = (2.0, 1.86, 1.73, 1.61)
 KINKED_SHARE = 1.5
 # Where no order can be relied on, a composition errs least between its evaluations.
-IRREGULAR_SCHEME: StepSchemeName = "order8"
+_SCHEME: StepSchemeName = "order8"
 # Where no kink was found, half as much as order 2 would need is taken at any order.
 _SEEMINGLY_SMOOTH_SHARE = 1.0
 # A scheme of higher order whose error falls no faster than this, twice, meets kinks nobody named.
@@ -67,16 +67,16 @@ def least_step(scene: Scene, scheme: StepSchemeName, duration: float) -> float:
     return duration * parts.evaluations / steps
 
 
-def refine_irregularly(scene: Scene, goal: float, scheme: StepSchemeName, floor: float) -> Refined:
+def refine_irregularly(scene: Scene, goal: float, floor: float) -> Refined:
     """
     Refine the in-house integrator until its error is below a goal, or costs too much.
 
-    `scheme` is for bonds that seem smooth: where they meet kinks, and where its order is not seen,
-    Verlet steps are taken instead. `floor` is the error from rounding, below which finer steps buy
-    nothing. Raises RunError, what stopped the finest runs.
+    Where bonds meet kinks, and where no order is seen, Verlet steps are taken. `floor` is the error
+    from rounding, below which finer steps buy nothing. Raises RunError, what stopped the finest
+    runs.
     """
     kinked = meets_kinks(scene)
-    search = _Search(scene, goal, floor, "verlet" if kinked else scheme, kinked)
+    search = _Search(scene, goal, floor, "verlet" if kinked else _SCHEME, kinked)
     step = 0.5 * guess_step(scene, search.scheme, STEP_SHARE * search.reachable / search.share)
     # Sound crosses the chain and comes back: about as long as most collisions take.
     crossings = 2.0 * scene.span / scene.slow_stiffness**0.5
@@ -123,7 +123,7 @@ class _Search:
         anew = scheme != "verlet" and self.lost == 2 and scene.line.smooth
         if anew:
             self.scheme, self.kinked = "verlet", True
-            smaller = step / STEP_SCHEMES["order8"].evaluations
+            smaller = step / STEP_SCHEMES[_SCHEME].evaluations
         else:
             smaller = step * by_order(STEP_SHARE * self.reachable, error, order, 0.2)
             smaller = max(smaller, least)

