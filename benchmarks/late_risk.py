@@ -20,7 +20,7 @@ import numpy as np
 from chaincor.analysis.distribution import wilson_interval
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import quiet_time, return_risk
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
 
@@ -54,10 +54,10 @@ def trials_of(scene: Scene) -> list[Trial]:
     while True:
         goal = int(moving.ledger["steps"]) + math.ceil(LOOKS * crossing / STEP)
         status = moving.advance(stepper, goal)
-        while status == motion.FULL:
+        while status == bookkeeping.FULL:
             moving.make_room()
             status = moving.advance(stepper, goal)
-        if status != motion.DONE:
+        if status != bookkeeping.DONE:
             return found  # bonds that Verlet steps do not resolve
         now, last = int(moving.ledger["steps"]) * STEP, float(moving.ledger["last_contact"])
         if int(moving.ledger["contacts"]) != contacts:

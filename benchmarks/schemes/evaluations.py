@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.schemes.candidates import CANDIDATES, Array, Candidate, State
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.convergence import converge, exact_modes
-from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS, build_contact_search
 
 SCENES = {
     "lj 0.1 v*": {"potential": "lj", "speed": 0.1},
@@ -51,6 +51,7 @@ def collide(candidate: Candidate, scene: Scene, step: float, last: float) -> tup
         return first(candidate.take_step(start, time, forces))
 
     find_contact = build_contact_search(probe=probe, register=lambda function: function)
+    ledger = np.zeros(1, np.dtype(SEARCH_FIELDS)).view(np.recarray)[0]
     substeps = 0
     for _ in range(math.ceil(last / step)):
         left = step
@@ -59,7 +60,7 @@ def collide(candidate: Candidate, scene: Scene, step: float, last: float) -> tup
             end = candidate.take_step(state, left, forces)
             if not np.isfinite(end[0]):
                 return np.nan, substeps
-            time = find_contact(left, first(state), first(end), state)
+            time = find_contact(left, first(state), first(end), ledger, state)
             if time < 0.0:
                 state = end
                 break

@@ -160,7 +160,7 @@ def build_split_step(stages: Any) -> Callable:
         parameters = rule.parameters
         strain, velocity = new
         count = kicks.shape[0]
-        position += drifts[0] * step * old.velocity[0]
+        position += drifts[0] * step * old[1][0]
         reach = min(bonds, wanted + count)
         first(old, strain, velocity, reach, drifts[0] * step, kicks[0] * step, parameters)
         for k in range(1, count):
@@ -192,14 +192,14 @@ def build_extrapolated_step(stages: Any) -> Callable:
         parameters = rule.parameters
         wanted = min(bonds, wanted)
         strain, velocity = trial
-        copy(old.strain, old.velocity, new, wanted)
+        copy(old[0], old[1], new, wanted)
         moved = 0.0
         for row in range(weights.shape[0]):
             weight = weights[row]
             count = int(counts[row])
             short = step / count
             half = 0.5 * short
-            distance = half * old.velocity[0]
+            distance = half * old[1][0]
             first(old, strain, velocity, min(bonds, wanted + count), half, short, parameters)
             for left in range(count - 1, 0, -1):
                 distance += short * velocity[0]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.analysis.pair_theory import compressed_strain
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.follow import STEP
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
@@ -126,7 +126,7 @@ class _Flight:
         goal = math.ceil(time / self._stepper.step)
         if not self._hits_wall and goal > 0:
             status = self._chain.advance(self._stepper, goal)
-            self._hits_wall = status != motion.DONE or bool(self._chain.ledger.contacts > 0)
+            self._hits_wall = status != bookkeeping.DONE or bool(self._chain.ledger.contacts > 0)
         return not self._hits_wall
 
     def average(self, duration: float) -> tuple[Array, float]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping, motion
 from chaincor.workflows.engines.in_house.line_kinds import LineParameters
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import check_time
@@ -212,9 +212,9 @@ def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Arra
     goal = int(ledger["steps"]) + steps
     told = stepper.step, fractions, stepper.parameters
     status = stepper.kernels.advance(ledger, moving.arrays.unnamed(), goal, *told)
-    if status == motion.FULL:
+    if status == bookkeeping.FULL:
         moving.make_room()
-    elif status != motion.DONE:
+    elif status != bookkeeping.DONE:
         raise SensitivityError(
             f"steps of {stepper.step:.3g} do not resolve the bonds; expected bonds that are not "
             "compressed to nothing: lower the speed"

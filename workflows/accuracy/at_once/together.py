@@ -22,7 +22,7 @@ from chaincor.workflows.accuracy.step_proof import COARSER, proved_error
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.in_house.batch.runner import Batch
 from chaincor.workflows.engines.in_house.batch.states import ManyRuns
-from chaincor.workflows.engines.in_house.finish import LastContact, finish, kinetic_energy
+from chaincor.workflows.engines.in_house.finish import End, LastContact, finish, kinetic_energy
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters, rounding_of
@@ -220,13 +220,11 @@ def _outcome(scene: Scene, runs: ManyRuns, k: int, scheme: str, step: float) -> 
             velocities=velocities,
             contact_times=runs.contacts[k, 0, :count].copy(),
             contact_speeds=runs.contacts[k, 1, :count].copy(),
+            bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
+            energy=kinetic_energy(velocities) + float(runs.energies[k]),
         ),
+        End(runs.endings[k], float(runs.durations[k]), int(runs.evaluations[k])),
         scheme=scheme,
         timestep=step,
-        ending=runs.endings[k],
-        duration=float(runs.durations[k]),
-        bond_range=(float(runs.bond_min[k]), float(runs.bond_max[k])),
         seconds=float(runs.seconds[k]),
-        force_evaluations=int(runs.evaluations[k]),
-        energy_end=kinetic_energy(velocities) + float(runs.energies[k]),
     )

@@ -22,6 +22,7 @@ from chaincor.workflows.engines.in_house.compile import (
 )
 from chaincor.workflows.engines.in_house.finish import (
     PATIENCE,
+    End,
     LastContact,
     allowed_strains,
     displacements_from,
@@ -99,16 +100,14 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
             last_velocities,
             flight.arrays.contacts[0, :contacts].copy(),
             flight.arrays.contacts[1, :contacts].copy(),
+            bond_range=(float(lowest), float(highest)),
+            energy=0.5 * float(last_velocities @ last_velocities) + potential_energy,
         ),
+        End(ending, float(ledger.time), int(ledger.evaluations)),
         scheme=SCHEME,
         timestep=None,
-        ending=ending,
-        duration=float(ledger.time),
-        bond_range=(float(lowest), float(highest)),
         seconds=seconds,
-        force_evaluations=int(ledger.evaluations),
         frames=flight.collected(),
-        energy_end=0.5 * float(last_velocities @ last_velocities) + potential_energy,
     )
 
 

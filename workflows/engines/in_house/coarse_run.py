@@ -17,7 +17,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import Body, EndWatch, look_interval
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.motion import CoarseSteps
+from chaincor.workflows.engines.in_house.coarse_steps import CoarseSteps
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.outcome import Outcome

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from chaincor.workflows.engines.in_house.contact_search import PathPoint
 from chaincor.workflows.engines.in_house.line_kinds import (
     LineParameters,
     Source,
     contact_force,
     read_parameters,
 )
+from chaincor.workflows.engines.in_house.polynomials import PathPoint
 from chaincor.workflows.engines.in_house.stages import Array, Parameters, State
 
 

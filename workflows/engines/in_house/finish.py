@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,10 @@ class LastContact:
         Displacement of the first particle along x.
     lasted : float
         Time from the initial state to the end of the last contact.
+    bond_range : tuple of float
+        The shortest and the longest bond so far.
+    energy : float or None
+        All energy, where strains do not hold it to all digits.
     """
 
     strains: NDArray[np.float64]
@@ -59,6 +64,27 @@ class LastContact:
     impulses: NDArray[np.float64] | None = None
     position: float = 0.0
     lasted: float = 0.0
+    bond_range: tuple[float, float] = (1.0, 1.0)
+    energy: float | None = None
+
+
+class End(NamedTuple):
+    """
+    How a collision ended.
+
+    Attributes
+    ----------
+    ending : Ending
+        What tells that no further contact comes.
+    time : float
+        When that was seen, since the first contact.
+    evaluations : int
+        Of all bond forces until then.
+    """
+
+    ending: Ending
+    time: float
+    evaluations: int
 
 
 def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -69,30 +95,25 @@ def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray
 def finish(
     scene: Scene,
     last: LastContact,
+    end: End,
     *,
     scheme: str,
     timestep: float | None,
-    ending: Ending,
-    duration: float,
-    bond_range: tuple[float, float],
     seconds: float,
-    force_evaluations: int,
     frames: Frames | None = None,
-    energy_end: float | None = None,
 ) -> Outcome:
     """
     Put the outcome of a scene together from the state that counts.
 
-    `scheme` and the others are those of `Outcome`; `bond_range` is the shortest and longest bond up
-    to the last contact; `energy_end` the energy after it, where strains do not hold it to all
-    digits. Raises TimestepError if the chain has gained energy as only unstable steps can.
+    `scheme` and the others are those of `Outcome`. Raises TimestepError if the chain has gained
+    energy as only unstable steps can.
     """
     bond, line = scene.bond, scene.line
-    energy_start, energy_last = _energies(scene, last)
-    if energy_end is None:
-        energy_end = energy_last
+    energy_start, energy_end = _energies(scene, last)
+    if last.energy is not None:
+        energy_end = last.energy
     refuse_growth(scene, energy_start, energy_end)
-    low, high = bond_range
+    low, high = last.bond_range
     displacements = displacements_from(last.position, last.strains)
     first, targets = (0, 0) if line.at_wall else (line.first, line.targets)
     strains, velocities = last.strains[first:], last.velocities[first:]
@@ -108,16 +129,16 @@ def finish(
         contact_times=last.contact_times,
         contact_speeds=last.contact_speeds,
         impulses=impulses,
-        ending=ending,
-        duration=duration,
+        ending=end.ending,
+        duration=end.time,
         bond_min=low,
         bond_max=high,
         energy_start=energy_start,
         energy_end=energy_end,
         fragments=count_fragments(strains, velocities, bond, masses),
         seconds=seconds,
-        force_evaluations=force_evaluations,
         lasted=last.lasted,
+        force_evaluations=end.evaluations,
         crossed=low < 0.0,
         frames=frames,
         target_displacements=displacements[:targets][::-1],
@@ -173,13 +194,10 @@ def run_single_particle(
             *(np.empty(0), velocities, np.zeros(1), velocities.copy()),
             impulses=2.0 * scene.line.contact_mass * velocities,
         ),
+        End(Ending("proved"), 0.0, 0),
         scheme=scheme,
         timestep=timestep,
-        ending=Ending("proved"),
-        duration=0.0,
-        bond_range=(1.0, 1.0),
         seconds=0.0,
-        force_evaluations=0,
         frames=frames,
     )
 

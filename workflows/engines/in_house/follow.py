@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.finish import strain_error, unfinished_error
 from chaincor.workflows.engines.in_house.look_ahead import LookAhead
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
@@ -97,7 +97,7 @@ def follow(
         status = moving.advance(stepper, math.ceil(until / step))
         if ledger["contacts"] > 0:
             return Flight(now + float(moving.contact_times[0]), None, look_ahead.doubt)
-        if status != motion.DONE:
+        if status != bookkeeping.DONE:
             low, high = float(ledger["strain_min"]), float(ledger["strain_max"])
             remedy = f"take a smaller timestep than {step:g}, or a lower speed"
             raise strain_error(scene, low, high, time, remedy)

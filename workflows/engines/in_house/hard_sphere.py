@@ -23,7 +23,7 @@ import numpy as np
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
-from chaincor.workflows.engines.in_house.finish import LastContact, finish, run_single_particle
+from chaincor.workflows.engines.in_house.finish import End, LastContact, finish, run_single_particle
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.errors import CrossingError, TimestepError
 from chaincor.workflows.measured import measured
@@ -58,14 +58,13 @@ def run(scene: Scene) -> Outcome:
     strains, velocities = np.zeros(particles - 1), np.full(particles, speed)
     return finish(
         scene,
-        LastContact(strains, velocities, times, np.full(particles, speed)),
+        LastContact(
+            strains, velocities, times, np.full(particles, speed), bond_range=(diameter, 1.0)
+        ),
+        End(Ending("proved"), float(times[-1]), 0),
         scheme=SCHEME,
         timestep=None,
-        ending=Ending("proved"),
-        duration=float(times[-1]),
-        bond_range=(diameter, 1.0),
         seconds=0.0,
-        force_evaluations=0,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.blocks.loop import build_move
+from chaincor.workflows.engines.in_house.coarse_steps import build_coarse_steps
 from chaincor.workflows.engines.in_house.compile import (
     KEPT,
     Keep,
@@ -19,7 +20,7 @@ from chaincor.workflows.engines.in_house.compile import (
     scalar_force,
 )
 from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind, Source
-from chaincor.workflows.engines.in_house.motion import build_coarse_steps, build_motion
+from chaincor.workflows.engines.in_house.motion import build_motion
 from chaincor.workflows.engines.in_house.stages import array_stages, looped_stages
 from chaincor.workflows.engines.schemes import StepScheme
 
@@ -34,7 +35,7 @@ class Kernels:
     advance : callable
         Carries a line over many steps; see ``motion``.
     take_coarse_steps : callable
-        Carries it over coarse steps; see ``motion``.
+        Carries it over coarse steps; see ``coarse_steps``.
     parameters : NamedTuple
         Of the potential's kernel.
     compiled : bool

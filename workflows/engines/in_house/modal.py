@@ -27,7 +27,7 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house.body_modes import MOST_UNEQUAL
-from chaincor.workflows.engines.in_house.finish import LastContact, finish
+from chaincor.workflows.engines.in_house.finish import End, LastContact, finish
 from chaincor.workflows.engines.in_house.mode_flight import (
     ModalBodies,
     ModalGap,
@@ -127,14 +127,12 @@ def run(scene: Scene, frame_interval: float | None = None) -> Outcome:
             contact_speeds=speeds,
             impulses=2.0 * line.contact_mass * speeds,
             position=float(last.displacements[begin]),
+            bond_range=(1.0 + collision.strain_min, 1.0 + collision.strain_max),
         ),
+        End(ending, collision.time, 0),
         scheme="modal",
         timestep=None,
-        ending=ending,
-        duration=collision.time,
-        bond_range=(1.0 + collision.strain_min, 1.0 + collision.strain_max),
         seconds=seconds,
-        force_evaluations=0,
         frames=collision.frames(),
     )
 
@@ -200,9 +198,10 @@ class _Collision:
         (speeds, flights), (strains, velocities) = np.empty((2, most)), np.empty((2, most, modes))
         while True:
             ended, count, since, gap.wall_distance = bounce(
-                gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape, gap.wall_distance,
-                exchange, since, _WORK_AT_ONCE, speeds, flights, strains, velocities,
-            )  # fmt: skip
+                (gap.strain_modes, gap.velocity_modes, gap.omega, gap.shape),
+                *(gap.wall_distance, exchange, since, _WORK_AT_ONCE),
+                (speeds, flights, strains, velocities),
+            )
             if count > 0:
                 self._note_contacts(speeds[:count], flights[:count], strains, velocities)
             self.time = since + (self.contact_times[-1] if self.contact_times else 0.0)

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import Body
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping, events, motion
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.finish import PATIENCE, allowed_strains
 from chaincor.workflows.engines.in_house.kernels import Kernels, kernels_for
@@ -82,7 +82,7 @@ class Motion:
     line : Line
         The bodies.
     ledger : numpy.record
-        The scalars, see ``motion.LEDGER``.
+        The scalars, see ``bookkeeping``.
     arrays : Arrays
         The line now and right after its last contact, the contacts, and scratch.
     """
@@ -178,7 +178,7 @@ class Motion:
         at_wall = line.at_wall
         # The target's first particle is at its place.
         position = float(strains[0]) if at_wall else -float(np.sum(strains[: line.gap]))
-        ledger = np.zeros(1, motion.LEDGER).view(np.recarray)[0]
+        ledger = np.zeros(1, bookkeeping.LEDGER).view(np.recarray)[0]
         ledger["momentum"] = line.reduced_mass * line.separation(velocities)
         bonds, masses = strains[1:], line.chain_masses
         if at_wall:
@@ -198,15 +198,15 @@ class Motion:
         ledger["patience"] = PATIENCE
         ledger["argue_first"] = PATIENCE * math.pi / math.sqrt(2.0 * bond.stiffness / line.lightest)
         ledger["argue_after"] = math.inf
-        ledger["shortest_share"] = 1.0 if line.smooth else motion.SHORTEST_SHARE
-        ledger["grading"] = motion.GRADING
+        ledger["shortest_share"] = 1.0 if line.smooth else events.SHORTEST_SHARE
+        ledger["grading"] = events.GRADING
         ledger["strain_floor"], ledger["strain_ceiling"] = allowed_strains(bond)
         ledger["strain_min"] = ledger["contact_min"] = min(float(np.min(bonds, initial=0.0)), 0.0)
         ledger["strain_max"] = ledger["contact_max"] = max(float(np.max(bonds, initial=0.0)), 0.0)
         ledger["step_evaluations"] = scheme.evaluations
         ledger["active"] = len(strains)
         last, kept, trial = (now.copied() for _ in range(3))
-        contacts = np.zeros((3, 2 * len(velocities) + 2 * motion.SPARE_CONTACTS))
+        contacts = np.zeros((3, 2 * len(velocities) + 2 * bookkeeping.SPARE_CONTACTS))
         arrays = motion.Arrays(
             now=now,
             last=last,
@@ -264,7 +264,7 @@ class Motion:
         masses = None if self.line.unit else self.line.chain_masses
         return [Body(self.gap, self.strain, self.velocity, masses)]
 
-    def copy(self, room: int = 2 * motion.SPARE_CONTACTS) -> "Motion":
+    def copy(self, room: int = 2 * bookkeeping.SPARE_CONTACTS) -> "Motion":
         """
         Return a copy that can be moved without moving this one, with room for so many contacts.
 
@@ -322,5 +322,5 @@ class Motion:
             if move is not None and running.pays(int(ledger["active"]), goal - steps):
                 return running.advance(ledger, self.arrays, stepper, move, goal, count)
             status = stepper.advance(ledger, arrays, min(goal, steps + most))
-            if status != motion.DONE or ledger["steps"] >= goal:
+            if status != bookkeeping.DONE or ledger["steps"] >= goal:
                 return status

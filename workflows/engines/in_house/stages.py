@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.lammps_inputs.bonds.potential import Potential
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.line_kinds import (
     PLAIN,
     Kind,
@@ -108,6 +109,9 @@ class Stages(NamedTuple):
     extremes : callable
         ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
         number where one is none.
+    are_allowed : callable
+        ``are_allowed(ledger, strain, bonds, parameters)``: whether no strain is beyond those
+        allowed; the ledger is told of the smallest and the largest.
     """
 
     start: Callable
@@ -117,71 +121,30 @@ class Stages(NamedTuple):
     mix: Callable
     count_outside: Callable
     extremes: Callable
+    are_allowed: Callable
 
 
 def looped_stages(source: Source) -> Stages:
     """Return the stages as loops, for a compiler."""
     register, wall = source.register, source.kind.contact == "wall"
     read, push = read_parameters(source), source.register(contact_force)
-    force, weighed = read.force, read.weighed
+    around, force, weighed = read.around, read.force, read.weighed
 
     # The force of the bond behind is carried along: reading ahead and writing behind is a pattern
     # that LLVM vectorises, and one pass costs less memory traffic than two.
     @register
-    def start_plain(
-        old: State,
-        new_strain: Array,
-        new_velocity: Array,
-        bonds: int,
-        drift: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> None:
-        strain, velocity = old
-        behind = 0.0
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            new_strain[i] = stretched
-            ahead = force(stretched, parameters)
-            new_velocity[i] = velocity[i] + kick * (behind - ahead)
-            behind = ahead
-        new_velocity[bonds] = velocity[bonds] + kick * behind
-
-    # In place by itself: where old and new are the same arrays, the loop above has no vectors.
-    @register
-    def stage_plain(
-        strain: Array,
-        velocity: Array,
-        bonds: int,
-        drift: float,
-        kick: float,
-        parameters: Parameters,
-    ) -> None:
-        behind = 0.0
-        for i in range(bonds):
-            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
-            strain[i] = stretched
-            ahead = force(stretched, parameters)
-            velocity[i] += kick * (behind - ahead)
-            behind = ahead
-        velocity[bonds] += kick * behind
-
-    # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more than
-    # its force.
-    @register
     def bonds_from(
-        begin: int,
-        end: int,
+        bonds: int,
         behind: float,
         old: State,
-        strain: Array,
-        velocity: Array,
+        new: State,
         drift: float,
         kick: float,
         parameters: Parameters,
     ) -> float:
         old_strain, old_velocity = old
-        for i in range(begin, end):
+        strain, velocity = new
+        for i in range(bonds):
             stretched = old_strain[i] + drift * (old_velocity[i + 1] - old_velocity[i])
             strain[i] = stretched
             ahead = force(stretched, parameters)
@@ -189,31 +152,63 @@ def looped_stages(source: Source) -> Stages:
             behind = ahead
         return behind
 
+    # In place by itself: where old and new are the same arrays, the loop above has no vectors.
     @register
-    def start(
-        old: State,
-        strain: Array,
-        velocity: Array,
+    def bonds_in_place(
         bonds: int,
+        behind: float,
+        _old: State,
+        new: State,
         drift: float,
         kick: float,
         parameters: Parameters,
-    ) -> None:
-        behind = 0.0
-        begin = 0
-        if not wall:
-            old_strain, old_velocity = old
-            gap = parameters.gap
-            behind = bonds_from(0, gap, 0.0, old, strain, velocity, drift, kick, parameters)
-            opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
-            strain[gap] = opened
-            ahead = push(opened, parameters.stiffness, parameters.exponent)
-            given = weighed(kick, gap, parameters) * (behind - ahead)
-            velocity[gap] = old_velocity[gap] + given
+    ) -> float:
+        strain, velocity = new
+        for i in range(bonds):
+            stretched = strain[i] + drift * (velocity[i + 1] - velocity[i])
+            strain[i] = stretched
+            ahead = force(stretched, parameters)
+            velocity[i] += weighed(kick, i, parameters) * (behind - ahead)
             behind = ahead
-            begin = gap + 1
-        behind = bonds_from(begin, bonds, behind, old, strain, velocity, drift, kick, parameters)
-        velocity[bonds] = old[1][bonds] + weighed(kick, bonds, parameters) * behind
+        return behind
+
+    def over_all(pass_bonds: Callable) -> Callable:
+        # Bonds before the gap, the gap, bonds behind it: a question at every bond would cost more
+        # than its force.
+        @register
+        def start(
+            old: State,
+            strain: Array,
+            velocity: Array,
+            bonds: int,
+            drift: float,
+            kick: float,
+            parameters: Parameters,
+        ) -> None:
+            new = strain, velocity
+            if not wall:
+                old_strain, old_velocity = old
+                gap = parameters.gap
+                behind = pass_bonds(gap, 0.0, old, new, drift, kick, parameters)
+                opened = old_strain[gap] + drift * (old_velocity[gap + 1] - old_velocity[gap])
+                strain[gap] = opened
+                ahead = push(opened, parameters.stiffness, parameters.exponent)
+                given = weighed(kick, gap, parameters) * (behind - ahead)
+                velocity[gap] = old_velocity[gap] + given
+                # Loops that begin at 0 have vectors: others may have indices from the end.
+                begin = gap + 1
+                rest = bonds - begin
+                old_rest = old_strain[begin:], old_velocity[begin:]
+                new_rest = strain[begin:], velocity[begin:]
+                light = around(parameters, begin, bonds + 1)
+                behind = pass_bonds(rest, ahead, old_rest, new_rest, drift, kick, light)
+            else:
+                behind = pass_bonds(bonds, 0.0, old, new, drift, kick, parameters)
+            velocity[bonds] = old[1][bonds] + weighed(kick, bonds, parameters) * behind
+
+        return start
+
+    start, in_place = over_all(bonds_from), over_all(bonds_in_place)
 
     @register
     def stage(
@@ -224,7 +219,7 @@ def looped_stages(source: Source) -> Stages:
         kick: float,
         parameters: Parameters,
     ) -> None:
-        start((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
+        in_place((strain, velocity), strain, velocity, bonds, drift, kick, parameters)
 
     @register
     def drift(strain: Array, velocity: Array, bonds: int, time: float) -> None:
@@ -270,9 +265,8 @@ def looped_stages(source: Source) -> Stages:
                 high = strain[i]
         return low, high
 
-    looks = _without_gap(count_outside, extremes, source.kind, register)
-    steps = (start_plain, stage_plain) if source.kind.unit else (start, stage)
-    return Stages(*steps, drift, copy, mix, *looks)
+    looks = _looks(count_outside, extremes, source.kind, register)
+    return Stages(start, stage, drift, copy, mix, *looks)
 
 
 def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
@@ -287,7 +281,7 @@ def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
         kick: float,
         parameters: Parameters,
     ) -> None:
-        copy(old.strain, old.velocity, State(strain, velocity), bonds)
+        copy(*old, State(strain, velocity), bonds)
         stage(strain, velocity, bonds, drift, kick, parameters)
 
     def stage(
@@ -321,16 +315,18 @@ def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
         strain[:bonds] += time * np.diff(velocity[: bonds + 1])
 
     def copy(strain: Array, velocity: Array, new: State, bonds: int) -> None:
-        new.strain[:bonds] = strain[:bonds]
-        new.velocity[: bonds + 1] = velocity[: bonds + 1]
+        new_strain, new_velocity = new
+        new_strain[:bonds] = strain[:bonds]
+        new_velocity[: bonds + 1] = velocity[: bonds + 1]
 
     def mix(
         state: State, old: State, mixture: State, bonds: int, drift: float, weight: float
     ) -> None:
-        near, ends = slice(bonds), slice(bonds + 1)
-        moved = state.strain[near] + drift * np.diff(state.velocity[ends])
-        mixture.strain[near] += weight * (moved - old.strain[near])
-        mixture.velocity[ends] += weight * (state.velocity[ends] - old.velocity[ends])
+        strain, velocity = state[0][:bonds], state[1][: bonds + 1]
+        old_strain, old_velocity = old[0][:bonds], old[1][: bonds + 1]
+        moved = strain + drift * np.diff(velocity)
+        mixture[0][:bonds] += weight * (moved - old_strain)
+        mixture[1][: bonds + 1] += weight * (velocity - old_velocity)
 
     def count_outside(strain: Array, bonds: int, low: float, high: float) -> int:
         strain = strain[:bonds]
@@ -339,40 +335,40 @@ def array_stages(bond: Potential, kind: Kind = PLAIN) -> Stages:
     def extremes(strain: Array, bonds: int) -> tuple[float, float]:
         return float(np.min(strain[:bonds])), float(np.max(strain[:bonds]))
 
-    looks = _without_gap(count_outside, extremes, kind, lambda function: function)
+    looks = _looks(count_outside, extremes, kind, lambda function: function)
     return Stages(start, stage, drift, copy, mix, *looks)
 
 
-def _without_gap(
-    count: Callable, spread: Callable, kind: Kind, register: Callable
-) -> tuple[Callable, Callable]:
+def _looks(count: Callable, spread: Callable, kind: Kind, register: Callable) -> tuple:
     """Return how strains are looked over, the gap left out, by what looks at all of them."""
-    if kind.contact == "wall":
-
-        @register
-        def count_outside(
-            strain: Array, bonds: int, low: float, high: float, _parameters: Parameters
-        ) -> int:
-            return count(strain, bonds, low, high)
-
-        @register
-        def extremes(strain: Array, bonds: int, _parameters: Parameters) -> tuple[float, float]:
-            return spread(strain, bonds)
-
-        return count_outside, extremes
+    wall = kind.contact == "wall"
+    extremes, widen = _spread_without_gap(spread, wall, register), register(bookkeeping.widen)
 
     @register
-    def count_of_two(
+    def count_outside(
         strain: Array, bonds: int, low: float, high: float, parameters: Parameters
     ) -> int:
+        if wall:
+            return count(strain, bonds, low, high)
         place = parameters.gap
-        behind = bonds - place - 1
-        return count(strain[:place], place, low, high) + count(
-            strain[place + 1 :], behind, low, high
-        )
+        before = count(strain[:place], place, low, high)
+        return before + count(strain[place + 1 :], bonds - place - 1, low, high)
 
     @register
-    def extremes_of_two(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
+    def are_allowed(ledger: Any, strain: Array, bonds: int, parameters: Parameters) -> bool:
+        if count_outside(strain, bonds, ledger.strain_min, ledger.strain_max, parameters) > 0:
+            low, high = extremes(strain, bonds, parameters)
+            return widen(ledger, low, high)
+        return True
+
+    return count_outside, extremes, are_allowed
+
+
+def _spread_without_gap(spread: Callable, wall: bool, register: Callable) -> Callable:
+    @register
+    def extremes(strain: Array, bonds: int, parameters: Parameters) -> tuple[float, float]:
+        if wall:
+            return spread(strain, bonds)
         place = parameters.gap
         behind = bonds - place - 1
         if place == 0 and behind == 0:
@@ -387,4 +383,4 @@ def _without_gap(
             high = high if high >= further[1] or high != high else further[1]
         return low, high
 
-    return count_of_two, extremes_of_two
+    return extremes

@@ -10,9 +10,10 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch
 from chaincor.workflows.engines.ending import Ending, quiet_time
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.finish import (
     KNOWN_MARGIN,
+    End,
     LastContact,
     finish,
     run_single_particle,
@@ -90,7 +91,7 @@ def run(
     frames = Recorder(moving, stepper, frame_interval)
     collision = _Collision(scene, moving, stepper, look_ahead, frames)
     started = time.perf_counter()
-    ending, duration, evaluations = collision.run(known, follow)
+    end = collision.run(known, follow)
     seconds = time.perf_counter() - started
     ledger, last = moving.ledger, moving.arrays.last
     begin = float(ledger["first_contact"])
@@ -105,14 +106,12 @@ def run(
             impulses=moving.impulses.copy(),
             position=float(ledger["last_position"]),
             lasted=float(ledger["last_contact"]),
+            bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
         ),
+        end,
         scheme=numerics.scheme,
         timestep=numerics.timestep,
-        ending=ending,
-        duration=duration,
-        bond_range=(1.0 + float(ledger["contact_min"]), 1.0 + float(ledger["contact_max"])),
         seconds=seconds,
-        force_evaluations=evaluations,
         frames=frames.collected(float(ledger["last_contact"]) - begin + quiet),
     )
 
@@ -122,18 +121,18 @@ def _has_bonds(scene: Scene) -> bool:
     return scene.particles > 1 or scene.line.targets > 0 or scene.line.soft
 
 
-def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> tuple[Ending, float, int]:
+def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
     """
     Go on with bodies that were left where its end may be argued, as :func:`run` does.
 
-    They came back from their last steps with `motion.ARGUE`, their end not looked for before, and
-    are changed in place; they may get new room for contacts. Returns how the collision ends, when
-    that was seen, and the force evaluations so far; raises RunError as :func:`run`.
+    They came back from their last steps with `bookkeeping.ARGUE`, their end not looked for before,
+    and are changed in place; they may get new room for contacts. Returns how the collision ends,
+    when that was seen, and the force evaluations so far; raises RunError as :func:`run`.
     """
     look_ahead = LookAhead(scene, moving, stepper, _at_start(scene, stepper))
     frames = Recorder(moving, stepper, None)
     collision = _Collision(scene, moving, stepper, look_ahead, frames)
-    return collision.run(None, True, motion.ARGUE)
+    return collision.run(None, True, bookkeeping.ARGUE)
 
 
 def _warm_up_coarse_steps(scene: Scene, numerics: Numerics) -> None:
@@ -157,9 +156,7 @@ class _Collision:
     look_ahead: LookAhead
     frames: Recorder
 
-    def run(
-        self, known: Outcome | None, follow: bool, left: int | None = None
-    ) -> tuple[Ending, float, int]:
+    def run(self, known: Outcome | None, follow: bool, left: int | None = None) -> End:
         """
         Step until the end; return it, when that is, and the force evaluations it took.
 
@@ -173,20 +170,20 @@ class _Collision:
             goal, last_step = self._goal(watch, known)
             status = self.moving.advance(self.stepper, goal) if left is None else left
             left = None
-            if status in (motion.OUTSIDE, motion.CROWDED):
+            if status in (bookkeeping.OUTSIDE, bookkeeping.CROWDED):
                 raise self._unresolved()
-            if status == motion.FULL:
+            if status == bookkeeping.FULL:
                 self.moving.make_room()
                 continue
             late = ledger["steps"] > last_step
             now, _ = self._times()
             if late and known is not None and not ledger["touching"]:
-                return known.ending, now, int(ledger["evaluations"])
-            if (status == motion.ARGUE or late) and not ledger["touching"]:
+                return End(known.ending, now, int(ledger["evaluations"]))
+            if (status == bookkeeping.ARGUE or late) and not ledger["touching"]:
                 ended = self._look(watch, status, follow)
                 if ended is not None:
                     return ended
-            if status == motion.DONE:
+            if status == bookkeeping.DONE:
                 if late and self._patience(watch) < now:
                     raise unfinished_error(scene, now)
                 self.frames.record()
@@ -224,13 +221,13 @@ class _Collision:
             patience = max(patience, begun + LONGEST_TOUCHES * self.scene.contact_duration)
         return patience
 
-    def _look(self, watch: EndWatch, status: int, follow: bool) -> tuple[Ending, float, int] | None:
+    def _look(self, watch: EndWatch, status: int, follow: bool) -> End | None:
         """Look for the end; return it as `run` does, or None where the bodies are followed on."""
         scene, moving, ledger = self.scene, self.moving, self.moving.ledger
         now, last = self._times()
         certain = math.inf
         line = scene.line
-        if status == motion.ARGUE and line.at_wall and line.cold:
+        if status == bookkeeping.ARGUE and line.at_wall and line.cold:
             speed, momentum = float(ledger["impact_velocity"]), float(ledger["momentum"])
             if not abs(momentum) <= MOST_ENERGY_GROWTH * line.chain_masses.sum() * speed:
                 raise self._unresolved()  # too long a step throws it back faster than it came
@@ -241,21 +238,21 @@ class _Collision:
             off, seen, evaluations = self.look_ahead.keeps_off(certain)
             if off:
                 self.frames.record_until(seen)
-                return Ending("proved"), seen, evaluations
+                return End(Ending("proved"), seen, evaluations)
             ledger["evaluations"] = evaluations
             ledger["argue_after"] = next_look(now, last, seen) - last
             return None
         ending = watch.look_at(now, last, moving.bodies(scene.bond))
         if ending is not None:
-            return self.look_ahead.doubt_about(ending), now, int(ledger["evaluations"])
+            return End(self.look_ahead.doubt_about(ending), now, int(ledger["evaluations"]))
         if not follow and now - last > quiet_time(scene.span, scene.slow_stiffness):
-            return Ending("argued"), now, int(ledger["evaluations"])
+            return End(Ending("argued"), now, int(ledger["evaluations"]))
         settled = self.look_ahead.settle()
         if settled is not None:
             ahead, ending = settled
             self.frames.record_until(ahead.time)
             evaluations = int(ahead.moving.ledger["evaluations"])
-            return self.look_ahead.doubt_about(ending), ahead.time, evaluations
+            return End(self.look_ahead.doubt_about(ending), ahead.time, evaluations)
         ledger["argue_after"] = watch.next_look(now, last) - last
         return None
 

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.campaign.pool import ProcessPool
 from chaincor.workflows.engines import interrupts
-from chaincor.workflows.engines.in_house import motion, moving, stepping
+from chaincor.workflows.engines.in_house import bookkeeping, moving, stepping
 from chaincor.workflows.engines.in_house.blocks import running
 from chaincor.workflows.engines.in_house.loops.cores import cores
 from chaincor.workflows.errors import TimestepError
@@ -113,7 +113,7 @@ def test_what_is_not_foreseen_is_left_to_the_loop_over_the_whole(in_blocks, move
     def crowded_now_and_then(head, state, goal):
         status, substeps = go_ahead(head, state, goal)
         calls.append(status)
-        return (motion.CROWDED if len(calls) % 3 == 0 else status), substeps
+        return (bookkeeping.CROWDED if len(calls) % 3 == 0 else status), substeps
 
     monkeypatch.setattr(running._Head, "go_ahead", crowded_now_and_then)
     assert_same(stepping.run(LJ, numerics), whole)

@@ -9,12 +9,12 @@ import pytest
 
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones, Logarithmic, Power, Toda
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
-from chaincor.workflows.engines.in_house.contact_search import (
-    build_contact_search,
+from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS, build_contact_search
+from chaincor.workflows.engines.in_house.line_kinds import Source
+from chaincor.workflows.engines.in_house.polynomials import (
     count_sign_changes,
     fit_path,
 )
-from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.stages import State, array_stages, looped_stages
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 
@@ -146,7 +146,8 @@ sys.dont_write_bytecode, sys.pycache_prefix = False, sys.argv[1]
 from chaincor.lammps_inputs.bonds.potentials import Harmonic, LennardJones
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler, scalar_force
 from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.in_house.motion import LEDGER, build_coarse_steps
+from chaincor.workflows.engines.in_house.bookkeeping import LEDGER
+from chaincor.workflows.engines.in_house.coarse_steps import build_coarse_steps
 from chaincor.workflows.engines.in_house.stages import looped_stages
 for bond in (Harmonic(), LennardJones()):
     force = scalar_force(bond)
@@ -181,6 +182,10 @@ def test_loops_kept_on_disk_are_found_again_and_do_not_mix_potentials(tmp_path):
     assert sorted("lj_force" in name for name in kept) == [False, True]
 
 
+def new_ledger():
+    return np.zeros(1, np.dtype(SEARCH_FIELDS)).view(np.recarray)[0]
+
+
 def search_for(path):
     """Return the search on a path given as a polynomial."""
     slope, bend = path.deriv(), path.deriv(2)
@@ -190,7 +195,7 @@ def search_for(path):
 
     find = build_contact_search(probe=probe, register=as_it_is)
     ends = [(path(t), slope(t), bend(t)) for t in (0.0, 1.0)]
-    return find(1.0, *ends, None)
+    return find(1.0, *ends, new_ledger(), None)
 
 
 @pytest.mark.parametrize(
@@ -237,7 +242,7 @@ def test_path_that_no_quintic_fits(frequency, offset):
         return np.sin(phase) + offset * phase, frequency * (np.cos(phase) + offset), bend
 
     find = build_contact_search(probe=probe, register=as_it_is)
-    time = find(1.0, probe(0.0), probe(1.0), None)
+    time = find(1.0, probe(0.0), probe(1.0), new_ledger(), None)
     times = np.linspace(1e-4, 1.0, 100_000)
     below = np.flatnonzero(probe(times)[0] < 0.0)
     expected = times[below[0]] if len(below) else -1.0

@@ -10,7 +10,7 @@ from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.accuracy.in_house_runs import eta_of
-from chaincor.workflows.engines.in_house import motion, stepping
+from chaincor.workflows.engines.in_house import bookkeeping, stepping
 from chaincor.workflows.engines.in_house.follow import follow
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 
@@ -119,13 +119,13 @@ def test_motion_is_reversible(scene):
     forth = Motion.at_start(scene, stepper.scheme)
     forth.ledger.argue_after = forth.ledger.argue_first = forth.ledger.patience = np.inf
     # To a moment without a contact.
-    assert forth.advance(stepper, 1200) == motion.DONE
+    assert forth.advance(stepper, 1200) == bookkeeping.DONE
     assert not forth.ledger.touching
     back = Motion.in_state(
         line, scene.bond, stepper.scheme, forth.strain, -forth.velocity, scene.impact_velocity
     )
     back.ledger.argue_first = back.ledger.patience = np.inf
-    assert back.advance(stepper, 1200) == motion.DONE
+    assert back.advance(stepper, 1200) == bookkeeping.DONE
     at_rest = np.delete(back.strain, line.gap)
     # Rounding, amplified by some contacts; graded steps are not symmetric in time.
     allowed = 1e-10 if line.smooth else 1e-5

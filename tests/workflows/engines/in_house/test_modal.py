@@ -9,8 +9,8 @@ from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import modal, stepping
-from chaincor.workflows.engines.in_house.contact_search import first_root
 from chaincor.workflows.engines.in_house.loops.mode_loops import TERMS, expand_path
+from chaincor.workflows.engines.in_house.polynomials import first_root
 
 
 def harmonic(particles, velocity=0.1):

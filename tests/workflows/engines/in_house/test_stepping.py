@@ -8,7 +8,7 @@ from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines import end_watch
 from chaincor.workflows.engines.compositions import COMPOSITIONS
-from chaincor.workflows.engines.in_house import motion, stepping
+from chaincor.workflows.engines.in_house import bookkeeping, stepping
 from chaincor.workflows.engines.in_house.contact_search import narrow
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
@@ -90,16 +90,16 @@ def test_time_reversal(scheme, potential):
     chain.ledger.patience = np.inf
     chain.ledger.active = 29
     goal = round(50.0 / step)
-    assert chain.advance(stepper, 1) == motion.DONE
+    assert chain.advance(stepper, 1) == bookkeeping.DONE
     early = chain.copy()
-    assert chain.advance(stepper, goal) == motion.DONE
+    assert chain.advance(stepper, goal) == bookkeeping.DONE
     assert chain.ledger.contacts > 20
     forward = chain.contact_times[1:].copy()
 
     back = chain.copy()
     back.velocity[:] *= -1.0
     back.ledger.steps = 0
-    assert back.advance(stepper, goal - 1) == motion.DONE
+    assert back.advance(stepper, goal - 1) == bookkeeping.DONE
     # A symmetric map undoes itself, partial steps to the wall and from it included. What is left
     # is rounding: one epsilon a stage at random, grown thirtyfold by what contacts amplify.
     allowed = 30.0 * np.finfo(float).eps * np.sqrt(2 * goal * stepper.scheme.evaluations)
@@ -256,14 +256,14 @@ def test_a_chain_after_its_last_contact_goes_the_same_way():
     scene = Scene(potential="lj", particles=48, speed=1.3505)
     stepper = Stepper.of(scene.line, scene.bond, "order8", 0.02)
     chain = Motion.at_start(scene, stepper.scheme)
-    assert chain.advance(stepper, 10**6) == motion.ARGUE
+    assert chain.advance(stepper, 10**6) == bookkeeping.ARGUE
     last, steps = float(chain.ledger["last_contact"]), int(chain.ledger["steps"])
     again = chain.after_last_contact()
     assert (again.ledger["contacts"], again.ledger["position"]) == (1, 0.0)
     kept = chain.strain.copy()
     count = 100
     again.ledger["argue_after"] = np.inf
-    assert again.advance(stepper.of_size((0.02 * steps - last) / count), count) == motion.DONE
+    assert again.advance(stepper.of_size((0.02 * steps - last) / count), count) == bookkeeping.DONE
     # Both are good to 1e-10 by then.
     assert again.strain == pytest.approx(chain.strain, abs=1e-9)
     assert again.velocity == pytest.approx(chain.velocity, abs=1e-9)

@@ -11,10 +11,10 @@ from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.batch.end_bounds import is_over
 from chaincor.workflows.engines.in_house.batch.lanes import build_lane_step
 from chaincor.workflows.engines.in_house.batch.loop import build_carry
+from chaincor.workflows.engines.in_house.coarse_steps import build_coarse_steps
 from chaincor.workflows.engines.in_house.compile import KEPT, Keep, scalar_force
 from chaincor.workflows.engines.in_house.kernels import made_for
 from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind
-from chaincor.workflows.engines.in_house.motion import build_coarse_steps
 from chaincor.workflows.engines.schemes import StepScheme
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.line_kinds import Source
-from chaincor.workflows.engines.schemes import Mixture, Splitting
+from chaincor.workflows.engines.schemes import Rule
 
 Array = NDArray[np.float64]
 
@@ -47,14 +47,14 @@ class LaneState(NamedTuple):
         return cls(np.zeros(bonds), np.zeros(bonds + LANES), np.zeros(LANES))
 
 
-class Lanes(NamedTuple):
+class Room(NamedTuple):
     """
-    Room to move chains side by side.
+    Room for the steps of chains side by side.
 
     Attributes
     ----------
-    old, new, trial : LaneState
-        Before and after a step, and what it tries.
+    trial : LaneState
+        What a step tries.
     steps, share : ndarray of shape (L,)
         The step H of each lane, and a part of it.
     parts : ndarray of shape (n L,)
@@ -65,8 +65,6 @@ class Lanes(NamedTuple):
         Inverse masses; 1 where all masses are, which nobody reads then.
     """
 
-    old: LaneState
-    new: LaneState
     trial: LaneState
     steps: Array
     share: Array
@@ -74,20 +72,41 @@ class Lanes(NamedTuple):
     forces: Array
     weights: Array
 
+
+class Lanes(NamedTuple):
+    """
+    Chains side by side, and what they are moved with.
+
+    Attributes
+    ----------
+    old, new : LaneState
+        Before and after a step.
+    room : Room
+        For a step.
+    """
+
+    old: LaneState
+    new: LaneState
+    room: Room
+
     @classmethod
     def of(cls, inverse: Array) -> "Lanes":
-        """Return room for chains of these inverse masses, of shape (n,)."""
+        """Return lanes for chains of these inverse masses, of shape (n,)."""
         particles = len(inverse)
         old, new, trial = (LaneState.of(particles) for _ in range(3))
         numbers = particles * LANES
         return cls(
-            *(old, new, trial, np.zeros(LANES), np.zeros(LANES)),
-            *(np.zeros(numbers), np.zeros(numbers + LANES), np.repeat(inverse, LANES)),
+            old,
+            new,
+            Room(
+                trial=trial,
+                steps=np.zeros(LANES),
+                share=np.zeros(LANES),
+                parts=np.zeros(numbers),
+                forces=np.zeros(numbers + LANES),
+                weights=np.repeat(inverse, LANES),
+            ),
         )
-
-    def unnamed(self) -> tuple:
-        """Return plain tuples, as compiled functions take them sooner."""
-        return *(tuple(state) for state in self[:3]), *self[3:]
 
 
 def build_lane_step(source: Source, split: bool) -> Callable:
@@ -104,8 +123,8 @@ def build_lane_step(source: Source, split: bool) -> Callable:
     Returns
     -------
     callable
-        ``step(old, new, trial, steps, share, parts, forces, weights, wanted, fractions, bond)``:
-        from old states to new ones, see `Lanes`; of the bonds the first `wanted` are needed.
+        ``step(lanes, wanted, rule)``: from old states to new ones, see `Lanes`; of the bonds the
+        first `wanted` are needed.
     """
     force, register = source.force, source.register
     if source.kind.unit:
@@ -122,18 +141,11 @@ def build_lane_step(source: Source, split: bool) -> Callable:
 
     @register
     def stage(
-        strain: Array,
-        velocity: Array,
-        distance: Array,
-        forces: Array,
-        weights: Array,
-        parts: Array,
-        drift: float,
-        kick: float,
-        bonds: int,
-        bond: Any,
+        state: LaneState, room: Room, drift: float, kick: float, bonds: int, bond: Any
     ) -> None:
         # What the last particle is given is wrong where more bonds follow: then nobody needs it.
+        strain, velocity, distance = state
+        _, _, _, parts, forces, weights = room
         for k in range(LANES):
             distance[k] += (drift * parts[k]) * velocity[k]
         for j in range(bonds * LANES):
@@ -154,54 +166,32 @@ def build_lane_step(source: Source, split: bool) -> Callable:
             for k in range(LANES):
                 along[i * LANES + k] = one[k]
 
-    def split_step(
-        old: LaneState,
-        new: LaneState,
-        _trial: LaneState,
-        steps: Array,
-        share: Array,
-        parts: Array,
-        forces: Array,
-        weights: Array,
-        wanted: int,
-        fractions: Splitting,
-        bond: Any,
-    ) -> None:
-        drifts, kicks = fractions
-        bonds = old[0].shape[0] // LANES
+    def split_step(lanes: Lanes, wanted: int, rule: Rule) -> None:
+        old, new, room = lanes
+        drifts, kicks = rule.fractions
         strain, velocity, distance = new
+        bonds = strain.shape[0] // LANES
         copy(old[0], strain)
         copy(old[1], velocity)
         copy(old[2], distance)
-        repeat(steps, parts)
+        repeat(room.steps, room.parts)
         for row in range(kicks.shape[0]):
             reach = min(bonds, wanted + kicks.shape[0] - row)
-            drift, kick = drifts[row], kicks[row]
-            stage(strain, velocity, distance, forces, weights, parts, drift, kick, reach, bond)
+            stage(new, room, drifts[row], kicks[row], reach, rule.parameters)
         last = drifts[-1]
         for k in range(LANES):
-            distance[k] += (last * steps[k]) * velocity[k]
+            distance[k] += (last * room.steps[k]) * velocity[k]
         for j in range(strain.shape[0]):
-            strain[j] += (last * parts[j]) * (velocity[j + LANES] - velocity[j])
+            strain[j] += (last * room.parts[j]) * (velocity[j + LANES] - velocity[j])
 
-    def extrapolated_step(
-        old: LaneState,
-        new: LaneState,
-        trial: LaneState,
-        steps: Array,
-        share: Array,
-        parts: Array,
-        forces: Array,
-        weights: Array,
-        wanted: int,
-        fractions: Mixture,
-        bond: Any,
-    ) -> None:
-        shares, counts = fractions
-        bonds = old[0].shape[0] // LANES
+    def extrapolated_step(lanes: Lanes, wanted: int, rule: Rule) -> None:
+        old, new, room = lanes
+        shares, counts = rule.fractions
+        trial, steps, share, parts, _, _ = room
         first_strain, first_velocity, first_distance = old
         new_strain, new_velocity, moved = new
         strain, velocity, distance = trial
+        bonds = strain.shape[0] // LANES
         copy(first_strain, new_strain)
         copy(first_velocity, new_velocity)
         moved[:] = 0.0
@@ -213,11 +203,9 @@ def build_lane_step(source: Source, split: bool) -> Callable:
             copy(first_strain, strain)
             copy(first_velocity, velocity)
             distance[:] = 0.0
-            reach = min(bonds, wanted + count)
-            stage(strain, velocity, distance, forces, weights, parts, 0.5, 1.0, reach, bond)
+            stage(trial, room, 0.5, 1.0, min(bonds, wanted + count), rule.parameters)
             for left in range(count - 1, 0, -1):
-                reach = min(bonds, wanted + left)
-                stage(strain, velocity, distance, forces, weights, parts, 1.0, 1.0, reach, bond)
+                stage(trial, room, 1.0, 1.0, min(bonds, wanted + left), rule.parameters)
             for k in range(LANES):
                 distance[k] += (0.5 * parts[k]) * velocity[k]
                 moved[k] += weight * distance[k]

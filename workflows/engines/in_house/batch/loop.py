@@ -2,20 +2,23 @@
 The loop that carries many chains before a hard wall side by side, without Python in between.
 
 Each pass moves all SIMD lanes (``lanes``), each by a step of its own. A chain that meets the wall
-in a step, or may, waits outside until the time of that is found (``searches``); then it takes a
-lane that is free, up to the contact. Everything that decides is what ``motion`` does, in the same
+in a step, or may, waits outside until the time of that is found; then it takes a lane that is free,
+up to the contact. A search is a row of steps of the particles near the wall, the size of each told
+by those before: one chain's are too few numbers for the vector units of a processor, so that a
+search takes as long as several steps of a whole chain of twenty. So searches wait until lanes are
+filled, and go side by side as well. Everything that decides is what ``motion`` does, in the same
 order: what comes of a chain is what comes of it alone, to the last bit.
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.batch.end_bounds import EndBounds
-from chaincor.workflows.engines.in_house.batch.lanes import LANES, LaneState
+from chaincor.workflows.engines.in_house.batch.lanes import LANES, Lanes, LaneState
 from chaincor.workflows.engines.in_house.batch.progress import (
     FREE,
     MEETS,
@@ -23,13 +26,14 @@ from chaincor.workflows.engines.in_house.batch.progress import (
     OPEN,
     PROVED,
     REPEATED,
+    Places,
     Progress,
     Queue,
-    Room,
 )
-from chaincor.workflows.engines.in_house.batch.searches import Searches, build_search
-from chaincor.workflows.engines.in_house.contact_search import PathPoint, count_sign_changes
+from chaincor.workflows.engines.in_house.contact_search import build_search_steps
 from chaincor.workflows.engines.in_house.line_kinds import Source
+from chaincor.workflows.engines.in_house.polynomials import PathPoint
+from chaincor.workflows.engines.schemes import Rule
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -37,6 +41,42 @@ Counts = NDArray[np.int64]
 # Looks for the end cost less than a step: so much later, in units of the time that sound takes over
 # a bond, and of the time since the last contact.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
+
+
+class Rows(NamedTuple):
+    """
+    The chains of a batch, a row for each.
+
+    Attributes
+    ----------
+    ledgers : recarray of shape (chains,)
+        See ``bookkeeping``.
+    strains, velocities : ndarray of shape (chains, n - 1) and (chains, n)
+        Now.
+    last_strains, last_velocities : ndarray
+        The same right after the last contact.
+    contacts : ndarray of shape (chains, 3, capacity)
+        Times, closing speeds, and the momentum given to the chain.
+    energies : ndarray of shape (chains,)
+        Of each chain.
+    steps : ndarray of shape (chains,)
+        H of each.
+    goals : ndarray of shape (chains,)
+        How many steps shall be done of each.
+    statuses : ndarray of shape (chains,)
+        Whether it moves, or why it does not.
+    """
+
+    ledgers: np.recarray
+    strains: Array
+    velocities: Array
+    last_strains: Array
+    last_velocities: Array
+    contacts: Array
+    energies: Array
+    steps: Array
+    goals: Counts
+    statuses: Counts
 
 
 def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable:
@@ -55,16 +95,16 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
     Returns
     -------
     callable
-        ``carry(ledgers, states, near, lanes, steps, goals, statuses, most, fractions, bond, bounds,
-        room)`` takes steps of each chain that moves until its goal is reached, its end is proved or
-        something needs the caller, which is its status then, or until about `most` steps were taken
-        in all. `states` are arrays with a row for each chain: strains and velocities, both after
-        the last contact, contacts, and energies. `lanes` are `Lanes` of the chains, `near` of the
-        particles near the wall that contacts are searched with.
+        ``carry(rows, lanes, near, rule, bounds, places, most)`` takes steps of each chain that
+        moves until its goal is reached, its end is proved or something needs the caller, which is
+        its status then, or until about `most` steps were taken in all. `lanes` are `Lanes` of the
+        chains, `near` of the particles near the wall that contacts are searched with.
     """
     force, register = source.force, source.register
-    count_changes = register(count_sign_changes)
-    begin, go_on = build_search(register)
+    is_free, begin_search, go_on = build_search_steps(register)
+    is_likely, may_be_over = map(register, (bookkeeping.is_likely, bookkeeping.may_be_over))
+    note_contact, note_parting = map(register, (bookkeeping.note_contact, bookkeeping.note_parting))
+    note_impulse, widen = map(register, (bookkeeping.note_impulse, bookkeeping.widen))
 
     @register
     def push(queue: Queue, s: int) -> None:
@@ -93,13 +133,13 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return lane[2][k], lane[1][k], pull(lane[0][k], weights, k, bond)
 
     @register
-    def load(s: int, k: int, ledgers: Any, states: tuple, lane: LaneState) -> None:
+    def load(s: int, k: int, rows: Rows, lane: LaneState) -> None:
         # As many particles as lanes have room for.
         for i in range(lane[0].shape[0] // LANES):
-            lane[0][i * LANES + k] = states[0][s, i]
+            lane[0][i * LANES + k] = rows.strains[s, i]
         for i in range(lane[1].shape[0] // LANES):
-            lane[1][i * LANES + k] = states[1][s, i]
-        lane[2][k] = ledgers[s].position
+            lane[1][i * LANES + k] = rows.velocities[s, i]
+        lane[2][k] = rows.ledgers[s].position
 
     @register
     def note(s: int, k: int, strains: Array, velocities: Array, lane: LaneState) -> None:
@@ -109,9 +149,9 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
             velocities[s, i] = lane[1][i * LANES + k]
 
     @register
-    def unload(s: int, k: int, ledgers: Any, states: tuple, lane: LaneState) -> None:
-        note(s, k, states[0], states[1], lane)
-        ledgers[s].position = lane[2][k]
+    def unload(s: int, k: int, rows: Rows, lane: LaneState) -> None:
+        note(s, k, rows.strains, rows.velocities, lane)
+        rows.ledgers[s].position = lane[2][k]
 
     @register
     def park(k: int, lane: LaneState, steps: Array) -> None:
@@ -124,167 +164,154 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         steps[k] = 0.0
 
     @register
-    def begin_step(ledger: Any, s: int, step: float, progress: Progress) -> None:
-        progress.begun[s], progress.left[s] = ledger.steps * step, step
+    def begin_step(s: int, rows: Rows, progress: Progress) -> None:
+        step = rows.steps[s]
+        progress.begun[s], progress.left[s] = rows.ledgers[s].steps * step, step
 
     @register
-    def wait_if_likely(s: int, start: PathPoint, ledgers: Any, progress: Progress) -> bool:
+    def wait_if_likely(s: int, start: PathPoint, rows: Rows, progress: Progress) -> bool:
         # Where a contact is likely, it is searched first, as ``motion`` does.
         left = progress.left[s]
         progress.move[s], progress.known[s] = left, OPEN
-        ahead = start[0] + left * (start[1] + 0.5 * left * start[2])
-        likely = ahead < motion.LIKELY * left * ledgers[s].impact_velocity
+        likely = is_likely(rows.ledgers[s], start, left)
         if likely:
             push(progress.waiting, s)
         return likely
 
     @register
     def next_in(
-        last: int,
-        more: bool,
-        ledgers: Any,
-        states: tuple,
-        steps: Array,
-        statuses: Counts,
-        progress: Progress,
-        weights: Array,
-        bond: Any,
+        last: int, more: bool, rows: Rows, progress: Progress, weights: Array, bond: Any
     ) -> tuple[int, int]:
         # The chain that takes the next lane, -1 for none, and the last of those begun.
         if progress.found.held[0] > 0:
             return pop(progress.found), last
-        while more and last + 1 < statuses.shape[0]:
+        while more and last + 1 < rows.statuses.shape[0]:
             last += 1
-            if statuses[last] != MOVING:
+            if rows.statuses[last] != MOVING:
                 continue
-            begin_step(ledgers[last], last, steps[last], progress)
-            rate = pull(states[0][last, 0], weights, 0, bond)
-            start = (ledgers[last].position, states[1][last, 0], rate)
-            if not wait_if_likely(last, start, ledgers, progress):
+            begin_step(last, rows, progress)
+            rate = pull(rows.strains[last, 0], weights, 0, bond)
+            start = (rows.ledgers[last].position, rows.velocities[last, 0], rate)
+            if not wait_if_likely(last, start, rows, progress):
                 return last, last
         return -1, last
 
     @register
-    def search(
-        searches: Searches,
-        searching: int,
-        near: tuple,
-        ledgers: Any,
-        states: tuple,
-        progress: Progress,
-        fractions: tuple,
-        bond: Any,
-    ) -> int:
+    def search(searching: int, near: Lanes, rows: Rows, places: Places, rule: Rule) -> int:
         # One point of the path of each chain whose contact is searched; returns how many these are.
-        kept, moved, trial, steps, share, parts, forces, weights = near
+        progress, searched, ledgers = places.progress, places.searched, rows.ledgers
+        kept, moved, room = near
         for k in range(LANES):
-            if searches.whose[k] < 0 and progress.waiting.held[0] > 0:
-                s = searches.whose[k] = pop(progress.waiting)
+            if searched[k] < 0 and progress.waiting.held[0] > 0:
+                s = searched[k] = pop(progress.waiting)
                 searching += 1
-                load(s, k, ledgers, states, kept)
-                begin(k, searches, progress.left[s], point_of(kept, k, weights, bond))
-                steps[k] = searches.time[k]
-        take_step(kept, moved, trial, steps, share, parts, forces, weights, 1, fractions, bond)
+                load(s, k, rows, kept)
+                start = point_of(kept, k, room.weights, rule.parameters)
+                begin_search(ledgers[s], progress.left[s], start)
+                room.steps[k] = ledgers[s].search_time
+        take_step(near, 1, rule)
         for k in range(LANES):
-            s = searches.whose[k]
+            s = searched[k]
             if s < 0:
                 continue
-            if not go_on(k, searches, point_of(moved, k, weights, bond)):
-                steps[k] = searches.time[k]
+            if not go_on(ledgers[s], point_of(moved, k, room.weights, rule.parameters)):
+                room.steps[k] = ledgers[s].search_time
                 continue
-            if searches.time[k] >= 0.0:
-                progress.move[s], progress.known[s] = searches.time[k], MEETS
+            if ledgers[s].search_time >= 0.0:
+                progress.move[s], progress.known[s] = ledgers[s].search_time, MEETS
             else:
                 progress.known[s] = FREE if progress.known[s] == OPEN else REPEATED
             push(progress.found, s)
-            searches.whose[k] = -1
+            searched[k] = -1
             searching -= 1
         return searching
 
     @register
-    def is_free(
-        s: int,
-        k: int,
-        old: LaneState,
-        new: LaneState,
-        progress: Progress,
-        weights: Array,
-        bond: Any,
-    ) -> bool:
-        # Whether there was no contact in this move.
-        if progress.known[s] != OPEN:
-            return True
-        start, end = point_of(old, k, weights, bond), point_of(new, k, weights, bond)
-        changes = count_changes(start, end, progress.left[s])
-        return changes == 0 and not (end[0] <= 0.0 and end[1] < 0.0)
-
-    @register
-    def touch(
-        s: int,
-        k: int,
-        ledgers: Any,
-        states: tuple,
-        new: LaneState,
-        progress: Progress,
-        step: float,
-        low: Array,
-        high: Array,
-    ) -> None:
+    def touch(s: int, k: int, rows: Rows, new: LaneState, places: Places) -> None:
         # At the wall: as ``motion`` reverses particle 1.
-        ledger, contacts = ledgers[s], states[4][s]
+        ledger, contacts, progress = rows.ledgers[s], rows.contacts[s], places.progress
         speed = abs(new[1][k])
         new[1][k] = speed
         new[2][k] = 0.0
         progress.left[s] -= progress.move[s]
-        given = 2.0 * ledger.contact_mass * speed
-        now = progress.begun[s] + (step - progress.left[s])
-        ledger.momentum += given
-        ledger.last_contact = now
-        if ledger.contacts == 0:
-            ledger.first_contact = now
-            ledger.argue_after = ledger.argue_first
-        else:
-            lasted = now - ledger.first_contact
-            ledger.argue_after = ledger.patience * lasted / ledger.contacts
-        note(s, k, states[2], states[3], new)
-        ledger.contact_min = min(ledger.strain_min, low[k])
-        ledger.contact_max = max(ledger.strain_max, high[k])
-        contacts[0, ledger.contacts] = now
-        contacts[1, ledger.contacts] = speed
-        contacts[2, ledger.contacts] = given
-        ledger.contacts += 1
+        now = progress.begun[s] + (rows.steps[s] - progress.left[s])
+        note_contact(ledger, contacts, now, speed)
+        note_impulse(ledger, contacts, 2.0 * ledger.contact_mass * speed)
+        note_parting(ledger, now)
+        note(s, k, rows.last_strains, rows.last_velocities, new)
+        ledger.contact_min = min(ledger.strain_min, places.low[k])
+        ledger.contact_max = max(ledger.strain_max, places.high[k])
 
     @register
-    def as_it_goes_on(ledger: Any, goal: int, room: int) -> int:
-        if ledger.steps >= goal:
-            return motion.DONE
-        return motion.FULL if room - ledger.contacts < motion.SPARE_CONTACTS else MOVING
+    def as_it_goes_on(s: int, rows: Rows) -> int:
+        ledger = rows.ledgers[s]
+        if ledger.steps >= rows.goals[s]:
+            return bookkeeping.DONE
+        room = rows.contacts.shape[2] - ledger.contacts
+        return bookkeeping.FULL if room < bookkeeping.SPARE_CONTACTS else MOVING
 
     @register
-    def look(
-        s: int, ledgers: Any, states: tuple, goal: int, step: float, bounds: EndBounds, room: int
-    ) -> int:
+    def look(s: int, rows: Rows, bounds: EndBounds) -> int:
         # Whether the end is proved; if not, when to look again.
-        ledger = ledgers[s]
-        if over(ledger.position, states[0][s], states[1][s], states[5][s], bounds):
+        ledger, state = rows.ledgers[s], (rows.strains[s], rows.velocities[s])
+        if over(ledger.position, state[0], state[1], rows.energies[s], bounds):
             return PROVED
-        away = ledger.steps * step - ledger.last_contact
+        away = ledger.steps * rows.steps[s] - ledger.last_contact
         ledger.argue_after = away + max(_FIRST_LOOK * bounds.interval, _LATER_LOOKS * away)
-        return as_it_goes_on(ledger, goal, room)
+        return as_it_goes_on(s, rows)
 
     @register
-    def after_step(ledger: Any, goal: int, step: float, low: float, high: float, room: int) -> int:
+    def after_step(s: int, k: int, rows: Rows, places: Places) -> int:
         # Why the chain is left, or that it moves on; as at the end of a step of ``motion``.
+        ledger, low, high = rows.ledgers[s], places.low[k], places.high[k]
         ledger.steps += 1
-        if not (ledger.strain_min <= low and high <= ledger.strain_max):
-            ledger.strain_min = min(ledger.strain_min, low)
-            ledger.strain_max = max(ledger.strain_max, high)
-            if not (low > ledger.strain_floor and high < ledger.strain_ceiling):
-                return motion.OUTSIDE
-        away = ledger.steps * step - ledger.last_contact
-        if ledger.momentum > 0.0 and away >= ledger.argue_after:
-            return motion.ARGUE
-        return as_it_goes_on(ledger, goal, room)
+        within = ledger.strain_min <= low and high <= ledger.strain_max
+        if not within and not widen(ledger, low, high):
+            return bookkeeping.OUTSIDE
+        if may_be_over(ledger, rows.steps[s]):
+            return bookkeeping.ARGUE
+        return as_it_goes_on(s, rows)
+
+    @register
+    def keeps_lane(
+        k: int, rows: Rows, lanes: Lanes, rule: Rule, bounds: EndBounds, places: Places, more: bool
+    ) -> bool:
+        # What a move of all lanes made of the chain in one of them; whether that moves on there.
+        progress, (old, new, room) = places.progress, lanes
+        weights, bond = room.weights, rule.parameters
+        s = places.whose[k]
+        ledger = rows.ledgers[s]
+        if progress.known[s] != REPEATED:
+            ledger.evaluations += ledger.step_evaluations
+        if progress.known[s] == OPEN:
+            start, end = point_of(old, k, weights, bond), point_of(new, k, weights, bond)
+            if not is_free(start, end, progress.left[s]):
+                progress.known[s] = REPEATED
+                unload(s, k, rows, old)
+                push(progress.waiting, s)
+                return False
+        status = MOVING
+        if progress.known[s] == MEETS:
+            touch(s, k, rows, new, places)
+            if ledger.contacts == rows.contacts.shape[2]:
+                status = bookkeeping.CROWDED
+        else:
+            progress.left[s] = 0.0
+        if status == MOVING and progress.left[s] <= 0.0:
+            status = after_step(s, k, rows, places)
+            if status == bookkeeping.ARGUE and bounds.reaches.shape[0] > 0:
+                unload(s, k, rows, new)
+                status = look(s, rows, bounds)
+            if more:
+                begin_step(s, rows, progress)
+        if status == MOVING and progress.left[s] > 0.0:
+            if not wait_if_likely(s, point_of(new, k, weights, bond), rows, progress):
+                room.steps[k] = progress.left[s]
+                return True
+        else:
+            rows.statuses[s] = status
+        unload(s, k, rows, new)
+        return False
 
     @register
     def note_strains(strain: Array, low: Array, high: Array) -> None:
@@ -297,23 +324,16 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
                 high[k] = max(high[k], strain[i * LANES + k])
 
     def carry(
-        ledgers: Any,
-        states: tuple,
-        near: tuple,
-        lanes: tuple,
-        steps: Array,
-        goals: Counts,
-        statuses: Counts,
-        most: int,
-        fractions: tuple,
-        bond: Any,
+        rows: Rows,
+        lanes: Lanes,
+        near: Lanes,
+        rule: Rule,
         bounds: EndBounds,
-        room: Room,
+        places: Places,
+        most: int,
     ) -> None:
-        old, new, trial, lane_steps, share, parts, forces, weights = lanes
-        progress, searches, whose, low, high = room
-        bonds = states[0].shape[1]
-        most_contacts = states[4].shape[2]
+        progress, whose, room = places.progress, places.whose, lanes.room
+        bonds = rows.strains.shape[1]
         moving = searching = done = 0
         last = -1
         while True:
@@ -322,66 +342,29 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
                 if whose[k] >= 0:
                     continue
                 more = done < most
-                s, last = next_in(
-                    last, more, ledgers, states, steps, statuses, progress, weights, bond
-                )
+                s, last = next_in(last, more, rows, progress, room.weights, rule.parameters)
                 whose[k] = s
                 if s < 0:
-                    park(k, new, lane_steps)
+                    park(k, lanes.new, room.steps)
                     continue
                 moving += 1
-                load(s, k, ledgers, states, new)
-                lane_steps[k] = progress.move[s]
+                load(s, k, rows, lanes.new)
+                room.steps[k] = progress.move[s]
             wanted = searching + progress.waiting.held[0]
             if moving + wanted == 0:
                 return
             if wanted >= min(LANES, moving):
-                searching = search(
-                    searches, searching, near, ledgers, states, progress, fractions, bond
-                )
+                searching = search(searching, near, rows, places, rule)
                 continue
-            old, new = new, old
-            take_step(
-                old, new, trial, lane_steps, share, parts, forces, weights, bonds, fractions, bond
-            )
-            note_strains(new[0], low, high)
+            lanes = Lanes(lanes.new, lanes.old, room)
+            take_step(lanes, bonds, rule)
+            note_strains(lanes.new[0], places.low, places.high)
             done += moving
             for k in range(LANES):
-                s = whose[k]
-                if s < 0:
+                if whose[k] < 0:
                     continue
-                ledger, step = ledgers[s], steps[s]
-                if progress.known[s] != REPEATED:
-                    ledger.evaluations += ledger.step_evaluations
-                if not is_free(s, k, old, new, progress, weights, bond):
-                    progress.known[s] = REPEATED
-                    unload(s, k, ledgers, states, old)
-                    push(progress.waiting, s)
+                if not keeps_lane(k, rows, lanes, rule, bounds, places, done < most):
                     whose[k] = -1
                     moving -= 1
-                    continue
-                status = MOVING
-                if progress.known[s] == MEETS:
-                    touch(s, k, ledgers, states, new, progress, step, low, high)
-                    if ledger.contacts == most_contacts:
-                        status = motion.CROWDED
-                else:
-                    progress.left[s] = 0.0
-                if status == MOVING and progress.left[s] <= 0.0:
-                    status = after_step(ledger, goals[s], step, low[k], high[k], most_contacts)
-                    if status == motion.ARGUE and bounds.reaches.shape[0] > 0:
-                        unload(s, k, ledgers, states, new)
-                        status = look(s, ledgers, states, goals[s], step, bounds, most_contacts)
-                    if done < most:
-                        begin_step(ledger, s, step, progress)
-                if status == MOVING and progress.left[s] > 0.0:
-                    if not wait_if_likely(s, point_of(new, k, weights, bond), ledgers, progress):
-                        lane_steps[k] = progress.left[s]
-                        continue
-                else:
-                    statuses[s] = status
-                unload(s, k, ledgers, states, new)
-                whose[k] = -1
-                moving -= 1
 
     return carry

@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.batch.lanes import LANES
-from chaincor.workflows.engines.in_house.batch.searches import Searches
 
 Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-# Not left yet; otherwise why it was, see ``motion``. Beyond that: its end was proved by the
+# Not left yet; otherwise why it was, see ``bookkeeping``. Beyond that: its end was proved by the
 # loop, none is found, one was.
 MOVING = -1
 PROVED, ENDLESS, ENDED = 5, 6, 7
@@ -66,33 +65,34 @@ class Progress(NamedTuple):
     found: Queue
 
 
-class Room(NamedTuple):
+class Places(NamedTuple):
     """
-    Room to carry chains.
+    Which chains are where in a batch, and how far.
 
     Attributes
     ----------
     progress : Progress
         Of the chains.
-    searches : Searches
-        Searches for contacts.
     whose : ndarray of shape (L,)
         Which chain is in a lane; -1 for none.
     low, high : ndarray of shape (L,)
         Its smallest and largest strain now.
+    searched : ndarray of shape (L,)
+        Which chain's contact is searched in a lane; -1 for none.
     """
 
     progress: Progress
-    searches: Searches
     whose: Counts
     low: Array
     high: Array
+    searched: Counts
 
     @classmethod
-    def of(cls, chains: int) -> "Room":
-        """Return room for so many chains, none of which has begun."""
+    def of(cls, chains: int) -> "Places":
+        """Return those of so many chains, none of which has begun."""
         progress = Progress(
             *(np.zeros(chains), np.zeros(chains), np.zeros(chains), np.zeros(chains, np.int64)),
             *(Queue.of(chains), Queue.of(chains)),
         )
-        return cls(progress, Searches.of(), np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES))
+        nobody, low, high = np.full(LANES, -1), np.zeros(LANES), np.zeros(LANES)
+        return cls(progress, nobody, low, high, nobody.copy())

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from chaincor.workflows.engines.in_house.line_kinds import Source, read_parameters
 from chaincor.workflows.engines.in_house.motion import FRONT_BLOCK, FRONT_MARGIN
-from chaincor.workflows.engines.in_house.stages import Parameters, Stages, State
+from chaincor.workflows.engines.in_house.stages import Parameters, Stages
 from chaincor.workflows.engines.schemes import Rule
 
 # What `move` tells: strains met, the same up to the last contact, the bonds in motion at the end,
@@ -36,21 +36,19 @@ def build_move(source: Source, stages: Stages, take_step: Callable) -> Callable:
     Returns
     -------
     callable
-        ``move(old, new, last, scratch, block, log, limits, fractions, parameters, found)``: carry
-        bonds `first` to `end` of the state `old` through the substeps of a log into `new`, and as
-        they were at the last contact into `last`. States are unnamed, `scratch` is three of them.
-        The `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed with, and
-        whether it ends with the bonds in motion; `limits` has the strains met so far, those
-        allowed, and the strain from which a bond has begun to move. What it tells goes into
+        ``move(states, scratch, block, log, limits, fractions, parameters, found)``: carry bonds
+        `first` to `end` of the first of three states through the substeps of a log into the second,
+        and as they were at the last contact into the third. States are unnamed, `scratch` is three
+        of them. The `block` has `first`, `end`, the bonds `begin` to `stop` that it is computed
+        with, and whether it ends with the bonds in motion; `limits` has the strains met so far,
+        those allowed, and the strain from which a bond has begun to move. What it tells goes into
         `found`.
     """
     copy, count_outside, extremes = stages.copy, stages.count_outside, stages.extremes
     named, around, *_ = read_parameters(source)
 
     def move(
-        old: tuple,
-        new: tuple,
-        last: tuple,
+        states: tuple,
         scratch: tuple,
         block: tuple[int, int, int, int, bool],
         log: NDArray[np.float64],
@@ -59,12 +57,11 @@ def build_move(source: Source, stages: Stages, take_step: Callable) -> Callable:
         parameters: Parameters,
         found: NDArray[np.float64],
     ) -> None:
+        old, new, last = states
+        here, there, trial = scratch
         first, end, begin, stop, is_front = block
         low, high, floor, ceiling, threshold = limits
         old_strain, old_velocity = old[0][begin:], old[1][begin:]
-        one, another, spare = scratch
-        here, there = State(one[0], one[1]), State(another[0], another[1])
-        trial = State(spare[0], spare[1])
         particles = old[1].shape[0]
         rule = Rule(fractions, around(named(parameters), begin, particles))
         bonds, own = stop - begin, first - begin

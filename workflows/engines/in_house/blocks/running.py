@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house import motion
+from chaincor.workflows.engines.in_house import bookkeeping, motion
 from chaincor.workflows.engines.in_house.blocks import loop
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.interrupts import steps_at_once
@@ -56,7 +56,7 @@ def load(stepper: "Stepper") -> Callable:
     ends, nothing = State(np.zeros(1), np.zeros(2)), np.zeros((2, 0))
     state = tuple(ends)
     move(
-        *(state, state, state, (state, state, state)),
+        *((state, state, state), (state, state, state)),
         *((0, 1, 0, 1, True), nothing, (0.0,) * 5),
         *(tuple(stepper.scheme.fractions), stepper.parameters, np.zeros(loop.OUTSIDE + 1)),
     )
@@ -76,18 +76,18 @@ def advance(
 
     Ledger and arrays are changed in place as by the loop over the whole chain, to the last bit.
     `move` comes from :func:`load`; `goal` is how many steps shall be done, from the first contact
-    on. Returns why it came back, see ``motion``.
+    on. Returns why it came back, see ``bookkeeping``.
     """
     state = arrays.now
     # Blocks read the margins of each other from the state before: they write another one.
     states = [state, State(state.strain.copy(), state.velocity.copy())]
     head = _Head(ledger, arrays, stepper)
     blocks = _Blocks(ledger, arrays.last, stepper, move, cores)
-    status = motion.DONE
+    status = bookkeeping.DONE
     with ThreadPoolExecutor(max(cores - 1, 1)) as helpers:
-        while status == motion.DONE and ledger["steps"] < goal:
+        while status == bookkeeping.DONE and ledger["steps"] < goal:
             status, substeps = head.go_ahead(states[0], goal)
-            known = status != motion.CROWDED
+            known = status != bookkeeping.CROWDED
             if known and substeps.shape[1] > 0:
                 known = blocks.move(states[0], states[1], substeps, helpers)
             if not known:
@@ -187,7 +187,7 @@ class _Blocks:
             # All threads draw from one iterator: that of a range is never in two of them at once.
             for k in todo:
                 self._move(
-                    *states,
+                    states,
                     self._scratch[k],
                     blocks[k],
                     substeps,

@@ -12,7 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from chaincor.workflows.engines.in_house.contact_search import PathPoint, build_contact_search
+from chaincor.workflows.engines.in_house.contact_search import (
+    SEARCH_FIELDS,
+    build_contact_search,
+)
+from chaincor.workflows.engines.in_house.polynomials import PathPoint
 from chaincor.workflows.engines.in_house.stages import Array, Parameters
 
 # Why `advance` came back.
@@ -48,6 +52,7 @@ LEDGER = np.dtype(
         ("evaluations", "i8"),
         ("pause", "i8"),  # steps after which it comes back
         ("paused", "i8"),  # whether it did, and nothing has changed since
+        *SEARCH_FIELDS,
     ]
 )
 
@@ -103,8 +108,8 @@ class Arrays(NamedTuple):
     trial_slopes: Array
 
 
-class Search(NamedTuple):
-    """What the search for a contact works on; the step begins at the state that is kept."""
+class Path(NamedTuple):
+    """What a contact is searched on: one step of any size from the state that is kept."""
 
     arrays: Arrays
     method: Tableau
@@ -170,10 +175,10 @@ def build_flight(rates: Callable, register: Callable, register_long: Callable) -
         return step * high * high / np.sqrt(high * high + 0.01 * low * low)
 
     @register
-    def probe(time: float, search: Search) -> PathPoint:
-        arrays, method = search.arrays, search.method
+    def probe(time: float, path: Path) -> PathPoint:
+        arrays, method = path.arrays, path.method
         trial, slopes = arrays.trial, arrays.trial_slopes
-        take(arrays.kept, trial, slopes, time, method, search.parameters)
+        take(arrays.kept, trial, slopes, time, method, path.parameters)
         particles = trial.shape[0] // 2
         return trial[0], trial[particles], slopes[method.b.shape[0], particles]
 
@@ -183,7 +188,7 @@ def build_flight(rates: Callable, register: Callable, register_long: Callable) -
         state, contacts, frames = arrays.state, arrays.contacts, arrays.frames
         kept, slopes = arrays.kept, arrays.slopes
         trial, trial_slopes = arrays.trial, arrays.trial_slopes
-        search = Search(arrays, method, parameters)
+        path = Path(arrays, method, parameters)
         particles = state.shape[0] // 2
         final = method.b.shape[0]
         refusals = 0
@@ -220,7 +225,7 @@ def build_flight(rates: Callable, register: Callable, register_long: Callable) -
             start = (kept[0], kept[particles], slopes[0, particles])
             end = (state[0], state[particles], slopes[final, particles])
             trial_slopes[0] = slopes[0]
-            contact = find_contact(step, start, end, search)
+            contact = find_contact(step, start, end, ledger, path)
             taken = contact if contact >= 0.0 else step
             while ledger.next_frame < ledger.time + taken:
                 time = ledger.next_frame - ledger.time

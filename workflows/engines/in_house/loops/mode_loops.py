@@ -7,9 +7,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from chaincor.workflows.engines.in_house.contact_search import first_root
 from chaincor.workflows.engines.in_house.loops.kept_loops import folder_of_loops
 from chaincor.workflows.engines.in_house.loops.one_process import one_process
+from chaincor.workflows.engines.in_house.polynomials import first_root
 
 # Terms of the Taylor series, see ``mode_flight``.
 TERMS = 26
@@ -194,28 +194,21 @@ def proof_time(
 
 @njit(cache=True, error_model="numpy")
 def bounce(
-    strain_modes: Array,
-    velocity_modes: Array,
-    omega: Array,
-    shape: Array,
+    gap_modes: tuple[Array, Array, Array, Array],
     wall_distance: float,
     exchange: float,
     flown: float,
     work: float,
-    speeds: Array,
-    flights: Array,
-    strain_record: Array,
-    velocity_record: Array,
+    record: tuple[Array, Array, Array, Array],
 ) -> tuple[int, int, float, float]:
     """
     Fly from contact to contact.
 
     Parameters
     ----------
-    strain_modes, velocity_modes : ndarray of shape (n,)
-        e_j and p_j; changed in place.
-    omega, shape : ndarray of shape (n,)
-        Frequencies, and what each mode has of the gap; the first is the translation.
+    gap_modes : tuple of ndarray of shape (n,)
+        e_j and p_j, changed in place; frequencies, and what each mode has of the gap. The first is
+        the translation.
     wall_distance : float
         The gap.
     exchange : float
@@ -224,10 +217,9 @@ def bounce(
         Time since the last contact.
     work : float
         After so many windows, times modes, it stops.
-    speeds, flights : ndarray of shape (most,)
-        Are given how fast each contact closes, and the time since the one before.
-    strain_record, velocity_record : ndarray of shape (most, n)
-        Are given the modes right after each.
+    record : tuple of ndarray
+        Is given how fast each contact closes and the time since the one before, both of shape
+        (most,), and e_j and p_j right after each, of shape (most, n).
 
     Returns
     -------
@@ -238,6 +230,8 @@ def bounce(
     flown, wall_distance : float
         As given.
     """
+    strain_modes, velocity_modes, omega, shape = gap_modes
+    speeds, flights, strain_record, velocity_record = record
     contacts = 0
     modes = omega.shape[0]
     while contacts < speeds.shape[0] and work > 0.0:
@@ -271,4 +265,4 @@ def load_loop() -> None:
     """Load or compile the loop."""
     one, many = np.ones(1), np.ones((1, 1))
     with one_process(folder_of_loops(), "bounce"):
-        bounce(one, one, one, one, 1.0, 1.0, 0.0, 0.0, one, one, many, many)
+        bounce((one, one, one, one), 1.0, 1.0, 0.0, 0.0, (one, one, many, many))

@@ -1,0 +1,101 @@
+"""What a run keeps count of, and what the end of a contact and of a step change in it."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS
+
+Array = NDArray[np.float64]
+
+# Why a loop came back: all steps done, the end may be near, no room for more contacts, more
+# contacts in one step than make sense, a strain that is not allowed.
+DONE, ARGUE, FULL, CROWDED, OUTSIDE = range(5)
+
+# Room for the contacts of one step.
+SPARE_CONTACTS = 64
+# A contact within a step is likely where the parabola that the gap follows at first ends lower
+# than this part of the way that the impact velocity would take it.
+LIKELY = 0.05
+
+LEDGER = np.dtype(
+    [
+        ("position", "f8"),  # x of the first particle; before a hard wall the gap
+        ("last_position", "f8"),  # the same when the last contact ended
+        ("impact_velocity", "f8"),  # v0
+        ("contact_mass", "f8"),  # reduced mass of the particles that meet
+        ("momentum", "f8"),  # of the relative motion of the bodies, from the impulses
+        ("chain_momentum", "f8"),  # of the chain when soft bodies touched
+        ("first_contact", "f8"),  # when the bodies first met
+        ("last_contact", "f8"),  # when the last contact ended
+        ("argue_after", "f8"),  # the end is argued when so much time has passed since then
+        ("argue_first", "f8"),  # the same after the first contact
+        ("patience", "f8"),  # and that is so many mean intervals between contacts
+        ("shortest_share", "f8"),  # of a step, next to moments of touching and parting
+        ("grading", "f8"),  # steps beside them, over how far their nearer end stays away
+        ("strain_min", "f8"),  # smallest and largest strain met
+        ("strain_max", "f8"),
+        ("contact_min", "f8"),  # the same up to the last contact
+        ("contact_max", "f8"),
+        ("strain_floor", "f8"),  # strains outside these stop the run
+        ("strain_ceiling", "f8"),
+        ("steps", "i8"),  # full steps done
+        ("contacts", "i8"),
+        ("soft", "i8"),  # whether bodies overlap when they meet
+        ("touching", "i8"),  # whether they do now
+        ("active", "i8"),  # bonds that have begun to move
+        ("evaluations", "i8"),  # of all bond forces
+        ("step_evaluations", "i8"),  # of one step
+        ("substeps", "i8"),  # in the log
+        *SEARCH_FIELDS,
+    ]
+)
+
+
+def is_likely(ledger: Any, start: tuple[float, float, float], ahead: float) -> bool:
+    """
+    Return whether a contact is likely within a time.
+
+    `start` is the gap, its rate, and the rate of that.
+    """
+    reached = start[0] + ahead * (start[1] + 0.5 * ahead * start[2])
+    return reached < LIKELY * ahead * ledger.impact_velocity
+
+
+def note_contact(ledger: Any, contacts: Array, moment: float, speed: float) -> None:
+    """Note a contact that begins, at a moment, with a closing speed."""
+    contacts[0, ledger.contacts] = moment
+    contacts[1, ledger.contacts] = speed
+    if ledger.contacts == 0:
+        ledger.first_contact = moment
+    ledger.contacts += 1
+
+
+def note_impulse(ledger: Any, contacts: Array, given: float) -> None:
+    """Note the momentum that the last contact gave the chain."""
+    contacts[2, ledger.contacts - 1] = given
+    ledger.momentum += given
+
+
+def note_parting(ledger: Any, moment: float) -> None:
+    """Note when a contact ended, and after how much silence the end is argued from now on."""
+    ledger.last_contact = moment
+    if ledger.contacts == 1:
+        ledger.argue_after = ledger.argue_first
+    else:
+        lasted = moment - ledger.first_contact
+        ledger.argue_after = ledger.patience * lasted / (ledger.contacts - 1)
+
+
+def widen(ledger: Any, low: float, high: float) -> bool:
+    """Note the smallest and the largest strain of a moment; return whether they are allowed."""
+    ledger.strain_min = min(ledger.strain_min, low)
+    ledger.strain_max = max(ledger.strain_max, high)
+    return low > ledger.strain_floor and high < ledger.strain_ceiling
+
+
+def may_be_over(ledger: Any, step: float) -> bool:
+    """Return whether the bodies part and have been silent for so long that the end is argued."""
+    away = ledger.steps * step - ledger.last_contact
+    return ledger.momentum > 0.0 and away >= ledger.argue_after and not ledger.touching

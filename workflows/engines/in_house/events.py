@@ -1,0 +1,191 @@
+r"""
+What ends a substep: the event that the gap of a line passes zero.
+
+Hard bodies exchange the momentum :math:`2 \mu w` where their gap closes with the speed w; at a
+rigid wall that reverses particle 1. Soft ones overlap for a while: a step is cut where they touch
+and where they part, as the force has no derivatives there. Next to such a moment the force grows as
+a power that need not be whole, which no order of a scheme resolves: substeps are at most as long as
+they stay away from it, down to a small part of the step.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from chaincor.workflows.engines.in_house import bookkeeping
+from chaincor.workflows.engines.in_house.contact import build_contact
+from chaincor.workflows.engines.in_house.contact_search import build_contact_search
+from chaincor.workflows.engines.in_house.line_kinds import Source
+from chaincor.workflows.engines.in_house.polynomials import PathPoint
+from chaincor.workflows.engines.in_house.stages import Array, Stages
+from chaincor.workflows.engines.schemes import Rule
+
+# Shortest substep next to a moment of touching or parting, in parts of the step. The momentum
+# there is the integral of a power q of the time: what such a substep misses falls as its power
+# q + 1, and substeps as long as they stay away from it miss about as much.
+SHORTEST_SHARE = 2.0**-8
+GRADING = 1.0
+
+
+class Event(NamedTuple):
+    """
+    The event of a line, as the loop over its steps knows it; all are known to the compiler.
+
+    Attributes
+    ----------
+    direction : callable
+        ``direction(ledger)``: 1 where bodies meet next, so that the gap falls, -1 where they part.
+    condition : callable
+        ``condition(position, state, direction, parameters)``: the gap, its rate and the rate of
+        that, times the direction: positive until the event. `position` is the first particle's.
+    reach : callable
+        ``reach(ledger, contacts, now, left, step)``: how long the next substep is, of what is left
+        of a step, and how far ahead the event is searched.
+    probe : callable
+        ``probe(time, path)``: the condition after a substep of any size, along a `Path`.
+    find : callable
+        ``find(far, start, end, ledger, path)``: when the condition first is zero, -1 for never,
+        see ``contact_search``.
+    cut : callable
+        ``cut(ledger, time, ahead, step)``: how long the substep is that leads towards a zero at
+        `time`, and whether it reaches it.
+    happen : callable
+        ``happen(ledger, arrays, moment, bonds, parameters)``: what the event does to the bodies;
+        `arrays` are the state, that after the last contact, the contacts and the masses.
+    """
+
+    direction: Callable
+    condition: Callable
+    reach: Callable
+    probe: Callable
+    find: Callable
+    cut: Callable
+    happen: Callable
+
+
+class Path(NamedTuple):
+    """
+    What an event is searched on: the particles near the contact, in one substep of any size.
+
+    Attributes
+    ----------
+    position : float
+        Of the first particle, before the substep.
+    direction : float
+        Of the event.
+    bonds, wanted : int
+        Between these particles, and those that act on the gap.
+    kept, near, trial : State
+        Before the substep, after it, and scratch, unnamed.
+    rule : Rule
+        Of the scheme, with the parameters of these particles.
+    """
+
+    position: float
+    direction: float
+    bonds: int
+    wanted: int
+    kept: tuple
+    near: tuple
+    trial: tuple
+    rule: Rule
+
+
+def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:
+    """
+    Return the event of a kind of line.
+
+    Parameters
+    ----------
+    source : Source
+        What it is made from.
+    stages : Stages
+        Of the same line.
+    take_step : callable
+        One step of them without an event, as in ``schemes``.
+    """
+    register, wall = source.register, source.kind.contact == "wall"
+    copy, extremes = stages.copy, stages.extremes
+    opening, closing_speed, close, bounce, _ = build_contact(source)
+    note_contact, note_parting = (
+        register(bookkeeping.note_contact),
+        register(bookkeeping.note_parting),
+    )
+    note_impulse = register(bookkeeping.note_impulse)
+
+    @register
+    def direction(ledger: Any) -> float:
+        return -1.0 if not wall and ledger.touching else 1.0
+
+    @register
+    def condition(position: float, state: tuple, sign: float, parameters: Any) -> PathPoint:
+        gap, rate, bend = opening(position, state, parameters)
+        return sign * gap, sign * rate, sign * bend
+
+    @register
+    def probe(time: float, path: Path) -> PathPoint:
+        # Of the bonds only those next to the gap matter.
+        position, sign, bonds, wanted, kept, near, trial, rule = path
+        position = take_step(position, kept, near, trial, bonds, wanted, time, rule)
+        return condition(position, near, sign, rule.parameters)
+
+    @register
+    def reach(
+        ledger: Any, contacts: Array, now: float, left: float, step: float
+    ) -> tuple[float, float]:
+        if wall or not ledger.soft or not ledger.shortest_share < 1.0:
+            return left, left
+        ahead = left
+        if ledger.contacts > 0:
+            before = ledger.last_contact
+            if ledger.touching:
+                before = contacts[0, ledger.contacts - 1]
+            away = now - before
+            ahead = min(left, max(ledger.shortest_share * step, ledger.grading * away))
+        # A substep must not end just before bodies part, either.
+        if ledger.touching:
+            return ahead, ahead / (ledger.grading / (1.0 + ledger.grading))
+        return ahead, ahead
+
+    @register
+    def cut(ledger: Any, time: float, ahead: float, step: float) -> tuple[float, bool]:
+        if time < 0.0:
+            return ahead, False
+        if not wall and ledger.touching and time > min(ledger.shortest_share * step, ahead):
+            return min(ahead, ledger.grading / (1.0 + ledger.grading) * time), False
+        return time, True
+
+    @register
+    def momentum_of(masses: Array, velocity: Array) -> float:
+        total = 0.0
+        for i in range(masses.shape[0]):
+            total += masses[i] * velocity[i]
+        return total
+
+    @register
+    def happen(ledger: Any, arrays: tuple, moment: float, bonds: int, parameters: Any) -> None:
+        (strain, velocity), last, contacts, masses = arrays
+        ledger.position = close(strain, ledger.position, parameters)
+        speed = closing_speed(velocity, parameters)
+        if not wall and ledger.touching:
+            ledger.touching = 0
+            given = momentum_of(masses, velocity) - ledger.chain_momentum
+            note_impulse(ledger, contacts, given)
+        elif not wall and ledger.soft:
+            note_contact(ledger, contacts, moment, speed)
+            ledger.touching = 1
+            ledger.chain_momentum = momentum_of(masses, velocity)
+            return
+        else:
+            note_contact(ledger, contacts, moment, abs(speed))
+            given = 2.0 * ledger.contact_mass * abs(speed)
+            bounce(velocity, given, parameters)
+            note_impulse(ledger, contacts, given)
+        note_parting(ledger, moment)
+        ledger.last_position = ledger.position
+        copy(strain, velocity, last, bonds)
+        low, high = extremes(strain, bonds, parameters)
+        ledger.contact_min = min(ledger.strain_min, low)
+        ledger.contact_max = max(ledger.strain_max, high)
+
+    find = build_contact_search(probe=probe, register=register)
+    return Event(direction, condition, reach, probe, find, cut, happen)
