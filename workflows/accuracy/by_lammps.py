@@ -159,17 +159,23 @@ def meet_with_lammps(
         "seconds": chosen,
         "in_house_restitution": choice.truth.restitution,
         "in_house_error": choice.truth.error,
+        "error_alone": last.alone,
         "tries": told(ran),
     }
     return answer(scene, last.fine, ran[-1].error, details, sensitivity)
 
 
 class _Proof(NamedTuple):
-    """A run of LAMMPS, one at twice its step, and its error bar."""
+    """
+    A run of LAMMPS, one at twice its step, and its error bar.
+
+    `alone` is what LAMMPS tells of its error without the in-house number: both runs' difference.
+    """
 
     fine: Outcome
     coarse: Outcome
     bar: ErrorBar
+    alone: float
 
 
 class _Proving:
@@ -190,7 +196,8 @@ class _Proving:
         numerics = self.numerics = replace(self.numerics, timestep=step)
         fine, coarse = lammps.run_at_steps(scene, numerics, (step, COARSER * step))
         order = effective_order(scene, numerics.scheme)
-        told = share_of_difference(order, COARSER) * largest_difference(scene, fine, [coarse])
+        apart = largest_difference(scene, fine, [coarse])
+        told = share_of_difference(order, COARSER) * apart
         error = max(told, abs(eta_of(scene, fine) - truth.restitution)) + truth.error
         # Where an in-house motion is in doubt about a late contact, so is this one.
         doubt = truth.outcome.ending.missed_momentum
@@ -210,7 +217,13 @@ class _Proving:
         done |= not done and self._within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
-        return Try(step, error, _Proof(fine, coarse, bar), done, smaller.timestep)
+        return Try(
+            step,
+            error,
+            _Proof(fine, coarse, bar, bar.total - error + apart),
+            done,
+            smaller.timestep,
+        )
 
 
 def _reference_solution(scene: Scene, tolerance: float) -> Converged:

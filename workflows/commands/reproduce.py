@@ -73,8 +73,8 @@ def describe(contents: dict[str, Any], folder: Path) -> str:
         "",
         f"{health['compared']} of {health['points']} points by LAMMPS and in-house (LAMMPS's value "
         f"shown in {health['by_lammps']}); {health['compared'] - health['disagreements']} agree "
-        f"within the bars, {health['compared'] - len(health['blunt'])} compared at better than "
-        f"{health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}",
+        f"within what LAMMPS alone tells, {health['compared'] - len(health['blunt'])} with summed "
+        f"bars of less than {health['sharp']:.0e}; largest error bar {health['largest_error']:.1e}",
         ", ".join(f"{name} {seconds:.0f} s" for name, seconds in contents["seconds"].items()),
         f"report: {folder / 'report.html'}",
     ]

@@ -8,6 +8,7 @@ from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.validation.comparison import error_alone
 
 
 @dataclass(frozen=True)
@@ -197,14 +198,24 @@ class Point:
         return float(results[0]["restitution"] - results[1]["restitution"])
 
     @property
-    def allowed_difference(self) -> float | None:
-        """Sum of the two error bars."""
+    def summed_bars(self) -> float | None:
+        """Sum of the two error bars; None where one is missing."""
         bars = [result["restitution_error"] for result in self.results]
         return None if len(bars) < 2 or None in bars else float(sum(bars))
 
     @property
+    def allowed_difference(self) -> float | None:
+        """Sum of the error that LAMMPS's runs tell by themselves and the in-house error bar."""
+        if self.summed_bars is None:
+            return None
+        return sum(
+            error_alone(result.get("details", {}), result["restitution_error"])
+            for result in self.results
+        )
+
+    @property
     def agrees(self) -> bool | None:
-        """Whether the two are within their bars; None where they cannot be compared."""
+        """Whether the two are within these; None where they cannot be compared."""
         difference, allowed = self.difference, self.allowed_difference
         return None if difference is None or allowed is None else abs(difference) <= allowed
 

@@ -22,8 +22,8 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
     compared = [p for p in points if p.agrees is not None]
     excess = [abs(p.difference or 0.0) / (p.allowed_difference or 1.0) for p in compared]
     asked, sharp = measured.plan.tolerance, measured.sharp
-    blunt = [p for p in compared if (p.allowed_difference or 0.0) > sharp]
-    bars = [p.allowed_difference or 0.0 for p in blunt]
+    blunt = [p for p in compared if (p.summed_bars or 0.0) > sharp]
+    bars = [p.summed_bars or 0.0 for p in blunt]
     failed = [
         (p.source is not None and engine == "LAMMPS", f"{_name(p)}, {engine}: {answer.failure}")
         for p in points
@@ -36,14 +36,14 @@ def examine_points(measured: Measurements) -> dict[str, Any]:
         "points": len(points),
         "by_lammps": sum(p.source == "lammps" for p in points),
         "alone": sum(p.source == "in-house" and p.agrees is None for p in points),
-        # Points that both engines computed; those outside the sum of the bars.
+        # Points that both engines computed; those that differ by more than LAMMPS's own runs do.
         "compared": len(compared),
         "longest_compared": max((p.particles for p in compared), default=0),
         "disagreements": sum(p.agrees is False for p in compared),
-        # Largest |difference|/(sum of bars).
+        # Largest |difference| over that.
         "worst_excess": max(excess, default=math.nan),
-        # Sum of bars up to which a comparison tells much; points compared with larger ones, and the
-        # least and the largest of these.
+        # Sum of bars up to which a comparison tells much; points with larger ones, and the least
+        # and the largest of these.
         "sharp": sharp,
         "blunt": [_name(p) for p in blunt],
         "blunt_bars": [min(bars), max(bars)] if bars else [],

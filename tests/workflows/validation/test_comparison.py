@@ -1,6 +1,7 @@
 """Who is right: agreement where both are, and wrong integrators caught."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import pytest
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
-from chaincor.workflows.validation.comparison import validate
+from chaincor.workflows.accuracy import by_lammps
+from chaincor.workflows.collision import collide
+from chaincor.workflows.validation.comparison import error_alone, validate
 from chaincor.workflows.validation.grid import grid_around
 from chaincor.workflows.validation.user_comparison import validate_user
 
@@ -197,3 +200,20 @@ def test_where_runs_differ_in_their_contacts_neither_number_nor_velocities_are_j
     assert (allowed["contacts"], allowed["velocities"], allowed["mode_energies"]) == (None,) * 3
     assert allowed["restitution"] is not None
     assert found.agrees
+
+
+def test_lammps_is_judged_by_what_its_own_runs_tell(monkeypatch):
+    # With a wrong in-house number the bar holds the distance to it, and tells nothing of LAMMPS.
+    scene = Scene(potential="lj", particles=5, speed=0.4)
+    exact = collide(scene.replace(engine="reference"), tolerance=1e-12).restitution
+    choose = by_lammps.choose
+
+    def misleading(*arguments):
+        choice = choose(*arguments)
+        return replace(choice, truth=replace(choice.truth, restitution=exact + 1e-2))
+
+    monkeypatch.setattr(by_lammps, "choose", misleading)
+    misled = collide(scene)
+    assert misled.restitution_error > 0.9e-2
+    alone = error_alone(misled.details, misled.restitution_error)
+    assert abs(misled.restitution - exact) < alone < 1e-6
