@@ -1,6 +1,8 @@
 """The error bar of a restitution, cause by cause."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -31,3 +33,14 @@ class ErrorBar:
         if self.step is None:
             return None
         return self.step + self.table + self.rounding + self.ending
+
+
+def error_alone(details: Mapping[str, Any], bar: float) -> float:
+    """
+    Return the error of a result's eta that the judge has no part in.
+
+    The bar that LAMMPS's runs have for a tolerance holds their distance to an in-house run: by that
+    they would agree whatever they are. What counts is by how much LAMMPS's run differs from its own
+    at twice the step, with its table, rounding and ending.
+    """
+    return float(details.get("choice", {}).get("error_alone", bar))

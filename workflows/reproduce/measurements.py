@@ -7,8 +7,8 @@ from typing import Any
 from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
+from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.reproduce.plan import Plan
-from chaincor.workflows.validation.comparison import error_alone
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """LAMMPS against the in-house integrator: who agrees, within what."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
@@ -13,6 +13,7 @@ from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, NUMERICS_KEYS, OUTPU
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies, plain_bodies
 from chaincor.workflows.collision import collide
 from chaincor.workflows.engines.in_house import hard_sphere
+from chaincor.workflows.error_bar import error_alone
 from chaincor.workflows.given import scene_given
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
@@ -217,17 +218,6 @@ def validate(scene: Scene, tolerance: float | None = None) -> Validation:
     name = f"LAMMPS, {subject.wall} wall, {subject.scheme}, H = {subject.timestep:.4g}"
     error = error_alone(subject.details, subject.restitution_error or 0.0)
     return Validation.of(scene, name, subject.restitution, error, judge, comparisons)
-
-
-def error_alone(details: Mapping[str, Any], bar: float) -> float:
-    """
-    Return the error of a result's eta that the judge has no part in.
-
-    The bar that LAMMPS's runs have for a tolerance holds their distance to an in-house run: by that
-    they would agree whatever they are. What counts is by how much LAMMPS's run differs from its own
-    at twice the step, with its table, rounding and ending.
-    """
-    return float(details.get("choice", {}).get("error_alone", bar))
 
 
 def compare_contacts(count: int, judge: Collision, *subjects: Collision) -> Comparison:

@@ -11,7 +11,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import given_bodies
 from chaincor.workflows.accuracy import by_lammps
 from chaincor.workflows.collision import collide
-from chaincor.workflows.validation.comparison import error_alone, validate
+from chaincor.workflows.error_bar import error_alone
+from chaincor.workflows.validation.comparison import validate
 from chaincor.workflows.validation.grid import grid_around
 from chaincor.workflows.validation.user_comparison import validate_user
 
