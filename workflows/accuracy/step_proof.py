@@ -23,6 +23,10 @@ from chaincor.workflows.engines.schemes import STEP_SCHEMES
 COARSER = (2.0, 1.3)
 _LEAST_ORDER = math.log(2.0) / math.log(COARSER[1])
 _STEEPEST = 1.0 / (COARSER[0] ** _LEAST_ORDER - 1.0)
+# What the far run leaves, by the order of the scheme, is taken so many times: its own error may be
+# smaller than usual. Taken once, 3 of 779 random scenes had up to 1.4 times their bar, all of them
+# chains with an error that changes its sign between the steps.
+_LUCK = 3.0
 
 
 def runs_differ(order: float, steps: Any) -> Any:
@@ -74,7 +78,7 @@ def proved_error(
     order = STEP_SCHEMES[scheme].order
     seen = runs_differ(order, steps)
     falls = seen & alike & (near <= _STEEPEST * far + rounding)
-    usual = share_of_difference(order, COARSER[0]) * far
+    usual = min(1.0, _LUCK * share_of_difference(order, COARSER[0])) * far
     error = np.maximum(near, np.where(falls, usual, far))
     return np.where(seen, error, np.inf)[()], falls
 
