@@ -46,7 +46,7 @@ def test_interpolation_trusts_the_nearer_frame(harmonic20, ahead):
 
 
 def test_a_contact_between_two_frames_at_the_wall_is_put_halfway_and_not_trusted():
-    detector = ContactDetector(0.1, np.ones(2))
+    detector = ContactDetector(0.1, [np.ones(2)])
     detector.feed(ChainState(0, 1.0, np.zeros(2), np.full(2, -0.1)))
     detector.feed(ChainState(1, 1.5, np.zeros(2), np.full(2, 0.1)))
     found = detector.result()
