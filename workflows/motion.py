@@ -10,6 +10,7 @@ from chaincor.analysis.results import History
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.given_numbers import whole_number_given
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.error_bar import ErrorBar
 from chaincor.workflows.errors import SensitivityError
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 # Of motions that no fixed steps follow.
 _WITHOUT_STEPS = ("hard-sphere", "adaptive8")
+# Where roundings change eta by more, the last digits decide which contacts come: a derivative
+# amplifies them by less than 1e12 wherever one can be told.
+_HINGES = 1e-4
 # Pictures end when the chain has left the wall for this share of the collision, and for as long as
 # sound takes over so many bonds.
 _FLY_ON, _BONDS_ON = 0.15, 2.0
@@ -43,6 +47,7 @@ class Motion:
     bond_min: float
     restitution: float
     restitution_error: float | None
+    error_parts: ErrorBar
 
     @property
     def scene(self) -> Scene:
@@ -114,6 +119,12 @@ class Motion:
             raise SensitivityError(
                 f"a collision of {scene.particles} particles by scheme '{self.scheme}' is not "
                 "differentiated; expected bonds that fixed steps follow: lower the speed"
+            )
+        if self.error_parts.rounding > _HINGES:
+            raise SensitivityError(
+                f"roundings change eta by up to {self.error_parts.rounding:.2g} here: the last "
+                "digits decide which contacts come, where derivatives tell nothing; expected "
+                "fewer particles or a lower speed"
             )
         shortest = self.bond_min - scene.bond.natural_length
         known = self.restitution, self.restitution_error

@@ -10,8 +10,8 @@ from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer, spread_of
 from chaincor.workflows.accuracy.in_house_runs import eta_of, run_in_house
-from chaincor.workflows.accuracy.regular import LONG, LONGEST_TRUSTED, refine_regularly
-from chaincor.workflows.accuracy.rounding_sensitivity import nudged_change
+from chaincor.workflows.accuracy.regular import LONGEST_TRUSTED, refine_regularly
+from chaincor.workflows.accuracy.rounding_sensitivity import LONG, nudged_change
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE
 from chaincor.workflows.engines.ending import quiet_time
 from chaincor.workflows.engines.outcome import Outcome

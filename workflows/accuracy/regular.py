@@ -18,14 +18,12 @@ from chaincor.workflows.accuracy.in_house_runs import (
     run_in_house,
 )
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
-from chaincor.workflows.accuracy.rounding_sensitivity import nudged_change
+from chaincor.workflows.accuracy.rounding_sensitivity import LONG, nudged_change
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding
 
-# Longer chains have contacts that graze the wall and make much of the last digit.
-LONG = 1500
 # Chains of more particles than this that need finer steps than usual have their roundings looked
 # at, and are met one by one.
 LONGEST_TRUSTED = 250
