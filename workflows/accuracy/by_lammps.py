@@ -217,13 +217,8 @@ class _Proving:
         done |= not done and self._within_time(smaller) is not smaller
         if not done:
             self.numerics = smaller
-        return Try(
-            step,
-            error,
-            _Proof(fine, coarse, bar, bar.total - error + apart),
-            done,
-            smaller.timestep,
-        )
+        proof = _Proof(fine, coarse, bar, alone=bar.total - error + apart)
+        return Try(step, error, proof, done, smaller.timestep)
 
 
 def _reference_solution(scene: Scene, tolerance: float) -> Converged:

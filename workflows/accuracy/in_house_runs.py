@@ -67,7 +67,7 @@ class Refined:
     kinked : bool
         Whether bonds pass kinks, so that Verlet steps are as good as any.
     seconds : float
-        Integration time of all runs.
+        Integration time of all runs that were compared.
     """
 
     fine: Outcome
@@ -106,5 +106,6 @@ def refined(scene: Scene, tries: Sequence[Try[list[Outcome]]], forgets: bool = F
         alike = ran[-STALLED:] if forgets else ran[-STALLED - 1 :]
         runs = alike[0][1] if forgets else runs
         error = largest_difference(scene, runs[0], (run for _, each in alike for run in each))
-    seconds = sum(run.seconds for _, each in ran for run in each)
+    # A run may be compared with those at two steps.
+    seconds = sum({id(run): run.seconds for _, each in ran for run in each}.values())
     return Refined(runs[0], runs[1:], error, stuck, told(tries), seconds=seconds)

@@ -18,7 +18,7 @@ from chaincor.workflows.accuracy.step_guess import (
     guess_step,
     sharpness,
 )
-from chaincor.workflows.accuracy.step_proof import runs_differ
+from chaincor.workflows.accuracy.step_proof import telling_step
 from chaincor.workflows.engines.in_house.kernels import kernels_for
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.schemes import STEP_SCHEMES
@@ -111,11 +111,12 @@ class _Search:
         scene, scheme, floor = self.scene, self.scheme, self.floor
         before, self.before = self.before, None
         fine = run_in_house(scene, scheme, step)
+        telling = telling_step(scheme, step, fine.lasted)
+        if telling < step:
+            return Try(step, math.inf, following=telling, anew=True)
         proofs = [run_in_house(scene, scheme, k * step, fine) for k in COARSER]
         runs = [fine, *proofs]
         error = self.share * largest_difference(scene, fine, proofs)
-        if not runs_differ(STEP_SCHEMES[scheme].order, fine.lasted / step):
-            error = math.inf
         order = _observed_order(before, step, error, effective_order(scene, scheme))
         least = least_step(scene, scheme, float(fine.contact_times[-1]))
         done = error + floor <= self.goal or error < 0.3 * floor or step <= least

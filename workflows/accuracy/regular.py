@@ -20,7 +20,7 @@ from chaincor.workflows.accuracy.in_house_runs import (
 from chaincor.workflows.accuracy.refining import Policy, Try, by_order, refine
 from chaincor.workflows.accuracy.rounding_sensitivity import LONG, nudged_change
 from chaincor.workflows.accuracy.step_guess import STEP_SHARE, effective_order, guess_step
-from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, usual_share
+from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, telling_step, usual_share
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import amplified_rounding
 
@@ -90,6 +90,9 @@ class _Search:
         last, self.last = self.last, None
         fine = run_in_house(scene, scheme, step, self.known)
         self.known = self.known or fine
+        telling = telling_step(scheme, step, fine.lasted)
+        if telling < step:
+            return Try(step, math.inf, following=telling, anew=True)
         proofs = _proofs(scene, scheme, fine, last, goal)
         self.last = fine
         error, regular = _step_error(scene, scheme, fine, proofs, floor)

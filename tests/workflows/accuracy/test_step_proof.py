@@ -7,6 +7,9 @@ import pytest
 
 from chaincor import Scene, collide
 from chaincor.lammps_inputs.numerics import Numerics
+from chaincor.workflows.accuracy.in_house_runs import eta_of
+from chaincor.workflows.accuracy.irregular import refine_irregularly
+from chaincor.workflows.accuracy.regular import refine_regularly
 from chaincor.workflows.accuracy.step_proof import COARSER, proved_error, runs_differ
 from chaincor.workflows.engines.in_house import stepping
 
@@ -52,3 +55,24 @@ def test_a_collision_within_the_first_step_has_an_honest_bar(seed):
     # What 60 steps of order 8 err by is rounding.
     assert abs(found.restitution - (speed / scene.impact_velocity) ** 2) <= found.restitution_error
     assert found.restitution_error <= 1e-4
+
+
+@pytest.mark.parametrize("gap", [0.06, 0.006])
+@pytest.mark.parametrize("refine", ["regularly", "irregularly"])
+def test_a_collision_that_is_a_small_part_of_a_step_is_resolved(gap, refine, tmp_path):
+    # It lasts a fourth to a hundredth of the step that is tried first: halved, steps would seem to
+    # help no more long before they tell of their error.
+    start = tmp_path / "start.csv"
+    start.write_text(f"strain,velocity\n{gap},-0.5\n0.2,-0.3\n0.05,-0.1\n")
+    scene = Scene(
+        potential="toda", particles=3, target_particles=1, initial=start, engine="reference"
+    )
+    if refine == "regularly":
+        found = refine_regularly(scene, 1e-3, "srkn14", 1e-13, None)
+    else:
+        found = refine_irregularly(scene, 1e-3, 1e-13)
+    assert len(found.fine.contact_times) == 1
+    fine = stepping.run(scene, Numerics(scheme="order8", timestep=gap / 60.0))
+    # What 120 steps of order 8 err by is rounding.
+    assert abs(eta_of(scene, found.fine) - eta_of(scene, fine)) <= found.error + 1e-13
+    assert found.fine.lasted > COARSER[0] * found.fine.timestep

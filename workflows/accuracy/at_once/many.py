@@ -219,9 +219,8 @@ class ManyMeetings:
             apart.append(np.where(coarse.settled, differences, np.inf))
             alike &= coarse.counts == of.counts
         far, near = apart
-        errors[sound] = proved_error(self.scheme, of.lasted / step, far, near, floor[sound], alike)[
-            0
-        ]
+        steps = of.lasted / step
+        errors[sound], _ = proved_error(self.scheme, steps, far, near, floor[sound], alike)
         return fine, errors
 
     def _may_come_late(self, runs: ManyRuns) -> NDArray[np.bool_]:
