@@ -110,9 +110,10 @@ def collect_caveats(
             "ids do not count particles from the wall outwards; particles were numbered by their "
             "positions in the first frame"
         )
-    half = float(np.max(reading.last.resolution("vx", reading.digits)))
+    digits = reading.digits
+    half = float(np.max(reading.last.resolution("vx", digits)))
     resolution = half / ending.seen.velocity
-    caveats += _precision_caveats(layout, reading.first, reading.digits, resolution)
+    caveats += _precision_caveats(layout, reading.first, digits, resolution)
     if reading.start.kind == "late":
         caveats.append(
             "the first frame lies inside the collision: contacts before it are not seen, and "

@@ -30,12 +30,12 @@ def restitution_precision(
     float
         A bound, not a deviation.
     """
-    masses, state = seen.masses, seen.last
+    masses, state, digits = seen.masses, seen.last, reading.digits
     epsilon = float(np.finfo(float).eps)
 
     def off(frame: DumpFrame, steps: int) -> float:
         """Return how far the relative velocity in a frame may be off."""
-        half = reading.layout.by_body(frame.resolution("vx", reading.digits))
+        half = reading.layout.by_body(frame.resolution("vx", digits))
         printed = sum(
             float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
         )
@@ -49,7 +49,7 @@ def restitution_precision(
 
     read = 0.0
     if not speed_given:
-        largest = float(np.max(reading.first.resolution("vx", reading.digits)))
+        largest = float(np.max(reading.first.resolution("vx", digits)))
         read = largest if len(masses) == 1 else off(reading.first, 0)
     error = 2.0 * abs(e) * (off(reading.last, reading.last_interval) + abs(e) * read)
     uncertain = mass_resolution(reading.first, reading.layout, masses[0])

@@ -85,8 +85,7 @@ def analyze_frames(
     e = seen.last.separation(masses) / velocity
     speed_given = known.impact_velocity is not None and not bodies.targets
     error = restitution_precision(reading, seen, e, speed_given)
-    moving = reading.start.kind in ("moving", "turned")
-    bound = _largest_restitution(energies[0], seen, moving)
+    bound = _largest_restitution(energies[0], seen, reading.start.moving)
     contradictions = find_contradictions(e**2, error, detection, bound)
     caveats = collect_caveats(reading, ending, drifts=drifts, truncated=is_truncated())
     chain, *target = _each_body(seen, energies, known.stiffness, origin)
@@ -179,11 +178,14 @@ def _energies(state: ChainState, masses: Sequence[Array], bond: Potential | None
     ]
 
 
+def _total(energies: Energies) -> float:
+    """Return the energy of all bodies."""
+    return sum(float(part.total) for part in energies if part is not None)
+
+
 def _drifts(energies: Sequence[Energies]) -> tuple[float, float]:
     """Return how the energy changes to the first frame after the last contact, and to the last."""
-    start, parted, end = (
-        sum(float(part.total) for part in each if part is not None) for each in energies
-    )
+    start, parted, end = map(_total, energies)
     return (parted - start) / start, (end - start) / start
 
 
@@ -209,12 +211,11 @@ def _momentum(state: ChainState, masses: Sequence[Array]) -> float:
 
 def _largest_restitution(energies: Energies, seen: Followed, moving: bool) -> float | None:
     """Return eta if all energy of the first frame became relative motion; None if not known."""
-    known = [float(energy.total) for energy in energies if energy is not None]
-    if not known:
+    if None in energies:
         return None if moving else 1.0
     masses = [float(np.sum(m)) for m in seen.masses]
     reduced = 1.0 / sum(1.0 / mass for mass in masses)
-    energy = sum(known)
+    energy = _total(energies)
     if len(masses) > 1:
         # What both do as one body stays.
         energy -= 0.5 * _momentum(seen.opening, seen.masses) ** 2 / sum(masses)

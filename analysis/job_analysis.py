@@ -63,7 +63,7 @@ def analyze_job(
         dump, else the chain's own, with the wall at 0 below the chain.
     target_particles : int, optional
         So many particles, those at the lowest x where the dump has no column ``mol``, are a free
-        target; by default as :func:`bodies_of` tells it.
+        target; by default as :func:`~chaincor.analysis.job_dump.bodies_of` tells it.
 
     Returns
     -------

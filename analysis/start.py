@@ -28,6 +28,11 @@ class Start:
     kind: StartKind
     impact_velocity: float | None
 
+    @property
+    def moving(self) -> bool:
+        """Whether the chain comes with inner motion."""
+        return self.kind in ("moving", "turned")
+
 
 def find_start(velocities: Array, resolution: Array) -> Start:
     """

@@ -114,7 +114,7 @@ class CollisionFrames:
         speed = abs(state.opening)
         if self.layout.targets:
             return speed, state.after_contact(masses) if state.opening < 0.0 else state
-        if self.start.kind not in ("moving", "turned"):
+        if not self.start.moving:
             speed = impact_velocity
         return speed, state.turned_round(speed)
 

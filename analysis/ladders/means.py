@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from chaincor.analysis.ladders.order_fit import linear_fit
 from chaincor.lammps_inputs.arrays import Array
 
 # Powers of the step that a bias may fall with; where several agree with the means, all count.
@@ -105,13 +106,12 @@ def _fit(
     x: Array, y: Array, errors: Array
 ) -> tuple[tuple[float, float], tuple[float, float], float]:
     """Return A and B of y = A + B x with their standard errors, and the weighted misfit."""
-    # About the weighted mean, so that nothing is lost where rungs scatter by powers of ten less.
-    weights = errors.min() ** 2 / errors**2
+    least = errors.min()
+    weights = least**2 / errors**2
+    a, b = linear_fit(x, y, weights)
     total = weights.sum()
-    middle, mean = weights @ x / total, weights @ y / total
+    middle = weights @ x / total
     spread = weights @ (x - middle) ** 2
-    b = weights @ ((x - middle) * (y - mean)) / spread
-    a = mean - b * middle
-    misfit = weights @ (y - a - b * x) ** 2 / errors.min() ** 2
-    of_a, of_b = errors.min() * np.sqrt([1.0 / total + middle**2 / spread, 1.0 / spread])
-    return (float(a), float(of_a)), (float(b), float(of_b)), float(misfit)
+    misfit = weights @ (y - a - b * x) ** 2 / least**2
+    of_a, of_b = least * np.sqrt([1.0 / total + middle**2 / spread, 1.0 / spread])
+    return (a, float(of_a)), (b, float(of_b)), float(misfit)

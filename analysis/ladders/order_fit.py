@@ -138,8 +138,8 @@ def _fit_window(steps: Array, values: Array, errors: Array) -> OrderFit:
         grid = np.linspace(grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)], _FINER)
     order = float(grid[_FINER // 2])
     inside = LEAST_ORDER + 0.1 < order < MOST_ORDER - 0.1
-    limit, slope = _linear_fit(scaled, mean, weights, order)
     powers = (scaled**order).mean(axis=1)
+    limit, slope = linear_fit(powers, mean, weights)
     logs = slope * (scaled**order * np.log(scaled)).mean(axis=1)
     jacobian = np.stack([np.ones(rungs), powers, logs], axis=1) * np.sqrt(weights)[:, None]
     scale = np.linalg.norm(jacobian, axis=0)
@@ -169,10 +169,9 @@ def _misfit(steps: Array, mean: Array, weights: Array, orders: Array) -> Array:
     return (dy - slope[:, None] * dx) ** 2 @ weights
 
 
-def _linear_fit(steps: Array, mean: Array, weights: Array, p: float) -> tuple[float, float]:
-    """Return A and B at a fixed order."""
-    powers = (steps**p).mean(axis=1)
+def linear_fit(x: Array, y: Array, weights: Array) -> tuple[float, float]:
+    """Return A and B of y = A + B x, about the weighted mean, so that few digits are lost."""
     total = weights.sum()
-    x0, y0 = weights @ powers / total, weights @ mean / total
-    slope = float(weights @ ((powers - x0) * (mean - y0)) / (weights @ (powers - x0) ** 2))
+    x0, y0 = weights @ x / total, weights @ y / total
+    slope = float(weights @ ((x - x0) * (y - y0)) / (weights @ (x - x0) ** 2))
     return float(y0 - slope * x0), slope

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from chaincor.analysis.distribution import Distribution, Share, share_above
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.lammps_inputs.scene_parts.given_bodies import seed_of
 from chaincor.workflows.campaign.ensemble_text import rows_of
 from chaincor.workflows.errors import RunError
 from chaincor.workflows.json_output import finite
 from chaincor.workflows.result import Collision
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.ending import (
     RISK_ALLOWED,
@@ -19,8 +19,6 @@ from chaincor.workflows.engines.ending import (
 )
 from chaincor.workflows.engines.piece_bounds import reach
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
-
-Array = NDArray[np.float64]
 
 # A collision is followed for so many times its own length and a few times that of one sound
 # crossing, and for so many crossings however late contacts come. Choices: the judge of many scenes

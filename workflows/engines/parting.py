@@ -3,15 +3,11 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.end_watch import Body
 from chaincor.workflows.engines.pieces import find_pieces
-
-Array = NDArray[np.float64]
 
 # Each body has this part at least of the way, and of the speed, between both.
 _LEAST_SHARE = 0.05

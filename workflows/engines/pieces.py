@@ -22,10 +22,9 @@ from itertools import starmap
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.piece_bounds import PAID, VIBRATIONS, Lever, escape_risk, reach
-
-Array = NDArray[np.float64]
 
 # Part of the present speed of separation that must be left when all pulls are counted.
 _LEFT = 0.5

@@ -21,17 +21,15 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.engines.splittings import SRKN14_DRIFTS, SRKN14_KICKS, SRKN14_ORDER
 
-# In how many Verlet steps a step is taken, by order. LAMMPS, whose coordinates are coarse, takes
-# order 12: with the last two numbers by twos it amplifies rounding, by the sum of |c_m|, 8 times;
-# with 1 to 6 it would 27 times, and orders 14 and 16 do 56 and 116 times.
-_EXTRAPOLATED = {12: (1, 2, 3, 4, 6, 8), 14: tuple(range(1, 8)), 16: tuple(range(1, 9))}
-
-Array = NDArray[np.float64]
+# In how many Verlet steps a step is taken, of orders 12, 14 and 16. LAMMPS, whose coordinates are
+# coarse, takes order 12: with the last two numbers by twos it amplifies rounding, by the sum of
+# |c_m|, 8 times; with 1 to 6 it would 27 times, and orders 14 and 16 do 56 and 116 times.
+_COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 
 class Rule(NamedTuple):
@@ -235,6 +233,6 @@ _SRKN14 = Splitting(np.array(SRKN14_DRIFTS), np.array(SRKN14_KICKS))
 _SCHEMES = (
     *map(_composed, COMPOSITIONS),
     StepScheme("srkn14", SRKN14_ORDER, _SRKN14, build_split_step),
-    *map(_extrapolated, _EXTRAPOLATED.values()),
+    *map(_extrapolated, _COUNTS),
 )
 STEP_SCHEMES = {scheme.name: scheme for scheme in _SCHEMES}

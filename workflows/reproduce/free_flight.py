@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 
 from chaincor.analysis.modes import kinetic_mode_energies
 from chaincor.analysis.pair_theory import compressed_strain
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.follow import STEP
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.pieces import Pieces, find_pieces
 from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
-
-Array = NDArray[np.float64]
 
 # Times are in crossings of sound, n - 1; kinetic energies are means over the first of them.
 AVERAGED_OVER = 10.0

@@ -77,11 +77,14 @@ def _table(study: ScriptStudy, each: ScriptLadder) -> list[str]:
             f"{f'{keeps:.1e}' if keeps is not None and np.isfinite(keeps) else '-':>9}  "
             f"{'-' if number.tolerance is None else f'{number.tolerance:.2g}'}"
         )
+    return [*lines, *(f"failed at {text}" for text in _failures(study, each))]
+
+
+def _failures(study: ScriptStudy, each: ScriptLadder) -> list[str]:
+    """Say of every run that failed where that was, and why."""
+    assert study.ladder is not None
     name = study.ladder.name
-    return [
-        *lines,
-        *(f"failed at {name} = {study.ladder.text(given)}: {why}" for given, why in each.failures),
-    ]
+    return [f"{name} = {study.ladder.text(given)}: {why}" for given, why in each.failures]
 
 
 def _describe_comparison(each: Comparison) -> list[str]:
@@ -138,7 +141,6 @@ def notes(study: ScriptStudy) -> list[str]:
 
 def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[tuple[str, str]]:
     """Say what a ladder told of a number, the advice last."""
-    assert study.ladder is not None
     verdict = number.verdict
     said = [("verdict", f"{verdict.kind}: {verdict.reason}")]
     if verdict.order is not None and verdict.order_error is not None:
@@ -150,10 +152,7 @@ def told(study: ScriptStudy, each: ScriptLadder, number: NumberLadder) -> list[t
         said.append(("value", f"{with_bar(verdict.value, verdict.value_error)}, {told_by}"))
     if number.standard_error is not None:
         said.append(("one run", f"+- {number.standard_error:.1e}, by its own samples"))
-    name = study.ladder.name
-    said += [
-        ("failed", f"{name} = {study.ladder.text(given)}: {why}") for given, why in each.failures
-    ]
+    said += [("failed", text) for text in _failures(study, each)]
     return [*said, ("advice", advise(study, each, number))]
 
 

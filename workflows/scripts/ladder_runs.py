@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,8 +44,6 @@ class NumberLadder:
         Of one run's mean, from the run itself, on the finest rung; None for what is no mean.
     verdict : LadderVerdict
         What the error is like.
-    promised : ndarray of shape (R,)
-        Error that one run on a rung keeps; inf where it cannot be told.
     tolerance : float or None
         What the advice is for: as asked, or one of its own.
     advice : ScriptAdvice or None
@@ -56,9 +55,13 @@ class NumberLadder:
     resolution: float
     standard_error: float | None
     verdict: LadderVerdict
-    promised: NDArray[np.float64]
     tolerance: float | None
     advice: ScriptAdvice | None
+
+    @cached_property
+    def promised(self) -> NDArray[np.float64]:
+        """Error that one run on a rung keeps, of shape (R,); inf where it cannot be told."""
+        return promised_errors(self.verdict)
 
 
 @dataclass(frozen=True)
@@ -74,10 +77,8 @@ class ScriptLadder:
         Every run, failed ones among them, in the order they were made.
     given : tuple of float
         The varied value of each of these.
-    values : ndarray of shape (R,)
-        The rungs all of whose runs ended well, coarse to fine.
     inputs : ndarray of shape (R, M)
-        Values, run by run.
+        Values, run by run, of the rungs all of whose runs ended well, coarse to fine.
     seconds : ndarray of shape (R,)
         Processor time of one run: the median of a rung.
     numbers : tuple of NumberLadder
@@ -91,12 +92,16 @@ class ScriptLadder:
     fixed: dict[str, str]
     runs: tuple[ScriptRun, ...]
     given: tuple[float, ...]
-    values: NDArray[np.float64]
     inputs: NDArray[np.float64]
     seconds: NDArray[np.float64]
     numbers: tuple[NumberLadder, ...]
     ends: tuple[float, float] | None
     repeatable: bool
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The value of each of these rungs, of shape (R,)."""
+        return self.inputs[:, 0]
 
     @property
     def failures(self) -> list[tuple[float, str]]:
@@ -219,7 +224,6 @@ def measure_ladder(
         fixed=fixed,
         runs=tuple(runs.done.values()),
         given=tuple(varied.value(*place) for place in runs.done),
-        values=inputs[:, 0],
         inputs=inputs,
         seconds=seconds,
         numbers=tuple(
@@ -259,7 +263,6 @@ def _judge(
         resolution=resolution,
         standard_error=error if np.isfinite(error) else None,
         verdict=verdict,
-        promised=promised_errors(verdict),
         tolerance=tolerance,
         advice=advice,
     )

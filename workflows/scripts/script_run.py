@@ -81,9 +81,14 @@ def list_files(folder: Path) -> list[Path]:
     return files
 
 
+def _words(lmp: str, variables: dict[str, str], script: str) -> list[str]:
+    """Return the command of a run, word by word."""
+    return [*shlex.split(lmp), *_options(variables), "-in", script]
+
+
 def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
     """Return the command of a run, to paste into a shell."""
-    return shlex.join([*shlex.split(lmp), *_options(variables), "-in", script])
+    return shlex.join(_words(lmp, variables, script))
 
 
 @dataclass(frozen=True)
@@ -137,7 +142,7 @@ class Runner:
         rewrite_folder(folder, folder / self.script.name, change)
         screen = folder / SCREEN_FILE
         variables = dict(change.variables)
-        words = [*shlex.split(self.lmp), *_options(variables), "-in", self.script.name]
+        words = _words(self.lmp, variables, self.script.name)
         status, seconds = _execute(words, folder, screen, self.timeout)
         if status is None:
             failure = f"it has not ended after {self.timeout:g} s"

@@ -194,7 +194,7 @@ def timestep_study(
         else:
             varied = _with_step(runner, varied)
             found = _measure_ladders(runner, varied, tolerance, progress)
-        keep = any(run.failure for each in found for run in each.runs)
+        keep = any(each.failures for each in found)
     except ScriptRunError:
         keep = True
         raise

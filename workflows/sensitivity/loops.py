@@ -18,9 +18,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.compile import (
     KEPT,
@@ -36,8 +34,6 @@ from chaincor.workflows.engines.in_house.line_kinds import (
     contact_force,
     read_parameters,
 )
-
-Array = NDArray[np.float64]
 
 # Of a force whose curvature has no formula: difference over so much strain to either side.
 _DIFFERENCE = 1e-5

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.formula import Formula
 from chaincor.lammps_inputs.bonds.named_bond import NamedBond
 from chaincor.lammps_inputs.bonds.potentials import WHOLE_KEYS
@@ -22,8 +22,6 @@ from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.trace import Trace, trace
-
-Array = NDArray[np.float64]
 
 # Step over the period of the fastest bond, less 2 pi: errors of order8 are then about 1e-10.
 _USUAL_STEP = 0.1

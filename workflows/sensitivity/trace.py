@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house import bookkeeping, motion
@@ -16,8 +16,6 @@ from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.time_limit import check_time
 from chaincor.workflows.errors import SensitivityError
 from chaincor.workflows.sensitivity.loops import Loops, Substeps, Tape, loops_for
-
-Array = NDArray[np.float64]
 
 SCHEME = "order8"
 # Where a soft contact sets in as a power of the time that is not whole, derivatives see one power
@@ -207,11 +205,9 @@ def trace(scene: Scene, step: float, contacts: int, duration: float) -> Trace:
 
 def _advanced(moving: Motion, stepper: Stepper, steps: int) -> tuple[Array, Array]:
     """Take steps; return of each substep its duration, and whether a contact ends it."""
-    ledger, fractions = moving.ledger, tuple(stepper.scheme.fractions)
+    ledger = moving.ledger
     ledger["substeps"] = 0
-    goal = int(ledger["steps"]) + steps
-    told = stepper.step, fractions, stepper.parameters
-    status = stepper.kernels.advance(ledger, moving.arrays.unnamed(), goal, *told)
+    status = stepper.advance(ledger, moving.arrays.unnamed(), int(ledger["steps"]) + steps)
     if status == bookkeeping.FULL:
         moving.make_room()
     elif status != bookkeeping.DONE:

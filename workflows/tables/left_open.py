@@ -62,7 +62,8 @@ def left_open(rows: Rows, spline: Callable[..., Array], style: str, limit: float
     curved = float(np.max(np.abs(spline(fine, 2)))) * span**2 / 8.0 / largest
     steep = float(np.max(np.abs(spline(fine, 1)))) * span / 2.0 / largest
     errors = {"linear": curved / (count - 1) ** 2, "lookup": steep / (count - 1), "spline": 0.0}
-    by_rows = rows.largest_error(float(lengths[0]), float(lengths[-1])) / largest
+    missed, noises = rows.errors(), rows.noise()
+    by_rows = float(np.max(missed)) / largest
     wanted = {
         "linear": math.ceil(math.sqrt(curved / limit)) + 1,
         "lookup": math.ceil(steep / limit) + 1,
@@ -77,26 +78,26 @@ def left_open(rows: Rows, spline: Callable[..., Array], style: str, limit: float
             f"spline, or {wanted[style]} rows"
         )
     else:
-        cause = _of_rows(rows, largest, f"an error of {by_rows:.2g} {unit}", by_rows)
-    noise = float(np.max(rows.noise())) / largest
+        cause = _of_rows(rows, largest, f"an error of {by_rows:.2g} {unit}", missed, noises)
+    noise = float(np.max(noises)) / largest
     return LeftOpen(by_rows, errors[style], noise, wanted, cause)
 
 
-def _of_rows(rows: Rows, largest: float, error: str, by_rows: float) -> str:
+def _of_rows(rows: Rows, largest: float, error: str, missed: Array, noises: Array) -> str:
     """Say whether a gap, noise, digits or few rows are the cause."""
-    lengths, noises = rows.strains, rows.noise()
+    lengths = rows.strains
     # At a kink alone it is none.
     noise = 3.0 * float(min(np.max(noises), _EVEN * np.median(noises))) / largest
     digits = float(np.max(rows.digits)) / largest
     steps = np.diff(lengths)
     wider = steps / np.maximum(np.append(0.0, steps[:-1]), np.append(steps[1:], 0.0))
-    gap, worst = int(np.argmax(wider)), int(np.argmax(rows.errors()))
+    gap, worst = int(np.argmax(wider)), int(np.argmax(missed))
     if wider[gap] > _GAP and abs(gap - worst) <= _AROUND:
         return (
             f"between rows {gap + 1} and {gap + 2}, at {lengths[gap]:.9g} and "
             f"{lengths[gap + 1]:.9g}, rows are missing, which leaves {error}: give rows there"
         )
-    if max(noise, digits) > 0.5 * by_rows:
+    if max(noise, digits) > 0.5 * missed[worst] / largest:
         cause = "its forces are noisy" if noise > digits else "its numbers have few digits"
         near = f"near {lengths[worst]:.9g}"
         return f"{cause}, which leaves {error} {near}: write all digits, or smooth"

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_energies
 from chaincor.analysis.restitution import centre_of_mass_velocity
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.scene import FILE_KEYS, Scene
 from chaincor.lammps_inputs.schemes import StepSchemeName
 from chaincor.workflows.accuracy.answer import Answer, answer
@@ -26,8 +26,6 @@ from chaincor.workflows.engines.in_house.finish import End, LastContact, finish,
 from chaincor.workflows.engines.in_house.modal import serves as is_exact
 from chaincor.workflows.engines.outcome import Outcome
 from chaincor.workflows.engines.rounding import rounding_error, rounding_matters, rounding_of
-
-Array = NDArray[np.float64]
 
 # Longer chains are met one by one: so many runs are not enough for them, and their steps leave
 # nothing to be gained.

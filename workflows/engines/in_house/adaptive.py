@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.end_watch import EndWatch, longest_collision
@@ -52,8 +52,6 @@ FINEST_LOCAL = 1e-15
 
 # While a bond is this short its strain has no digits, and the end is not argued.
 _LOG_LENGTH_TO_ARGUE = -20.0
-
-Array = NDArray[np.float64]
 
 
 def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> Outcome:

@@ -9,12 +9,10 @@ with :math:`q_j = \sum_i a_{ij} \sqrt{m_i} u_i`.
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.free_modes import free_modes
 from chaincor.analysis.modes import are_equal, mode_frequencies
-
-Array = NDArray[np.float64]
+from chaincor.lammps_inputs.arrays import Array
 
 # Shapes of unequal masses are matrices, and finding them takes n^3: 0.7 s for 300, 12 s for 1000.
 MOST_UNEQUAL = 600

@@ -3,11 +3,9 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.contact_search import SEARCH_FIELDS
-
-Array = NDArray[np.float64]
 
 # Why a loop came back: all steps done, the end may be near, no room for more contacts, more
 # contacts in one step than make sense, a strain that is not allowed.

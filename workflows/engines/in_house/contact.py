@@ -24,8 +24,8 @@ class Contact(NamedTuple):
     closing : callable
         ``closing(velocity, parameters)``: the speed with which it closes.
     close : callable
-        ``close(strain, parameters)``: sets the gap to zero; returns the position of the first
-        particle, or what it was told.
+        ``close(strain, position, parameters)``: sets the gap to zero; returns the position of the
+        first particle, or what it was told.
     bounce : callable
         ``bounce(velocity, given, parameters)``: hard bodies exchange a momentum.
     gap : callable

@@ -19,9 +19,9 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import are_equal
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.errors import SceneError
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -37,8 +37,6 @@ from chaincor.workflows.engines.in_house.mode_flight import (
 from chaincor.workflows.engines.interrupts import WORK_AT_ONCE
 from chaincor.workflows.engines.outcome import Frames, Outcome
 from chaincor.workflows.errors import UnfinishedCollisionError
-
-Array = NDArray[np.float64]
 
 # Bonds are sampled so often, in units of 1/frequency of what energy they have, and in units of
 # sqrt(mean mass/U''(1)): of a chain of equal masses (omega <= 2) each is then seen within 3 % of

@@ -17,12 +17,10 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.in_house.body_modes import BodyModes, body_modes
-
-Array = NDArray[np.float64]
 
 
 @dataclass

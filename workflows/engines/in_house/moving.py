@@ -4,8 +4,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -21,8 +21,6 @@ from chaincor.workflows.engines.interrupts import steps_at_once
 from chaincor.workflows.engines.parting import bodies_of
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, StepScheme
 from chaincor.workflows.engines.time_limit import check_time
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -309,7 +307,7 @@ class Motion:
         Returns
         -------
         int
-            Why it came back, see ``motion``.
+            Why it came back, see ``bookkeeping``.
         """
         ledger, arrays = self.ledger, self.arrays.unnamed()
         long = self.at_wall and len(self.strain) >= running.LEAST_ACTIVE

@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.line_kinds import (
@@ -28,7 +28,6 @@ from chaincor.workflows.engines.in_house.line_kinds import (
     read_parameters,
 )
 
-Array = NDArray[np.float64]
 # What loops are told of a line: `LineParameters`, or of unit masses what the force kernel is told,
 # a NamedTuple, one kind for each potential.
 Parameters = Any

@@ -123,7 +123,7 @@ def _has_bonds(scene: Scene) -> bool:
 
 def follow_on(scene: Scene, moving: Motion, stepper: Stepper) -> End:
     """
-    Go on with bodies that were left where its end may be argued, as :func:`run` does.
+    Go on with bodies that were left where their end may be argued, as :func:`run` does.
 
     They came back from their last steps with `bookkeeping.ARGUE`, their end not looked for before,
     and are changed in place; they may get new room for contacts. Returns how the collision ends,

@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.chain_data import initial_state
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.in_house.follow import Flight, follow
@@ -12,8 +12,6 @@ from chaincor.workflows.engines.pieces import count_fragments
 
 # So much more is waited than bodies can take to meet.
 _LATEST = 1.1
-
-Array = NDArray[np.float64]
 
 
 class Bodies:

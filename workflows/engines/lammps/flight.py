@@ -170,7 +170,7 @@ class VerletFlight(Flight):
 
 class ComposedFlight(Flight):
     """
-    Composed steps of order 4, 6 or 8 with the event wall.
+    Composed, split or extrapolated steps with the event wall.
 
     A contact is located on the composed map itself: a step is shortened to end at the wall. Where
     the step before foretells the contact, the shortened step is taken at once; otherwise after the

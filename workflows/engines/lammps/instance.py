@@ -54,7 +54,7 @@ class Snapshot(NamedTuple):
     x: NDArray[np.float64]
     v: NDArray[np.float64]
     f: NDArray[np.float64]
-    far: NDArray[np.bool_] | None = None
+    far: NDArray[np.bool_] | None
 
 
 class LammpsChain:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.compile import Keep, LoopCompiler
 from chaincor.workflows.engines.in_house.loops.kept_loops import KeptLoop, tell_address
 from chaincor.workflows.engines.schemes import StepScheme
@@ -20,8 +21,6 @@ from chaincor.workflows.engines.schemes import StepScheme
 _COMMAND = "lammps_command"
 # Rows of what an extrapolated step remembers: the state before it, and what its parts add to that.
 _X, _V, _F, _SUM_X, _SUM_V, _SUM_F = range(6)
-
-Array = NDArray[np.float64]
 
 
 def build_composition(command: Callable) -> Callable:

@@ -4,12 +4,10 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
-
-Array = NDArray[np.float64]
 
 _LENGTH = 0.9
 

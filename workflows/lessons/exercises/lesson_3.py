@@ -1,12 +1,10 @@
 """Lesson 3: orders of error, the time of an impact, and error bars from two runs."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
-
-Array = NDArray[np.float64]
 
 _DIFFERENCE = 3e-4
 

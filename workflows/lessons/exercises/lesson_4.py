@@ -3,13 +3,11 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.modes import mode_frequencies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
 from chaincor.workflows.lessons.exercises.in_house import in_house
-
-Array = NDArray[np.float64]
 
 _ENDS = "the ends are free halfway before the first and after the last particle: i - 1/2"
 _N = 10

@@ -4,15 +4,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.restitution import restitution
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.workflows.engines.compositions import COMPOSITIONS
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
 from chaincor.workflows.lessons.exercises.in_house import in_house
-
-Array = NDArray[np.float64]
 
 _HALF = "half of the forces are missing: each bond acts on the particles at both its ends"
 

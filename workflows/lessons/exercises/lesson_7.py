@@ -3,12 +3,10 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
 from chaincor.workflows.lessons.exercises.in_house import in_house
-
-Array = NDArray[np.float64]
 
 _POTENTIALS, _LENGTHS = ("lj", "toda"), (10, 20, 40)
 _SPEEDS = np.linspace(0.1, 2.0, 12)

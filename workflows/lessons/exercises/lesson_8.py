@@ -3,13 +3,11 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from chaincor.analysis.theory import hard_sphere_limit
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.lessons.exercise import Exercise, Mistake
 from chaincor.workflows.lessons.exercises.in_house import in_house
-
-Array = NDArray[np.float64]
 
 _LOGS = "one axis is in log and the other in log10: use one of them for both"
 _TURNED = "each velocity has to be turned round, and only the first ball meets the wall"

@@ -5,13 +5,18 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.ending import Ending
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.batch.lanes import Lanes
-from chaincor.workflows.engines.in_house.batch.loop import Rows
-from chaincor.workflows.engines.in_house.batch.progress import ENDED, ENDLESS, MOVING
+from chaincor.workflows.engines.in_house.batch.progress import (
+    ENDED,
+    ENDLESS,
+    MOVING,
+    ChainRows,
+)
 from chaincor.workflows.engines.in_house.batch.states import (
     ManyRuns,
     StartStates,
@@ -21,8 +26,6 @@ from chaincor.workflows.engines.in_house.batch.states import (
 from chaincor.workflows.engines.in_house.moving import Motion, Stepper
 from chaincor.workflows.engines.in_house.stages import State
 from chaincor.workflows.engines.outcome import MOST_ENERGY_GROWTH
-
-Array = NDArray[np.float64]
 
 
 class Chains:
@@ -46,7 +49,7 @@ class Chains:
 
     Attributes
     ----------
-    rows : Rows
+    rows : ChainRows
         What the compiled loop changes in place.
     lanes, near : Lanes
         Its SIMD lanes. Each group has its own, as several threads carry groups of one batch.
@@ -96,7 +99,7 @@ class Chains:
         inverse = 1.0 / masses
         self.lanes = Lanes.of(inverse)
         self.near = Lanes.of(inverse[: stepper.scheme.reach + 1])
-        self.rows = Rows(
+        self.rows = ChainRows(
             ledgers=ledgers,
             strains=strain,
             velocities=velocity,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.workflows.engines.in_house.batch.end_bounds import is_over
 from chaincor.workflows.engines.in_house.batch.lanes import build_lane_step
@@ -16,8 +17,6 @@ from chaincor.workflows.engines.in_house.compile import KEPT, Keep, scalar_force
 from chaincor.workflows.engines.in_house.kernels import made_for
 from chaincor.workflows.engines.in_house.line_kinds import PLAIN, Kind
 from chaincor.workflows.engines.schemes import StepScheme
-
-Array = NDArray[np.float64]
 
 
 def carry_for(bond: Potential, scheme: StepScheme, kind: Kind) -> Callable:

@@ -9,14 +9,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.workflows.engines.piece_bounds import ENERGY_LADDER, Lever, reach
 from chaincor.workflows.engines.whole_end import ENERGY_MARGIN
-
-Array = NDArray[np.float64]
 
 # Bounds are worked out down to this part of the largest energy.
 _LEAST_ENERGY = 1e-4

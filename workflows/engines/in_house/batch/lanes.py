@@ -11,12 +11,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.schemes import Rule
-
-Array = NDArray[np.float64]
 
 # L: a multiple of the width of every SIMD unit, so that there is no scalar remainder loop.
 LANES = 16

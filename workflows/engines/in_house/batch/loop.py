@@ -11,11 +11,12 @@ order: what comes of a chain is what comes of it alone, to the last bit.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house import bookkeeping
 from chaincor.workflows.engines.in_house.batch.end_bounds import EndBounds
 from chaincor.workflows.engines.in_house.batch.lanes import LANES, Lanes, LaneState
@@ -26,6 +27,7 @@ from chaincor.workflows.engines.in_house.batch.progress import (
     OPEN,
     PROVED,
     REPEATED,
+    ChainRows,
     Places,
     Progress,
     Queue,
@@ -35,48 +37,11 @@ from chaincor.workflows.engines.in_house.line_kinds import Source
 from chaincor.workflows.engines.in_house.polynomials import PathPoint
 from chaincor.workflows.engines.schemes import Rule
 
-Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 # Looks for the end cost less than a step: so much later, in units of the time that sound takes over
 # a bond, and of the time since the last contact.
 _FIRST_LOOK, _LATER_LOOKS = 2.0, 0.1
-
-
-class Rows(NamedTuple):
-    """
-    The chains of a batch, a row for each.
-
-    Attributes
-    ----------
-    ledgers : recarray of shape (chains,)
-        See ``bookkeeping``.
-    strains, velocities : ndarray of shape (chains, n - 1) and (chains, n)
-        Now.
-    last_strains, last_velocities : ndarray
-        The same right after the last contact.
-    contacts : ndarray of shape (chains, 3, capacity)
-        Times, closing speeds, and the momentum given to the chain.
-    energies : ndarray of shape (chains,)
-        Of each chain.
-    steps : ndarray of shape (chains,)
-        H of each.
-    goals : ndarray of shape (chains,)
-        How many steps shall be done of each.
-    statuses : ndarray of shape (chains,)
-        Whether it moves, or why it does not.
-    """
-
-    ledgers: np.recarray
-    strains: Array
-    velocities: Array
-    last_strains: Array
-    last_velocities: Array
-    contacts: Array
-    energies: Array
-    steps: Array
-    goals: Counts
-    statuses: Counts
 
 
 def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable:
@@ -133,7 +98,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return lane[2][k], lane[1][k], pull(lane[0][k], weights, k, bond)
 
     @register
-    def load(s: int, k: int, rows: Rows, lane: LaneState) -> None:
+    def load(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
         # As many particles as lanes have room for.
         for i in range(lane[0].shape[0] // LANES):
             lane[0][i * LANES + k] = rows.strains[s, i]
@@ -149,7 +114,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
             velocities[s, i] = lane[1][i * LANES + k]
 
     @register
-    def unload(s: int, k: int, rows: Rows, lane: LaneState) -> None:
+    def unload(s: int, k: int, rows: ChainRows, lane: LaneState) -> None:
         note(s, k, rows.strains, rows.velocities, lane)
         rows.ledgers[s].position = lane[2][k]
 
@@ -164,12 +129,12 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         steps[k] = 0.0
 
     @register
-    def begin_step(s: int, rows: Rows, progress: Progress) -> None:
+    def begin_step(s: int, rows: ChainRows, progress: Progress) -> None:
         step = rows.steps[s]
         progress.begun[s], progress.left[s] = rows.ledgers[s].steps * step, step
 
     @register
-    def wait_if_likely(s: int, start: PathPoint, rows: Rows, progress: Progress) -> bool:
+    def wait_if_likely(s: int, start: PathPoint, rows: ChainRows, progress: Progress) -> bool:
         # Where a contact is likely, it is searched first, as ``motion`` does.
         left = progress.left[s]
         progress.move[s], progress.known[s] = left, OPEN
@@ -180,7 +145,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
 
     @register
     def next_in(
-        last: int, more: bool, rows: Rows, progress: Progress, weights: Array, bond: Any
+        last: int, more: bool, rows: ChainRows, progress: Progress, weights: Array, bond: Any
     ) -> tuple[int, int]:
         # The chain that takes the next lane, -1 for none, and the last of those begun.
         if progress.found.held[0] > 0:
@@ -197,7 +162,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return -1, last
 
     @register
-    def search(searching: int, near: Lanes, rows: Rows, places: Places, rule: Rule) -> int:
+    def search(searching: int, near: Lanes, rows: ChainRows, places: Places, rule: Rule) -> int:
         # One point of the path of each chain whose contact is searched; returns how many these are.
         progress, searched, ledgers = places.progress, places.searched, rows.ledgers
         kept, moved, room = near
@@ -227,7 +192,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return searching
 
     @register
-    def touch(s: int, k: int, rows: Rows, new: LaneState, places: Places) -> None:
+    def touch(s: int, k: int, rows: ChainRows, new: LaneState, places: Places) -> None:
         # At the wall: as ``motion`` reverses particle 1.
         ledger, contacts, progress = rows.ledgers[s], rows.contacts[s], places.progress
         speed = abs(new[1][k])
@@ -243,7 +208,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         ledger.contact_max = max(ledger.strain_max, places.high[k])
 
     @register
-    def as_it_goes_on(s: int, rows: Rows) -> int:
+    def as_it_goes_on(s: int, rows: ChainRows) -> int:
         ledger = rows.ledgers[s]
         if ledger.steps >= rows.goals[s]:
             return bookkeeping.DONE
@@ -251,7 +216,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return bookkeeping.FULL if room < bookkeeping.SPARE_CONTACTS else MOVING
 
     @register
-    def look(s: int, rows: Rows, bounds: EndBounds) -> int:
+    def look(s: int, rows: ChainRows, bounds: EndBounds) -> int:
         # Whether the end is proved; if not, when to look again.
         ledger, state = rows.ledgers[s], (rows.strains[s], rows.velocities[s])
         if over(ledger.position, state[0], state[1], rows.energies[s], bounds):
@@ -261,7 +226,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
         return as_it_goes_on(s, rows)
 
     @register
-    def after_step(s: int, k: int, rows: Rows, places: Places) -> int:
+    def after_step(s: int, k: int, rows: ChainRows, places: Places) -> int:
         # Why the chain is left, or that it moves on; as at the end of a step of ``motion``.
         ledger, low, high = rows.ledgers[s], places.low[k], places.high[k]
         ledger.steps += 1
@@ -274,7 +239,13 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
 
     @register
     def keeps_lane(
-        k: int, rows: Rows, lanes: Lanes, rule: Rule, bounds: EndBounds, places: Places, more: bool
+        k: int,
+        rows: ChainRows,
+        lanes: Lanes,
+        rule: Rule,
+        bounds: EndBounds,
+        places: Places,
+        more: bool,
     ) -> bool:
         # What a move of all lanes made of the chain in one of them; whether that moves on there.
         progress, (old, new, room) = places.progress, lanes
@@ -324,7 +295,7 @@ def build_carry(source: Source, take_step: Callable, over: Callable) -> Callable
                 high[k] = max(high[k], strain[i * LANES + k])
 
     def carry(
-        rows: Rows,
+        rows: ChainRows,
         lanes: Lanes,
         near: Lanes,
         rule: Rule,

@@ -1,13 +1,13 @@
-"""Where the chains of a batch are within their steps."""
+"""The chains of a batch, and where they are within their steps."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.batch.lanes import LANES
 
-Array = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
 # Not left yet; otherwise why it was, see ``bookkeeping``. Beyond that: its end was proved by the
@@ -18,6 +18,42 @@ PROVED, ENDLESS, ENDED = 5, 6, 7
 # What is known of a chain's next move: nothing; that a contact ends it, or none; and that none
 # does, which the same move had to show.
 OPEN, MEETS, FREE, REPEATED = range(4)
+
+
+class ChainRows(NamedTuple):
+    """
+    The chains of a batch, a row for each.
+
+    Attributes
+    ----------
+    ledgers : recarray of shape (chains,)
+        See ``bookkeeping``.
+    strains, velocities : ndarray of shape (chains, n - 1) and (chains, n)
+        Now.
+    last_strains, last_velocities : ndarray
+        The same right after the last contact.
+    contacts : ndarray of shape (chains, 3, capacity)
+        Times, closing speeds, and the momentum given to the chain.
+    energies : ndarray of shape (chains,)
+        Of each chain.
+    steps : ndarray of shape (chains,)
+        H of each.
+    goals : ndarray of shape (chains,)
+        How many steps shall be done of each.
+    statuses : ndarray of shape (chains,)
+        Whether it moves, or why it does not.
+    """
+
+    ledgers: np.recarray
+    strains: Array
+    velocities: Array
+    last_strains: Array
+    last_velocities: Array
+    contacts: Array
+    energies: Array
+    steps: Array
+    goals: Counts
+    statuses: Counts
 
 
 class Queue(NamedTuple):

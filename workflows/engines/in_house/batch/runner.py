@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.line import Line
 from chaincor.lammps_inputs.scene import Scene
@@ -43,8 +44,6 @@ from chaincor.workflows.engines.piece_bounds import breaking_energy
 from chaincor.workflows.engines.schemes import STEP_SCHEMES, Rule
 from chaincor.workflows.engines.whole_end import certain_at, next_look
 from chaincor.workflows.errors import RunError
-
-Array = NDArray[np.float64]
 
 # Longer chains fill the vector units by themselves: decides costs only.
 LONGEST_IN_LANES = 128

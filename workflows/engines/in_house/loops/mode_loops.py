@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.engines.in_house.loops.kept_loops import folder_of_loops
 from chaincor.workflows.engines.in_house.loops.one_process import one_process
 from chaincor.workflows.engines.in_house.polynomials import first_root
@@ -23,8 +23,6 @@ _FACTORIAL = float(math.factorial(TERMS))
 _PROOF_MARGIN = 1.0 + 1e-9
 # A contact is as much work as so many windows.
 _CONTACT_WORK = 2.0
-
-Array = NDArray[np.float64]
 
 _first_root = njit(cache=True, error_model="numpy")(first_root)
 
