@@ -24,22 +24,11 @@ _ROUNDINGS = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Ending:
-    """
-    How a dump ends.
+    """How a dump ends."""
 
-    Attributes
-    ----------
-    seen : Followed
-        What its frames show.
-    bond : Potential or None
-        The bonds' potential, if known.
-    argument : str or None
-        ``proved`` or ``argued``: how it is known that no contact follows.
-    """
-
-    seen: Followed
-    bond: Potential | None
-    argument: str | None
+    seen: Followed  #: What its frames show.
+    bond: Potential | None  #: The bonds' potential, if known.
+    argument: str | None  #: ``proved`` or ``argued``: how it is known that no contact follows.
 
     @property
     def parting(self) -> bool:

@@ -8,29 +8,15 @@ from numpy.typing import ArrayLike
 
 @dataclass(frozen=True)
 class ContactStatistics:
-    """
-    A list of contacts in a few numbers; None where there is nothing to average.
+    """A list of contacts in a few numbers; None where there is nothing to average."""
 
-    Attributes
-    ----------
-    count : int
-        f, the first contact included.
-    per_particle : float
-        f/n.
-    last_time : float or None
-        From the first contact to the last: the duration of the collision.
-    mean_interval, median_interval : float or None
-        Time between contacts.
-    mean_speed : float or None
-        Mean incoming speed in units of the impact speed v0.
-    """
-
-    count: int
-    per_particle: float
-    last_time: float | None
+    count: int  #: f, the first contact included.
+    per_particle: float  #: f/n.
+    last_time: float | None  #: From the first contact to the last: the duration of the collision.
+    #: Time between contacts.
     mean_interval: float | None
-    median_interval: float | None
-    mean_speed: float | None
+    median_interval: float | None  #: See ``mean_interval``.
+    mean_speed: float | None  #: Mean incoming speed in units of the impact speed v0.
 
     def to_dict(self) -> dict[str, float | int | None]:
         """Return the numbers by name."""

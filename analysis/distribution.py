@@ -14,73 +14,40 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True)
 class Quantile:
-    """
-    A quantile of a distribution.
+    """A quantile of a distribution."""
 
-    Attributes
-    ----------
-    probability : float
-        The part of all samples that is expected below it.
-    value : float
-        Estimate.
-    low, high : float
-        Interval that holds it with the confidence, whatever the distribution: two of the ordered
-        samples; -inf or inf where there are too few.
-    """
-
-    probability: float
-    value: float
+    probability: float  #: The part of all samples that is expected below it.
+    value: float  #: Estimate.
+    #: Interval that holds it with the confidence, whatever the distribution: two of the ordered
+    #: samples; -inf or inf where there are too few.
     low: float
-    high: float
+    high: float  #: See ``low``.
 
 
 @dataclass(frozen=True)
 class Share:
-    """
-    A probability, from how often something happened.
+    """A probability, from how often something happened."""
 
-    Attributes
-    ----------
-    value : float
-        Part of the samples.
-    low, high : float
-        Wilson's interval; samples whose error bars leave it open whether it happened count as both.
-    doubtful : int
-        How many these are.
-    """
-
-    value: float
+    value: float  #: Part of the samples.
+    #: Wilson's interval; samples whose error bars leave it open whether it happened count as both.
     low: float
-    high: float
-    doubtful: int
+    high: float  #: See ``low``.
+    doubtful: int  #: How many these are.
 
 
 @dataclass(frozen=True)
 class Distribution:
-    r"""
-    What samples say of a distribution.
+    r"""What samples say of a distribution."""
 
-    Attributes
-    ----------
-    count : int
-        Number N of samples.
-    mean, deviation : float
-        Mean, and standard deviation :math:`s` (of N - 1).
-    standard_error : float
-        Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
-    numerical_error : float
-        Its numerical error: the mean of the samples' error bars, as all may err to one side; nan
-        where one has none.
-    quantiles : tuple of Quantile
-        At `QUANTILES`.
-    """
-
-    count: int
+    count: int  #: Number N of samples.
+    #: Mean, and standard deviation :math:`s` (of N - 1).
     mean: float
-    deviation: float
-    standard_error: float
+    deviation: float  #: See ``mean``.
+    standard_error: float  #: Statistical error of the mean, :math:`s/\sqrt N`; nan for one sample.
+    #: Its numerical error: the mean of the samples' error bars, as all may err to one side; nan
+    #: where one has none.
     numerical_error: float
-    quantiles: tuple[Quantile, ...]
+    quantiles: tuple[Quantile, ...]  #: At `QUANTILES`.
 
     @classmethod
     def of(cls, values: ArrayLike, errors: ArrayLike) -> "Distribution":

@@ -22,33 +22,17 @@ _SIDEWAYS = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """
-    What the frames of a collision show, from the first to the last.
+    """What the frames of a collision show, from the first to the last."""
 
-    Attributes
-    ----------
-    masses : sequence of ndarray
-        Of the chain, and of a free target, from the contact outward.
-    velocity : float
-        Impact speed v0.
-    opening, parted, last : ChainState
-        In the first frame, in the first after the last contact, in the last.
-    since_contact : float
-        Time from the last contact to the last frame.
-    detection : DetectedContacts
-        The contacts.
-    records : list of Record
-        All states in short, of each body.
-    """
-
-    masses: Sequence[Array]
-    velocity: float
+    masses: Sequence[Array]  #: Of the chain, and of a free target, from the contact outward.
+    velocity: float  #: Impact speed v0.
+    #: In the first frame, in the first after the last contact, in the last.
     opening: ChainState
-    parted: ChainState
-    last: ChainState
-    since_contact: float
-    detection: DetectedContacts
-    records: list[Record]
+    parted: ChainState  #: See ``opening``.
+    last: ChainState  #: See ``opening``.
+    since_contact: float  #: Time from the last contact to the last frame.
+    detection: DetectedContacts  #: The contacts.
+    records: list[Record]  #: All states in short, of each body.
 
 
 def follow(

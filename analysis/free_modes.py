@@ -10,22 +10,13 @@ from chaincor.lammps_inputs.arrays import Array
 
 @dataclass(frozen=True, eq=False)
 class FreeModes:
-    r"""
-    Modes of a free harmonic chain of any masses, j = 1..n-1, without the translation.
+    r"""Modes of a free harmonic chain of any masses, j = 1..n-1, without the translation."""
 
-    Attributes
-    ----------
-    frequencies : ndarray of shape (n - 1,)
-        :math:`\omega_j`.
-    strains : ndarray of shape (n - 1, n - 1)
-        Orthonormal shapes :math:`b_j` of the strains, in columns.
-    particles : ndarray of shape (n, n - 1)
-        Orthonormal shapes :math:`a_j` of :math:`\sqrt{m_i} u_i`, in columns, with
-        :math:`B M^{-1/2} a_j = \omega_j b_j/\sqrt{k}`.
-    """
-
-    frequencies: Array
+    frequencies: Array  #: :math:`\omega_j`; of shape (n - 1,).
+    #: Orthonormal shapes :math:`b_j` of the strains, in columns; of shape (n - 1, n - 1).
     strains: Array
+    #: Orthonormal shapes :math:`a_j` of :math:`\sqrt{m_i} u_i`, in columns, with :math:`B M^{-1/2}
+    #: a_j = \omega_j b_j/\sqrt{k}`; of shape (n, n - 1).
     particles: Array
 
 

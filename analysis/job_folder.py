@@ -24,26 +24,14 @@ _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULT
 
 @dataclass(frozen=True)
 class Job:
-    """
-    The files of a job.
+    """The files of a job."""
 
-    Attributes
-    ----------
-    dump : pathlib.Path
-        LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis read.
-    data : pathlib.Path or None
-        LAMMPS data file.
-    scene : pathlib.Path or None
-        ``scene.toml``.
-    scripts, logs : tuple of pathlib.Path
-        Input scripts and LAMMPS logs.
-    """
-
-    dump: Path
-    data: Path | None = None
-    scene: Path | None = None
+    dump: Path  #: LAMMPS dump of style custom, or a trajectory that ASE or MDAnalysis read.
+    data: Path | None = None  #: LAMMPS data file.
+    scene: Path | None = None  #: ``scene.toml``.
+    #: Input scripts and LAMMPS logs.
     scripts: tuple[Path, ...] = ()
-    logs: tuple[Path, ...] = ()
+    logs: tuple[Path, ...] = ()  #: See ``scripts``.
 
     @cached_property
     def told_scene(self) -> Scene | None:

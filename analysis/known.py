@@ -16,19 +16,10 @@ EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
 @dataclass(frozen=True)
 class Bodies:
-    """
-    What meets: a chain and a hard wall, unless it is said otherwise.
+    """What meets: a chain and a hard wall, unless it is said otherwise."""
 
-    Attributes
-    ----------
-    targets : int
-        Particles of a free target; 0 for a wall.
-    soft : bool
-        Whether the bodies overlap when they meet.
-    """
-
-    targets: int = 0
-    soft: bool = False
+    targets: int = 0  #: Particles of a free target; 0 for a wall.
+    soft: bool = False  #: Whether the bodies overlap when they meet.
 
 
 CHAIN_AND_WALL = Bodies()
@@ -36,36 +27,21 @@ CHAIN_AND_WALL = Bodies()
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """
-    What is known of a collision, in the chain's units; None where it is not.
+    """What is known of a collision, in the chain's units; None where it is not."""
 
-    Attributes
-    ----------
-    bond : Potential or None
-        The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
-    impact_velocity : float or None
-        v0; that of the first frame by default.
-    timestep : float or None
-        Simulated time per step, for dumps that do not carry the time.
-    masses : array_like or None
-        Particle masses from the wall outwards, repeated along the chain; see
-        :func:`~chaincor.analysis.dumps.masses.find_masses`. Those of the dump, else 1, by default.
-    declared : DeclaredMasses
-        Masses by type, from the files of the job.
-    bodies : Bodies
-        What meets.
-    end_argument : callable or None
-        ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
-        follow, or None; asked where all masses are alike. Without it only the time since the last
-        contact speaks.
-    """
-
+    #: The bonds' potential: gives energies, and contacts whatever the spacing of the frames.
     bond: Potential | None = None
-    impact_velocity: float | None = None
-    timestep: float | None = None
+    impact_velocity: float | None = None  #: v0; that of the first frame by default.
+    timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
+    #: Particle masses from the wall outwards, repeated along the chain; see
+    #: :func:`~chaincor.analysis.dumps.masses.find_masses`. Those of the dump, else 1, by default.
     masses: ArrayLike | None = None
+    #: Masses by type, from the files of the job.
     declared: DeclaredMasses = field(default_factory=DeclaredMasses)
-    bodies: Bodies = CHAIN_AND_WALL
+    bodies: Bodies = CHAIN_AND_WALL  #: What meets.
+    #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
+    #: follow, or None; asked where all masses are alike. Without it only the time since the last
+    #: contact speaks.
     end_argument: EndArgument | None = None
 
     def __post_init__(self) -> None:

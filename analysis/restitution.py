@@ -86,22 +86,12 @@ def restitution(
 
 @dataclass(frozen=True)
 class EnergySplit:
-    """
-    Energy of a chain, part by part, in units of mass times speed squared.
+    """Energy of a chain, part by part, in units of mass times speed squared."""
 
-    Attributes
-    ----------
-    translation : ndarray of shape (...)
-        Kinetic energy of the centre of mass, M V^2/2, M the mass of the chain.
-    internal_kinetic : ndarray of shape (...)
-        Kinetic energy relative to the centre of mass.
-    bonds : ndarray of shape (...)
-        Potential energy of all bonds.
-    """
-
+    #: Kinetic energy of the centre of mass, M V^2/2, M the mass of the chain; of shape (...).
     translation: Array
-    internal_kinetic: Array
-    bonds: Array
+    internal_kinetic: Array  #: Kinetic energy relative to the centre of mass; of shape (...).
+    bonds: Array  #: Potential energy of all bonds; of shape (...).
 
     @property
     def vibration(self) -> Array:

@@ -12,21 +12,13 @@ StartKind = Literal["incoming", "reflected", "moving", "turned", "late"]
 
 @dataclass(frozen=True)
 class Start:
-    """
-    What the first frame says.
+    """What the first frame says."""
 
-    Attributes
-    ----------
-    kind : str
-        ``incoming``: every particle still has the velocity -v0; ``reflected``: particle 1 has
-        just been turned round; ``moving`` and ``turned``: the same of a chain that comes with inner
-        motion, known by its momentum; ``late``: the collision is under way.
-    impact_velocity : float or None
-        v0 > 0 as the velocities say it; None where they alone do not.
-    """
-
+    #: ``incoming``: every particle still has the velocity -v0; ``reflected``: particle 1 has just
+    #: been turned round; ``moving`` and ``turned``: the same of a chain that comes with inner
+    #: motion, known by its momentum; ``late``: the collision is under way.
     kind: StartKind
-    impact_velocity: float | None
+    impact_velocity: float | None  #: v0 > 0 as the velocities say it; None where they alone do not.
 
     @property
     def moving(self) -> bool:

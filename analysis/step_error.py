@@ -26,19 +26,10 @@ _NUMERICS = ("timestep", "tolerance", "error")
 
 @dataclass(frozen=True)
 class SteppedRun:
-    """
-    A job and its analysis.
+    """A job and its analysis."""
 
-    Attributes
-    ----------
-    job : Job
-        Files of the job.
-    analysis : CollisionAnalysis
-        What its dump says.
-    """
-
-    job: Job
-    analysis: CollisionAnalysis
+    job: Job  #: Files of the job.
+    analysis: CollisionAnalysis  #: What its dump says.
 
     @property
     def step(self) -> float | None:

@@ -231,22 +231,11 @@ def low_speed_dissipation_slope(alpha: float) -> float:
 
 @dataclass(frozen=True)
 class HardSphereLimit:
-    """
-    The collision of a chain of hard spheres, which is the limit v0 >> v*.
+    """The collision of a chain of hard spheres, which is the limit v0 >> v*."""
 
-    Attributes
-    ----------
-    restitution : float
-        Exactly 1: velocities are only exchanged.
-    contacts : int
-        n: each particle's velocity is handed down to the wall once.
-    exchanges : int
-        n(n + 1)/2 reversals and pair exchanges in all.
-    """
-
-    restitution: float
-    contacts: int
-    exchanges: int
+    restitution: float  #: Exactly 1: velocities are only exchanged.
+    contacts: int  #: n: each particle's velocity is handed down to the wall once.
+    exchanges: int  #: n(n + 1)/2 reversals and pair exchanges in all.
 
 
 def hard_sphere_limit(particles: int) -> HardSphereLimit:

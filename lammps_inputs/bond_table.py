@@ -32,26 +32,16 @@ FAR_START = FAR_BACK - 0.25
 
 @dataclass(frozen=True)
 class BondTable:
-    """
-    A bond potential sampled uniformly in length.
+    """A bond potential sampled uniformly in length."""
 
-    Attributes
-    ----------
-    lengths, energies, forces : ndarray of shape (rows,)
-        r, U(r) and -dU/dr.
-    edge_slopes : tuple of float
-        d(force)/dr at the first and the last row: what LAMMPS calls FP.
-    style : str
-        ``linear`` or ``spline``.
-    far : BondTable or None
-        A second table of as many rows, which takes over for very long bonds.
-    """
-
+    #: r, U(r) and -dU/dr; of shape (rows,).
     lengths: Array
-    energies: Array
-    forces: Array
+    energies: Array  #: See ``lengths``.
+    forces: Array  #: See ``lengths``.
+    #: d(force)/dr at the first and the last row: what LAMMPS calls FP.
     edge_slopes: tuple[float, float]
-    style: TableStyle
+    style: TableStyle  #: ``linear`` or ``spline``.
+    #: A second table of as many rows, which takes over for very long bonds.
     far: "BondTable | None" = None
 
     @property

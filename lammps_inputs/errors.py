@@ -41,15 +41,9 @@ class InputError(ChaincorError):
 
 
 class SceneError(InputError):
-    """
-    A scene holds a value that makes no sense, or values that contradict each other.
+    """A scene holds a value that makes no sense, or values that contradict each other."""
 
-    Attributes
-    ----------
-    mistakes : tuple of str
-        Where there are several, all of them; the message has a line for each.
-    """
-
+    #: Where there are several, all of them; the message has a line for each.
     mistakes: tuple[str, ...] = ()
 
     @classmethod

@@ -14,22 +14,11 @@ _SENTENCE_ENDS = re.compile(r"(?<=[.!?])\s")
 
 @dataclass(frozen=True)
 class Explanation:
-    """
-    What a command is for.
+    """What a command is for."""
 
-    Attributes
-    ----------
-    match : str
-        Regular expression that fits the command's text from its start.
-    text : str
-        What it does, why it is here, what goes wrong otherwise.
-    page : str
-        Name of the page of the LAMMPS manual.
-    """
-
-    match: str
-    text: str
-    page: str
+    match: str  #: Regular expression that fits the command's text from its start.
+    text: str  #: What it does, why it is here, what goes wrong otherwise.
+    page: str  #: Name of the page of the LAMMPS manual.
 
 
 def explain_script(script: str, others_own: bool = False, brief: bool = False) -> str:

@@ -18,25 +18,13 @@ COLUMNS = (*_PLACES, "velocity", "mass")
 
 @dataclass(frozen=True, eq=False)
 class InitialState:
-    """
-    What a chain comes with, from the contact outward.
+    """What a chain comes with, from the contact outward."""
 
-    Attributes
-    ----------
-    gap : float
-        Distance of particle 1 from the target.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocities : ndarray of shape (n,) or None
-        Positive away from the target; None where the scene's speed is that of all.
-    masses : ndarray of shape (n,) or None
-        None where the scene says.
-    """
-
-    gap: float
-    strains: Array
+    gap: float  #: Distance of particle 1 from the target.
+    strains: Array  #: Bond lengths less one; of shape (n - 1,).
+    #: Positive away from the target; None where the scene's speed is that of all; of shape (n,).
     velocities: Array | None
-    masses: Array | None
+    masses: Array | None  #: None where the scene says; of shape (n,).
 
 
 def read_initial_state(path: Path) -> InitialState:

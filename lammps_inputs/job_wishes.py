@@ -8,41 +8,20 @@ from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 @dataclass(frozen=True)
 class JobWishes:
-    """
-    What a user wants of a job.
+    """What a user wants of a job."""
 
-    Attributes
-    ----------
-    plain : bool
-        The shortest script: LAMMPS's own commands alone, without an error bar.
-    explain : bool
-        Every command and file says what it is for.
-    dump : bool
-        The job dumps its motion, in the frames of the scene.
-    contacts : bool
-        It lists its contacts in a file.
-    restartable : bool
-        It writes restart files and goes on from them.
-    guards : bool
-        It refuses by name what it is not made for, and holds the momentum of the chain against what
-        its contacts gave.
-    table_range : tuple of float or None
-        Bond lengths that the table shall hold at least.
-    template : OwnTemplate or None
-        What the user adds to the script, or a whole script.
-    units : UnitSystem
-        In which LAMMPS computes.
-    """
-
-    plain: bool = False
-    explain: bool = False
-    dump: bool = False
-    contacts: bool = False
-    restartable: bool = False
+    plain: bool = False  #: The shortest script: LAMMPS's own commands alone, without an error bar.
+    explain: bool = False  #: Every command and file says what it is for.
+    dump: bool = False  #: The job dumps its motion, in the frames of the scene.
+    contacts: bool = False  #: It lists its contacts in a file.
+    restartable: bool = False  #: It writes restart files and goes on from them.
+    #: It refuses by name what it is not made for, and holds the momentum of the chain against what
+    #: its contacts gave.
     guards: bool = False
+    #: Bond lengths that the table shall hold at least.
     table_range: tuple[float, float] | None = None
-    template: OwnTemplate | None = None
-    units: UnitSystem = CHAIN_UNITS
+    template: OwnTemplate | None = None  #: What the user adds to the script, or a whole script.
+    units: UnitSystem = CHAIN_UNITS  #: In which LAMMPS computes.
 
     @property
     def whole(self) -> OwnTemplate | None:

@@ -22,31 +22,19 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    r"""
-    All particles of a collision, along x.
+    r"""All particles of a collision, along x."""
 
-    Attributes
-    ----------
-    masses : ndarray of shape (N,)
-        Along x: the target from its far end to the contact, then the chain; inf for a rigid wall.
-    first : int
-        Where particle 1 of the chain stands: the number of particles of the target.
-    strains : ndarray of shape (N - 1,)
-        At the start: bond lengths less one; at ``first - 1`` the gap, which is not negative.
-    velocities : ndarray of shape (N,)
-        At the start, along x: the chain comes with negative ones.
-    contact_stiffness : float
-        K of the repulsion :math:`K d^q` of an overlap d; 0 for hard bodies.
-    contact_exponent : float
-        q.
-    """
-
+    #: Along x: the target from its far end to the contact, then the chain; inf for a rigid wall; of
+    #: shape (N,).
     masses: Array
-    first: int
+    first: int  #: Where particle 1 of the chain stands: the number of particles of the target.
+    #: At the start: bond lengths less one; at ``first - 1`` the gap, which is not negative; of
+    #: shape (N - 1,).
     strains: Array
-    velocities: Array
+    velocities: Array  #: At the start, along x: the chain comes with negative ones; of shape (N,).
+    #: K of the repulsion :math:`K d^q` of an overlap d; 0 for hard bodies.
     contact_stiffness: float = 0.0
-    contact_exponent: float = 1.5
+    contact_exponent: float = 1.5  #: q.
 
     @property
     def soft(self) -> bool:

@@ -11,36 +11,20 @@ DEFAULT_REFLECT_TIMESTEP = 0.005
 
 @dataclass(frozen=True)
 class Numerics:
-    """
-    Settings that decide the accuracy and the cost of one run.
+    """Settings that decide the accuracy and the cost of one run."""
 
-    Attributes
-    ----------
-    wall : str
-        ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
-    scheme : str
-        ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also
-        ``extrapolated12`` and so on, in-house ``srkn14``, see
-        ``chaincor.workflows.engines.schemes``.
-    timestep : float
-        The composed step H.
-    table : str
-        ``linear`` or ``spline``.
-    table_points : int or None
-        Rows of the bond table; None lets the range of the scene decide.
-    bond_range : tuple of float or None
-        Shortest and longest bond the table must hold; None lets the engine find it.
-    force_error : float or None
-        Force error the rows are chosen for, where `table_points` is None; None: as small as a
-        table of reasonable length can have.
-    """
-
-    wall: Wall = "event"
+    wall: Wall = "event"  #: ``event`` (impact-located) or ``reflect`` (the stock LAMMPS fix).
+    #: ``verlet``, ``order4``, ``order6`` or ``order8``; with the event wall also ``extrapolated12``
+    #: and so on, in-house ``srkn14``, see ``chaincor.workflows.engines.schemes``.
     scheme: StepSchemeName = "order6"
-    timestep: float = DEFAULT_TIMESTEPS["order6"]
-    table: TableStyle = "spline"
+    timestep: float = DEFAULT_TIMESTEPS["order6"]  #: The composed step H.
+    table: TableStyle = "spline"  #: ``linear`` or ``spline``.
+    #: Rows of the bond table; None lets the range of the scene decide.
     table_points: int | None = None
+    #: Shortest and longest bond the table must hold; None lets the engine find it.
     bond_range: tuple[float, float] | None = None
+    #: Force error the rows are chosen for, where `table_points` is None; None: as small as a table
+    #: of reasonable length can have.
     force_error: float | None = None
 
     @classmethod

@@ -39,24 +39,16 @@ _SLOPES = 2.0 ** (np.arange(-16.0, 49.0) / 8.0)
 
 
 class WarmStates(NamedTuple):
-    """
-    States of two bodies, one for each seed; from the contact outward.
+    """States of two bodies, one for each seed; from the contact outward."""
 
-    Attributes
-    ----------
-    gaps : ndarray of shape (S,)
-        Distance of particle 1 from the target.
-    strains, velocities : ndarray of shape (S, n - 1) and (S, n)
-        Of the chain. Velocities along x, relative to the centre of mass.
-    target_strains, target_velocities : ndarray of shape (S, M - 1) and (S, M)
-        Of a free target; without columns for the wall.
-    """
-
-    gaps: Array
+    gaps: Array  #: Distance of particle 1 from the target; of shape (S,).
+    #: Of the chain. Velocities along x, relative to the centre of mass; of shape (S, n - 1) and (S,
+    #: n).
     strains: Array
-    velocities: Array
+    velocities: Array  #: See ``strains``.
+    #: Of a free target; without columns for the wall; of shape (S, M - 1) and (S, M).
     target_strains: Array
-    target_velocities: Array
+    target_velocities: Array  #: See ``target_strains``.
 
 
 def draw(

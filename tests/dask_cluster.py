@@ -16,22 +16,11 @@ ROOT = Path(__file__).resolve().parents[1]
 
 @dataclass
 class DaskProcesses:
-    """
-    A cluster on this machine.
+    """A cluster on this machine."""
 
-    Attributes
-    ----------
-    address : str
-        Of the scheduler.
-    scheduler : subprocess.Popen
-        Its process.
-    workers : list of subprocess.Popen
-        The nannies, each with the process of its worker below it.
-    """
-
-    address: str
-    scheduler: subprocess.Popen
-    workers: list[subprocess.Popen]
+    address: str  #: Of the scheduler.
+    scheduler: subprocess.Popen  #: Its process.
+    workers: list[subprocess.Popen]  #: The nannies, each with the process of its worker below it.
 
 
 @contextlib.contextmanager

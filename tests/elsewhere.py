@@ -33,25 +33,13 @@ NEWER = tuple(f"python3.{minor}" for minor in range(12, 16))
 
 @dataclass(frozen=True)
 class Setting:
-    """
-    A machine to play.
+    """A machine to play."""
 
-    Attributes
-    ----------
-    python : callable
-        Makes its environment where it needs one, and returns the interpreter.
-    variables : dict
-        Environment variables.
-    burners : int
-        Processes that do nothing but compute meanwhile.
-    options : tuple of str
-        For pytest.
-    """
-
+    #: Makes its environment where it needs one, and returns the interpreter.
     python: Callable[[], str] = field(default=lambda: sys.executable)
-    variables: dict[str, str] = field(default_factory=dict)
-    burners: int = 0
-    options: tuple[str, ...] = ()
+    variables: dict[str, str] = field(default_factory=dict)  #: Environment variables.
+    burners: int = 0  #: Processes that do nothing but compute meanwhile.
+    options: tuple[str, ...] = ()  #: For pytest.
 
 
 def settings() -> dict[str, Setting]:

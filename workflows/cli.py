@@ -16,22 +16,13 @@ from chaincor.lammps_inputs.errors import ChaincorError, SceneError, meant
 
 
 class CommandFacts(NamedTuple):
-    """
-    What is known of a command before it is imported.
+    """What is known of a command before it is imported."""
 
-    Attributes
-    ----------
-    help : str
-        One line, so that ``chaincor --help`` need not import any command.
-    needs : tuple of str
-        Libraries it always uses, of those that a machine may lack or fail to load; Numba also where
-        loops that were compiled before are loaded without it.
-    also : dict
-        Libraries that only some uses need, and which uses.
-    """
-
-    help: str
+    help: str  #: One line, so that ``chaincor --help`` need not import any command.
+    #: Libraries it always uses, of those that a machine may lack or fail to load; Numba also where
+    #: loops that were compiled before are loaded without it.
     needs: tuple[str, ...]
+    #: Libraries that only some uses need, and which uses.
     also: dict[str, str] = {}  # noqa: RUF012 - never changed
 
 

@@ -7,24 +7,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ErrorBar:
-    """
-    Error of the restitution, cause by cause; None where it was not measured.
+    """Error of the restitution, cause by cause; None where it was not measured."""
 
-    Attributes
-    ----------
-    step : float or None
-        From the run at another step.
-    table : float
-        From the certified force error of the bond table.
-    rounding : float
-        From coordinates held as absolute numbers, or from the arithmetic.
-    ending : float
-        What contacts could change that may still come; 0 unless the end is open.
-    """
-
-    step: float | None
-    table: float
-    rounding: float
+    step: float | None  #: From the run at another step.
+    table: float  #: From the certified force error of the bond table.
+    rounding: float  #: From coordinates held as absolute numbers, or from the arithmetic.
+    #: What contacts could change that may still come; 0 unless the end is open.
     ending: float = 0.0
 
     @property

@@ -17,16 +17,9 @@ class LammpsError(RunError):
 
 
 class BondRangeError(RunError):
-    """
-    A bond left the range of its table.
+    """A bond left the range of its table."""
 
-    Attributes
-    ----------
-    length : float
-        The bond's length.
-    """
-
-    length: float = float("nan")
+    length: float = float("nan")  #: The bond's length.
 
 
 class LostAtomsError(RunError):

@@ -40,22 +40,11 @@ print(one.version(), "with MPI" if one.has_mpi_support else "without MPI")
 
 @dataclass(frozen=True)
 class Finding:
-    """
-    One thing that was examined.
+    """One thing that was examined."""
 
-    Attributes
-    ----------
-    subject : str
-        What was looked at.
-    good : bool
-        Whether it is as it must be.
-    text : str
-        What was found and, where it is not good, what to do.
-    """
-
-    subject: str
-    good: bool
-    text: str
+    subject: str  #: What was looked at.
+    good: bool  #: Whether it is as it must be.
+    text: str  #: What was found and, where it is not good, what to do.
 
 
 def examine() -> list[Finding]:
@@ -109,21 +98,11 @@ def warm_up() -> Iterator[tuple[str, float]]:
 
 @dataclass(frozen=True)
 class CommandNeeds:
-    """
-    What a command needs of what a machine may lack.
+    """What a command needs of what a machine may lack."""
 
-    Attributes
-    ----------
-    command : str
-        Its name.
-    facts : CommandFacts
-        What it needs, always and for some uses.
-    missing : tuple of str
-        Those of both that are not installed or, as for LAMMPS, do not load.
-    """
-
-    command: str
-    facts: CommandFacts
+    command: str  #: Its name.
+    facts: CommandFacts  #: What it needs, always and for some uses.
+    #: Those of both that are not installed or, as for LAMMPS, do not load.
     missing: tuple[str, ...]
 
     @property

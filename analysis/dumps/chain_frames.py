@@ -28,27 +28,15 @@ _SAME_DISPLACEMENT = 1e-6
 
 @dataclass(frozen=True)
 class ChainLayout:
-    """
-    How the columns of a dump become the state of a chain, decided from its first frame.
+    """How the columns of a dump become the state of a chain, decided from its first frame."""
 
-    Attributes
-    ----------
-    particles : int
-        Number of particles n.
-    displacement_column : str
-        Column that the displacements come from.
-    particle_order : ndarray of shape (n,) or None
-        Rows (sorted by id) from the wall outwards; None where that is the order of ids.
-    time_known : bool
-        Whether the frames carry the simulated time.
-    target_rows : ndarray of shape (M,) or None
-        Rows of a free target, from the contact outward; None for a wall.
-    """
-
-    particles: int
-    displacement_column: str
+    particles: int  #: Number of particles n.
+    displacement_column: str  #: Column that the displacements come from.
+    #: Rows (sorted by id) from the wall outwards; None where that is the order of ids; of shape
+    #: (n,).
     particle_order: NDArray[np.int64] | None
-    time_known: bool
+    time_known: bool  #: Whether the frames carry the simulated time.
+    #: Rows of a free target, from the contact outward; None for a wall; of shape (M,).
     target_rows: NDArray[np.int64] | None = None
 
     @classmethod

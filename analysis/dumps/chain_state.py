@@ -10,29 +10,17 @@ from chaincor.lammps_inputs.arrays import Array
 
 @dataclass(frozen=True)
 class ChainState:
-    """
-    The chain at one moment, and the free target that it hits, if there is one.
+    """The chain at one moment, and the free target that it hits, if there is one."""
 
-    Attributes
-    ----------
-    step : int
-        LAMMPS timestep number.
-    time : float
-        Simulated time; its origin is that of the dump.
-    displacements : ndarray of shape (n,)
-        u_i = x_i - (i - 1), particle 1 nearest the wall at x = 0.
-    velocities : ndarray of shape (n,)
-        Positive away from the wall.
-    target_displacements, target_velocities : ndarray of shape (M,)
-        The same of a free target, from the contact outward: particle k is at 1 - k + u_k. Empty
-        for a wall.
-    """
-
-    step: int
-    time: float
+    step: int  #: LAMMPS timestep number.
+    time: float  #: Simulated time; its origin is that of the dump.
+    #: u_i = x_i - (i - 1), particle 1 nearest the wall at x = 0; of shape (n,).
     displacements: Array
-    velocities: Array
+    velocities: Array  #: Positive away from the wall; of shape (n,).
+    #: The same of a free target, from the contact outward: particle k is at 1 - k + u_k. Empty for
+    #: a wall; of shape (M,).
     target_displacements: Array = field(default_factory=lambda: np.empty(0))
+    #: See ``target_displacements``.
     target_velocities: Array = field(default_factory=lambda: np.empty(0))
 
     @property

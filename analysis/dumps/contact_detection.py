@@ -34,63 +34,37 @@ _FASTEST = 2.0
 
 @dataclass(frozen=True)
 class DetectedContacts:
-    """
-    Contacts found in a dump.
+    """Contacts found in a dump."""
 
-    Attributes
-    ----------
-    times, speeds : ndarray of shape (f,)
-        When particle 1 hit the wall, on the clock of the dump, and how fast it came in.
-    method : str
-        ``reintegration`` or ``interpolation``.
-    unresolved : int
-        Pairs of frames between which the number of contacts could not be told.
-    worst_miss : float
-        Largest difference between the momentum of the found contacts and that of the dump, in
-        units of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
-    largest_gap : float
-        Longest time between two frames with a contact in between that neither shows.
-    unexplained : int
-        Pairs of frames between which the momentum rises though the wall is out of reach of
-        particle 1, or falls.
-    largest_fall : float
-        Largest fall of the momentum from a value it had reached, in units of M v0; 0 where it is
-        rounding.
-    """
-
+    #: When particle 1 hit the wall, on the clock of the dump, and how fast it came in; of shape
+    #: (f,).
     times: Array
-    speeds: Array
-    method: str
-    unresolved: int
+    speeds: Array  #: See ``times``.
+    method: str  #: ``reintegration`` or ``interpolation``.
+    unresolved: int  #: Pairs of frames between which the number of contacts could not be told.
+    #: Largest difference between the momentum of the found contacts and that of the dump, in units
+    #: of v0, over pairs of frames (0 for interpolation, which uses up that knowledge).
     worst_miss: float
+    #: Longest time between two frames with a contact in between that neither shows.
     largest_gap: float
+    #: Pairs of frames between which the momentum rises though the wall is out of reach of particle
+    #: 1, or falls.
     unexplained: int = 0
+    #: Largest fall of the momentum from a value it had reached, in units of M v0; 0 where it is
+    #: rounding.
     largest_fall: float = 0.0
 
 
 @dataclass
 class ContactDetector:
-    """
-    Collects contacts while frames stream by.
+    """Collects contacts while frames stream by."""
 
-    Attributes
-    ----------
-    impact_velocity : float
-        Impact speed v0.
-    masses : sequence of ndarray
-        Of the chain, and of a free target, each from the contact outward.
-    bond : Potential or None
-        The bonds' potential, if known.
-    velocity_resolution : float
-        Half-width of the interval that a printed velocity of the size of v0 stands for.
-    soft : bool
-        Whether the bodies overlap when they meet: then only the momentum is watched.
-    """
-
-    impact_velocity: float
-    masses: Sequence[Array]
-    bond: Potential | None = None
+    impact_velocity: float  #: Impact speed v0.
+    masses: Sequence[Array]  #: Of the chain, and of a free target, each from the contact outward.
+    bond: Potential | None = None  #: The bonds' potential, if known.
+    #: Half-width of the interval that a printed velocity of the size of v0 stands for.
     velocity_resolution: float = 0.0
+    #: Whether the bodies overlap when they meet: then only the momentum is watched.
     soft: bool = False
     last_time: float | None = None
     _previous: ChainState | None = None

@@ -18,25 +18,14 @@ _TYPE_PLACE |= dict.fromkeys(("atomic", "charge", "sphere", "ellipsoid"), 1)
 
 @dataclass(frozen=True)
 class DeclaredMasses:
-    """
-    Masses as the files of a job declare them, for dumps that do not carry them.
+    """Masses as the files of a job declare them, for dumps that do not carry them."""
 
-    Attributes
-    ----------
-    by_type : dict of int to float
-        Mass of each type; empty where none is declared.
-    types : ndarray of shape (n,) or None
-        Types in order of id, from the data file; None where they are not known.
-    source : str
-        Which file says so.
-    unclear : str or None
-        Why that cannot be relied on.
-    """
-
+    #: Mass of each type; empty where none is declared.
     by_type: dict[int, float] = field(default_factory=dict)
+    #: Types in order of id, from the data file; None where they are not known; of shape (n,).
     types: NDArray[np.int64] | None = None
-    source: str = ""
-    unclear: str | None = None
+    source: str = ""  #: Which file says so.
+    unclear: str | None = None  #: Why that cannot be relied on.
 
 
 def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> DeclaredMasses:

@@ -13,21 +13,12 @@ _COMMANDS = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix"
 
 @dataclass(frozen=True)
 class DeclaredSetup:
-    """
-    What can be told of a run by its commands.
+    """What can be told of a run by its commands."""
 
-    Attributes
-    ----------
-    style : str
-        Of the units.
-    spring : tuple of float or None
-        K and r0 of ``bond_style harmonic``, the only force; None for others.
-    walls : dict of str to str
-        Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as it is written.
-    """
-
-    style: str = "lj"
+    style: str = "lj"  #: Of the units.
+    #: K and r0 of ``bond_style harmonic``, the only force; None for others.
     spring: tuple[float, float] | None = None
+    #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as it is written.
     walls: dict[str, str] = field(default_factory=dict)
 
     def units(self, mass: float | None) -> UnitSystem:

@@ -17,45 +17,24 @@ class TruncatedFrameError(Exception):
 
 @dataclass(frozen=True)
 class DumpFrame:
-    """
-    One frame, its columns converted only when asked for.
+    """One frame, its columns converted only when asked for."""
 
-    Attributes
-    ----------
-    step : int
-        LAMMPS timestep number.
-    time : float or None
-        Simulation time, where the dump carries it (``dump_modify time yes``).
-    columns : tuple of str
-        Names of the columns.
-    bounds : ndarray of shape (3, 2)
-        Lower and upper bound of the box in x, y and z.
-    order : ndarray of shape (n,) or None
-        Rows in the order of ids; None where they are in order already.
-    raw_column : callable
-        Returns a column by its index, in the order of the file.
-    raw_text : callable or None
-        Returns the text of a column by its index; None for binary dumps.
-    periodic_x : bool
-        Whether the box is periodic along x, so that positions may be wrapped into it.
-    tilted : bool
-        Whether the box is triclinic.
-    units : str or None
-        Units of the run, where the dump names them (``dump_modify units yes``).
-    absolute_resolution : float
-        Half a unit of the last decimal, where numbers were printed with so many and no more.
-    """
-
-    step: int
-    time: float | None
-    columns: tuple[str, ...]
-    bounds: Array
+    step: int  #: LAMMPS timestep number.
+    time: float | None  #: Simulation time, where the dump carries it (``dump_modify time yes``).
+    columns: tuple[str, ...]  #: Names of the columns.
+    bounds: Array  #: Lower and upper bound of the box in x, y and z; of shape (3, 2).
+    #: Rows in the order of ids; None where they are in order already; of shape (n,).
     order: NDArray[np.int64] | None
+    #: Returns a column by its index, in the order of the file.
     raw_column: Callable[[int], Array] = field(repr=False)
+    #: Returns the text of a column by its index; None for binary dumps.
     raw_text: Callable[[int], list[bytes]] | None = field(default=None, repr=False)
+    #: Whether the box is periodic along x, so that positions may be wrapped into it.
     periodic_x: bool = False
-    tilted: bool = False
+    tilted: bool = False  #: Whether the box is triclinic.
+    #: Units of the run, where the dump names them (``dump_modify units yes``).
     units: str | None = None
+    #: Half a unit of the last decimal, where numbers were printed with so many and no more.
     absolute_resolution: float = 0.0
 
     def column(self, name: str) -> Array:

@@ -13,19 +13,10 @@ _TOLD = (
 
 
 class Command(NamedTuple):
-    """
-    A command.
+    """A command."""
 
-    Attributes
-    ----------
-    words : list of str
-        Without a comment; the first is its name.
-    line : str
-        As it stands in the file.
-    """
-
-    words: list[str]
-    line: str
+    words: list[str]  #: Without a comment; the first is its name.
+    line: str  #: As it stands in the file.
 
     @property
     def computed(self) -> bool:
@@ -35,17 +26,11 @@ class Command(NamedTuple):
 
 @dataclass(frozen=True)
 class RunCommands:
-    """
-    The commands of one run.
+    """The commands of one run."""
 
-    Attributes
-    ----------
-    logs, scripts : dict of pathlib.Path to list of Command
-        By file, in order. Logs repeat a command with what its variables stand for.
-    """
-
+    #: By file, in order. Logs repeat a command with what its variables stand for.
     logs: dict[Path, list[Command]] = field(default_factory=dict)
-    scripts: dict[Path, list[Command]] = field(default_factory=dict)
+    scripts: dict[Path, list[Command]] = field(default_factory=dict)  #: See ``logs``.
 
     @classmethod
     def read(cls, logs: Iterable[Path] = (), scripts: Iterable[Path] = ()) -> "RunCommands":

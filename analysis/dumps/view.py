@@ -18,22 +18,11 @@ _EXACT_DIGITS = 16
 
 @dataclass(frozen=True)
 class DumpView:
-    """
-    How the numbers of a dump become those of a chain that meets a wall at x = 0.
+    """How the numbers of a dump become those of a chain that meets a wall at x = 0."""
 
-    Attributes
-    ----------
-    units : UnitSystem
-        The chain's units in those of the dump.
-    wall : float
-        Where the wall is, in the dump's units.
-    upwards : bool
-        Whether the chain moves towards +x.
-    """
-
-    units: UnitSystem = CHAIN_UNITS
-    wall: float = 0.0
-    upwards: bool = False
+    units: UnitSystem = CHAIN_UNITS  #: The chain's units in those of the dump.
+    wall: float = 0.0  #: Where the wall is, in the dump's units.
+    upwards: bool = False  #: Whether the chain moves towards +x.
 
     def with_length_of(self, frame: DumpFrame) -> "DumpView":
         """Take the natural length from a frame: the median distance of neighbours in it."""

@@ -18,29 +18,16 @@ _FEW = 6
 
 @dataclass(frozen=True)
 class LadderCurve:
-    """
-    One ladder.
+    """One ladder."""
 
-    Attributes
-    ----------
-    label : str
-        Name in the legend.
-    inputs, errors : ndarray of shape (R, M)
-        Value of the variable and distance of the number from the best value, run by run.
-    seconds : ndarray of shape (R,)
-        Processor time of one run.
-    promised : ndarray of shape (R,)
-        Error that one run on a rung keeps.
-    law : ndarray of shape (R,) or None
-        The fitted law of the error.
-    """
-
-    label: str
+    label: str  #: Name in the legend.
+    #: Value of the variable and distance of the number from the best value, run by run; of shape
+    #: (R, M).
     inputs: Array
-    errors: Array
-    seconds: Array
-    promised: Array
-    law: Array | None
+    errors: Array  #: See ``inputs``.
+    seconds: Array  #: Processor time of one run; of shape (R,).
+    promised: Array  #: Error that one run on a rung keeps; of shape (R,).
+    law: Array | None  #: The fitted law of the error; of shape (R,).
 
 
 def plot_script_ladders(

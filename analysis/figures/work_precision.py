@@ -31,54 +31,30 @@ _LEAST = 1e-17
 
 @dataclass(frozen=True)
 class WorkPrecisionCurve:
-    """
-    One series of a work-precision study.
+    """One series of a work-precision study."""
 
-    Attributes
-    ----------
-    label : str
-        Name in the legend.
-    group : str
-        ``lammps``, ``reference`` or another name, for the stock wall: solid, hollow, grey.
-    scheme : str
-        Decides the colour.
-    dashed : bool
-        Drawn dashed.
-    seconds, errors : sequence of float
-        Time and root-mean-square error of each setting.
-    lowest, highest : sequence of float
-        Least and largest error over the phases.
-    """
-
-    label: str
+    label: str  #: Name in the legend.
+    #: ``lammps``, ``reference`` or another name, for the stock wall: solid, hollow, grey.
     group: str
-    scheme: str
-    dashed: bool
+    scheme: str  #: Decides the colour.
+    dashed: bool  #: Drawn dashed.
+    #: Time and root-mean-square error of each setting.
     seconds: Sequence[float]
-    errors: Sequence[float]
+    errors: Sequence[float]  #: See ``seconds``.
+    #: Least and largest error over the phases.
     lowest: Sequence[float]
-    highest: Sequence[float]
+    highest: Sequence[float]  #: See ``lowest``.
 
 
 @dataclass(frozen=True)
 class TableCurve:
-    """
-    Effect of tables of one style and range.
+    """Effect of tables of one style and range."""
 
-    Attributes
-    ----------
-    style, bond_range : str
-        ``linear`` or ``spline``; ``scene`` or ``wide``.
-    rows : sequence of int
-        Lengths of the tables.
-    errors : sequence of float
-        Error of eta due to each.
-    """
-
+    #: ``linear`` or ``spline``; ``scene`` or ``wide``.
     style: str
-    bond_range: str
-    rows: Sequence[int]
-    errors: Sequence[float]
+    bond_range: str  #: See ``style``.
+    rows: Sequence[int]  #: Lengths of the tables.
+    errors: Sequence[float]  #: Error of eta due to each.
 
 
 def plot_work_precision(

@@ -22,20 +22,12 @@ _WIDER, _FEW_RUNS = 1.2, 2.2
 
 @dataclass(frozen=True)
 class Means:
-    """
-    What a ladder's means say.
+    """What a ladder's means say."""
 
-    Attributes
-    ----------
-    value, value_error : float
-        Limit of fine steps, and what it holds within in 95 of 100 cases.
-    bias : ndarray of shape (R,)
-        Bound on the systematic error of each rung, likewise.
-    """
-
+    #: Limit of fine steps, and what it holds within in 95 of 100 cases.
     value: float
-    value_error: float
-    bias: Array
+    value_error: float  #: See ``value``.
+    bias: Array  #: Bound on the systematic error of each rung, likewise; of shape (R,).
 
 
 def judge_means(steps: Array, values: Array, scatter: Array) -> Means:

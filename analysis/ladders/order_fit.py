@@ -30,27 +30,16 @@ _EVEN = 0.03
 
 @dataclass(frozen=True)
 class OrderFit:
-    r"""
-    The law :math:`y = A + B h^p`, fitted to the finest rungs of a ladder.
+    r"""The law :math:`y = A + B h^p`, fitted to the finest rungs of a ladder."""
 
-    Attributes
-    ----------
-    order, order_error : float
-        p, and what it holds within in 95 of 100 cases; inf where the data do not determine it.
-    limit, limit_error : float
-        A, the value at h = 0, likewise.
-    slope : float
-        B, for h in units of the largest step.
-    rungs : int
-        How many of the finest rungs the law was fitted to.
-    """
-
+    #: p, and what it holds within in 95 of 100 cases; inf where the data do not determine it.
     order: float
-    order_error: float
+    order_error: float  #: See ``order``.
+    #: A, the value at h = 0, likewise.
     limit: float
-    limit_error: float
-    slope: float
-    rungs: int
+    limit_error: float  #: See ``limit``.
+    slope: float  #: B, for h in units of the largest step.
+    rungs: int  #: How many of the finest rungs the law was fitted to.
 
     def bias(self, steps: Array) -> Array:
         """Return B h^p for steps in units of the largest one."""

@@ -34,41 +34,26 @@ _ROUNDING = 4e-15
 
 @dataclass(frozen=True)
 class LadderVerdict:
-    """
-    What a ladder says of an error.
+    """What a ladder says of an error."""
 
-    Attributes
-    ----------
-    kind : str
-        ``regular``: a smooth power of the step, so that the value can be extrapolated.
-        ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``:
-        it jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
-        bound the error without an order. ``cannot tell``: the number is the same everywhere.
-    reason : str
-        Why, in one sentence.
-    order, order_error : float or None
-        Power of the step: of the smooth error, or of the scatter where that is irregular; with
-        what it holds within in 95 of 100 cases. None for noise, and where it cannot be told.
-    value, value_error : float or None
-        The best value and its error, likewise: extrapolated, of the finest rungs, or the mean of
-        all runs. None where it cannot be told.
-    bias : ndarray of shape (R,)
-        Bound on the systematic error of each rung, the error of `value` included.
-    scatter : ndarray of shape (R,)
-        Standard deviation of one run, by rung.
-    fit : OrderFit or None
-        The law of a regular error.
-    """
-
+    #: ``regular``: a smooth power of the step, so that the value can be extrapolated.
+    #: ``irregular``: it jumps about between nearby steps, and shrinks with the step. ``noise``: it
+    #: jumps about and the step has no part in it. ``bounded``: none of these is sure, and means
+    #: bound the error without an order. ``cannot tell``: the number is the same everywhere.
     kind: Kind
-    reason: str
+    reason: str  #: Why, in one sentence.
+    #: Power of the step: of the smooth error, or of the scatter where that is irregular; with what
+    #: it holds within in 95 of 100 cases. None for noise, and where it cannot be told.
     order: float | None
-    order_error: float | None
+    order_error: float | None  #: See ``order``.
+    #: The best value and its error, likewise: extrapolated, of the finest rungs, or the mean of all
+    #: runs. None where it cannot be told.
     value: float | None
-    value_error: float | None
+    value_error: float | None  #: See ``value``.
+    #: Bound on the systematic error of each rung, the error of `value` included; of shape (R,).
     bias: Array
-    scatter: Array
-    fit: OrderFit | None = None
+    scatter: Array  #: Standard deviation of one run, by rung; of shape (R,).
+    fit: OrderFit | None = None  #: The law of a regular error.
 
 
 def judge_ladder(

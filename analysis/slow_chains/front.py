@@ -36,25 +36,12 @@ _WIDE = 3.0
 
 @dataclass(frozen=True)
 class FrontLoss:
-    r"""
-    What a chain loses in the limit of long chains.
+    r"""What a chain loses in the limit of long chains."""
 
-    Attributes
-    ----------
-    variable : float
-        y = r (r - 1) |c| v0^(r-2) n^(2/3).
-    order : int
-        r.
-    loss : float
-        :math:`n^{2/3} (1 - \eta)`; y C'(y) for cubic bonds.
-    error : float
-        What the last step of the extrapolation changed.
-    """
-
-    variable: float
-    order: int
-    loss: float
-    error: float
+    variable: float  #: y = r (r - 1) |c| v0^(r-2) n^(2/3).
+    order: int  #: r.
+    loss: float  #: :math:`n^{2/3} (1 - \eta)`; y C'(y) for cubic bonds.
+    error: float  #: What the last step of the extrapolation changed.
 
 
 def front_loss(variable: float, order: int = 3, refinement: float = 1.0) -> FrontLoss:

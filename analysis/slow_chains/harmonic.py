@@ -30,28 +30,13 @@ _ERROR_PER_PARTICLE = 5e-12
 
 @dataclass(frozen=True)
 class HarmonicCollision:
-    """
-    The collision of a long harmonic chain.
+    """The collision of a long harmonic chain."""
 
-    Attributes
-    ----------
-    particles : int
-        Number of particles n.
-    restitution : float
-        eta, the ratio of energies.
-    restitution_error : float
-        A bound on its error.
-    contacts : int
-        How often particle 1 hit the wall.
-    last_contact_time : float
-        From the first contact.
-    """
-
-    particles: int
-    restitution: float
-    restitution_error: float
-    contacts: int
-    last_contact_time: float
+    particles: int  #: Number of particles n.
+    restitution: float  #: eta, the ratio of energies.
+    restitution_error: float  #: A bound on its error.
+    contacts: int  #: How often particle 1 hit the wall.
+    last_contact_time: float  #: From the first contact.
 
 
 class _EchoOfChain:

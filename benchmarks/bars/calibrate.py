@@ -32,24 +32,13 @@ FILE = Path(measured.__file__).with_name(measured.FILE)
 
 @dataclass(frozen=True)
 class Constant:
-    """
-    How a constant follows from samples.
+    """How a constant follows from samples."""
 
-    Attributes
-    ----------
-    study : callable
-        ``study(random, count)`` returns samples by key, under "" where there is one number only.
-    quantile : float
-        Of the samples; 1 is the largest of them, 0 the least.
-    reserve : float
-        Factor on it, for scenes that were not drawn.
-    scenes : float
-        Scenes, as a share of those asked for: some studies are dear, some constants need few.
-    """
-
+    #: ``study(random, count)`` returns samples by key, under "" where there is one number only.
     study: Callable[[Random, int], Samples]
-    quantile: float
-    reserve: float
+    quantile: float  #: Of the samples; 1 is the largest of them, 0 the least.
+    reserve: float  #: Factor on it, for scenes that were not drawn.
+    #: Scenes, as a share of those asked for: some studies are dear, some constants need few.
     scenes: float = 1.0
 
     def value(self, samples: list[float]) -> tuple[float, float]:

@@ -21,25 +21,12 @@ _BITS_A_TERM, _BITS_A_DIGIT = 3.0, 3.33
 
 @dataclass(frozen=True)
 class Certificate:
-    """
-    What is proved of a collision.
+    """What is proved of a collision."""
 
-    Attributes
-    ----------
-    restitution : arb
-        A ball that holds eta.
-    contacts : int
-        How often the first particle meets the wall or the target.
-    last_contact_time : arb
-        From the first contact.
-    steps : int
-        Taylor steps that the proof took.
-    """
-
-    restitution: arb
-    contacts: int
-    last_contact_time: arb
-    steps: int
+    restitution: arb  #: A ball that holds eta.
+    contacts: int  #: How often the first particle meets the wall or the target.
+    last_contact_time: arb  #: From the first contact.
+    steps: int  #: Taylor steps that the proof took.
 
 
 def certify(

@@ -53,25 +53,12 @@ class State:
 
 @dataclass(frozen=True)
 class Step:
-    """
-    The motion over a time: Taylor polynomials with a bound on what they leave out.
+    """The motion over a time: Taylor polynomials with a bound on what they leave out."""
 
-    Attributes
-    ----------
-    terms : list of list of arb
-        Taylor coefficients of each unknown.
-    widths : list of arb
-        Half-widths rho of the box, of each unknown.
-    disc : arb
-        Radius R of the disc of times in which the box is never left.
-    length : arb
-        The time that is stepped over, less than R.
-    """
-
-    terms: list[list[arb]]
-    widths: list[arb]
-    disc: arb
-    length: arb
+    terms: list[list[arb]]  #: Taylor coefficients of each unknown.
+    widths: list[arb]  #: Half-widths rho of the box, of each unknown.
+    disc: arb  #: Radius R of the disc of times in which the box is never left.
+    length: arb  #: The time that is stepped over, less than R.
 
     def unknown(self, index: int, time: arb) -> arb:
         """Enclose one unknown over a ball of times within the step."""
@@ -103,19 +90,10 @@ def _polynomial(terms: list[arb], time: arb) -> arb:
 
 @dataclass(frozen=True)
 class Chain:
-    """
-    A chain of particles.
+    """A chain of particles."""
 
-    Attributes
-    ----------
-    bond : Bond
-        What joins them.
-    masses : tuple of arb
-        One mass a particle, the first nearest the wall.
-    """
-
-    bond: Bond
-    masses: tuple[arb, ...]
+    bond: Bond  #: What joins them.
+    masses: tuple[arb, ...]  #: One mass a particle, the first nearest the wall.
 
     def step(self, state: State, terms: int, longest: float) -> Step:
         """Enclose the motion from a state on, by so many Taylor terms."""

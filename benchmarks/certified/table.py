@@ -13,28 +13,13 @@ _PARAMETERS = {"toda": {"toda_b": 10.0}}
 
 @dataclass(frozen=True)
 class Case:
-    """
-    A collision to be proved; all its numbers are doubles, and exact as such.
+    """A collision to be proved; all its numbers are doubles, and exact as such."""
 
-    Attributes
-    ----------
-    potential : str
-        "harmonic", "lj", "toda" (b = 10) or "log".
-    masses : tuple of float
-        One mass a particle, the first nearest the wall.
-    velocity : float
-        Impact speed in bond lengths and the bond's own unit of time.
-    target_mass : float, optional
-        Mass of a free particle in place of the wall.
-    digits : int
-        Decimal digits of the arithmetic: more where the collision loses more.
-    """
-
-    potential: str
-    masses: tuple[float, ...]
-    velocity: float
-    target_mass: float | None = None
-    digits: int = 80
+    potential: str  #: "harmonic", "lj", "toda" (b = 10) or "log".
+    masses: tuple[float, ...]  #: One mass a particle, the first nearest the wall.
+    velocity: float  #: Impact speed in bond lengths and the bond's own unit of time.
+    target_mass: float | None = None  #: Mass of a free particle in place of the wall.
+    digits: int = 80  #: Decimal digits of the arithmetic: more where the collision loses more.
 
     @property
     def name(self) -> str:
@@ -61,28 +46,16 @@ class Case:
 class Row:
     """
     What was proved: the restitution is within `radius` of `middle`, both exact decimal numbers.
-
-    Attributes
-    ----------
-    case : str
-        Name of the case.
-    middle, radius : str
-        The enclosure of eta.
-    contacts : int
-        Contacts in all, of which the last was at `last_contact_time` after the first.
-    steps : int
-        Taylor steps of the proof.
-    seconds : float
-        Processor time of the proof.
     """
 
-    case: str
+    case: str  #: Name of the case.
+    #: The enclosure of eta.
     middle: str
-    radius: str
-    contacts: int
+    radius: str  #: See ``middle``.
+    contacts: int  #: Contacts in all, of which the last was at `last_contact_time` after the first.
     last_contact_time: float
-    steps: int
-    seconds: float
+    steps: int  #: Taylor steps of the proof.
+    seconds: float  #: Processor time of the proof.
 
     def refutes(self, restitution: float, error: float) -> bool:
         """Say whether a restitution and its bar miss the enclosure, in exact arithmetic."""

@@ -63,66 +63,37 @@ class Bonds:
 
 @dataclass(frozen=True)
 class Bodies:
-    """
-    What collides, along x: the target from its far end, then the chain.
+    """What collides, along x: the target from its far end, then the chain."""
 
-    Attributes
-    ----------
-    masses, velocities : ndarray of shape (N,)
-        A mass of inf is a wall.
-    strains : ndarray of shape (N - 1,)
-        At `first` - 1 the gap.
-    first : int
-        Particles of the target, or 1.
-    stiffness, exponent : float
-        K and q of soft bodies; K = 0 is hard.
-    """
-
+    #: A mass of inf is a wall; of shape (N,).
     masses: Array
-    velocities: Array
-    strains: Array
-    first: int
+    velocities: Array  #: See ``masses``.
+    strains: Array  #: At `first` - 1 the gap; of shape (N - 1,).
+    first: int  #: Particles of the target, or 1.
+    #: K and q of soft bodies; K = 0 is hard.
     stiffness: float = 0.0
-    exponent: float = 1.5
+    exponent: float = 1.5  #: See ``stiffness``.
 
 
 @dataclass(frozen=True)
 class Seen:
-    """
-    What one run saw.
+    """What one run saw."""
 
-    Attributes
-    ----------
-    restitution : float
-        Square of the ratio of relative velocities of the centres of mass.
-    contacts : int
-        Contacts; of soft bodies the overlaps.
-    first_contact, last_contact : float
-        When the first and the last began, since the start.
-    contact_times : ndarray of shape (contacts,)
-        Since the first.
-    horizon : float
-        Until when it was followed.
-    strains, velocities : ndarray
-        The last state.
-    energy_drift, momentum_drift : float
-        Relative to the energy, and to the momentum of all particles at its mean speed; the latter
-        without a wall only.
-    steps : int
-        Taken.
-    """
-
-    restitution: float
-    contacts: int
+    restitution: float  #: Square of the ratio of relative velocities of the centres of mass.
+    contacts: int  #: Contacts; of soft bodies the overlaps.
+    #: When the first and the last began, since the start.
     first_contact: float
-    last_contact: float
-    contact_times: Array
-    horizon: float
+    last_contact: float  #: See ``first_contact``.
+    contact_times: Array  #: Since the first; of shape (contacts,).
+    horizon: float  #: Until when it was followed.
+    #: The last state.
     strains: Array
-    velocities: Array
+    velocities: Array  #: See ``strains``.
+    #: Relative to the energy, and to the momentum of all particles at its mean speed; the latter
+    #: without a wall only.
     energy_drift: float
-    momentum_drift: float
-    steps: int
+    momentum_drift: float  #: See ``energy_drift``.
+    steps: int  #: Taken.
 
 
 @dataclass(frozen=True)

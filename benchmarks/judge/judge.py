@@ -51,75 +51,40 @@ class JudgeRefusal(RuntimeError):
 
 @dataclass(frozen=True)
 class FirstPiece:
-    """
-    The piece of the chain next to the wall when the judge stopped.
+    """The piece of the chain next to the wall when the judge stopped."""
 
-    Attributes
-    ----------
-    particles : int
-        Particles up to the first bond that is so long that it holds nothing (lj: 11).
-    velocity : float
-        Mean velocity; negative is towards the wall: a contact is still to come.
-    internal_energy : float
-        Kinetic energy about the mean, and energy of its bonds.
-    distance : float
-        Of particle 1 from the wall.
-    approaching : bool
-        Whether particle 1 itself moves towards the wall.
-    """
-
+    #: Particles up to the first bond that is so long that it holds nothing (lj: 11).
     particles: int
-    velocity: float
-    internal_energy: float
-    distance: float
-    approaching: bool
+    velocity: float  #: Mean velocity; negative is towards the wall: a contact is still to come.
+    internal_energy: float  #: Kinetic energy about the mean, and energy of its bonds.
+    distance: float  #: Of particle 1 from the wall.
+    approaching: bool  #: Whether particle 1 itself moves towards the wall.
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """
-    What the judge saw.
+    """What the judge saw."""
 
-    Attributes
-    ----------
-    restitution : float
-        (final momentum / initial momentum)^2; nan from rest.
-    restitution_error, time_error : float
-        Difference of restitution, and the largest of a contact time, between the two runs.
-    contacts : int
-        Contacts, one at the start included.
-    contact_times, contact_speeds : ndarray of shape (contacts,)
-        When, and how fast particle 1 came in.
-    last_contact_time : float
-        nan where there is none.
-    horizon : float
-        Time up to which the chain was followed.
-    energy_drift, momentum_drift : float
-        Change of the energy, relative; of the momentum less what the wall gave, relative to the
-        momentum of all particles at the root-mean-square speed of the energy.
-    first_piece : FirstPiece
-        What could still return.
-    steps : int
-        Of the finer run.
-    distance, strains, velocities
-        The last state.
-    """
-
-    restitution: float
+    restitution: float  #: (final momentum / initial momentum)^2; nan from rest.
+    #: Difference of restitution, and the largest of a contact time, between the two runs.
     restitution_error: float
-    time_error: float
-    contacts: int
+    time_error: float  #: See ``restitution_error``.
+    contacts: int  #: Contacts, one at the start included.
+    #: When, and how fast particle 1 came in; of shape (contacts,).
     contact_times: Array
-    contact_speeds: Array
-    last_contact_time: float
-    horizon: float
+    contact_speeds: Array  #: See ``contact_times``.
+    last_contact_time: float  #: nan where there is none.
+    horizon: float  #: Time up to which the chain was followed.
+    #: Change of the energy, relative; of the momentum less what the wall gave, relative to the
+    #: momentum of all particles at the root-mean-square speed of the energy.
     energy_drift: float
-    momentum_drift: float
-    first_piece: FirstPiece
-    steps: int
+    momentum_drift: float  #: See ``energy_drift``.
+    first_piece: FirstPiece  #: What could still return.
+    steps: int  #: Of the finer run.
+    #: The last state.
     distance: float
-    strains: Array
-    velocities: Array
+    strains: Array  #: See ``distance``.
+    velocities: Array  #: See ``distance``.
 
 
 @dataclass(frozen=True)

@@ -67,20 +67,12 @@ class Law:
 
 @dataclass(frozen=True)
 class UserLaw:
-    """
-    A bond given by functions.
+    """A bond given by functions."""
 
-    Attributes
-    ----------
-    energy_function, force : callable
-        U(s) and -U'(s), each compiled by ``numba.njit`` from a float to a float.
-    dissociation : float
-        Energy that breaks it.
-    """
-
+    #: U(s) and -U'(s), each compiled by ``numba.njit`` from a float to a float.
     energy_function: Callable[[float], float]
-    force: Callable[[float], float]
-    dissociation: float = np.inf
+    force: Callable[[float], float]  #: See ``energy_function``.
+    dissociation: float = np.inf  #: Energy that breaks it.
     name = "user"
 
     def energy(self, strain: Array, length: Array | None = None) -> Array:

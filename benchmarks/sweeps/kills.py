@@ -39,24 +39,13 @@ Rows = dict[str, tuple]
 
 @dataclass
 class Study:
-    """
-    Outcome of many kills.
+    """Outcome of many kills."""
 
-    Attributes
-    ----------
-    kills : Counter
-        How many of each kind found something to kill.
-    missed : int
-        Sweeps that were over before their kill came.
-    recorded_deaths : int
-        Rows that named a dead worker when the sweep went on without it.
-    rows_at_kill : list of int
-        Rows in the store when it was killed: shows that the moments are spread.
-    """
-
+    #: How many of each kind found something to kill.
     kills: Counter = field(default_factory=Counter)
-    missed: int = 0
-    recorded_deaths: int = 0
+    missed: int = 0  #: Sweeps that were over before their kill came.
+    recorded_deaths: int = 0  #: Rows that named a dead worker when the sweep went on without it.
+    #: Rows in the store when it was killed: shows that the moments are spread.
     rows_at_kill: list[int] = field(default_factory=list)
 
 

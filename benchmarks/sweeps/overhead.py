@@ -46,25 +46,16 @@ speed = {{ from = 0.01, to = 5.0, points = {speeds}, spacing = "log" }}
 
 @dataclass(frozen=True)
 class Measurement:
-    """
-    One sweep into a new store.
+    """One sweep into a new store."""
 
-    Attributes
-    ----------
-    workers, computed, failed : int
-        Processes, and collisions with and without a result.
-    wall, processor : float
-        Seconds of the whole command: by the clock, and of all its processes together.
-    collisions : float
-        Seconds by the clock inside collisions.
-    """
-
+    #: Processes, and collisions with and without a result.
     workers: int
-    computed: int
-    failed: int
+    computed: int  #: See ``workers``.
+    failed: int  #: See ``workers``.
+    #: Seconds of the whole command: by the clock, and of all its processes together.
     wall: float
-    processor: float
-    collisions: float
+    processor: float  #: See ``wall``.
+    collisions: float  #: Seconds by the clock inside collisions.
 
     @property
     def busy(self) -> float:

@@ -21,22 +21,11 @@ SCHEME = "order8"
 
 @dataclass(frozen=True)
 class Carried:
-    """
-    Collisions at one step.
+    """Collisions at one step."""
 
-    Attributes
-    ----------
-    e : ndarray of shape (samples,)
-        Of speeds; nan where no end was found.
-    contacts : ndarray of shape (samples,)
-        How many there were.
-    endings : list of str
-        How each ended.
-    """
-
-    e: NDArray[np.float64]
-    contacts: NDArray[np.int64]
-    endings: list[str]
+    e: NDArray[np.float64]  #: Of speeds; nan where no end was found; of shape (samples,).
+    contacts: NDArray[np.int64]  #: How many there were; of shape (samples,).
+    endings: list[str]  #: How each ended.
 
 
 def carry(

@@ -56,20 +56,13 @@ class BondDistribution:
     Distribution of one bond's strain in equilibrium.
 
     Made by :func:`bond_distribution`. Within a panel the density is a polynomial of degree 15.
-
-    Attributes
-    ----------
-    edges : ndarray of shape (P + 1,)
-        Of the panels: the first and the last are the ends of the density.
-    densities : ndarray of shape (16, P)
-        Legendre coefficients of the density in each panel, times half its width.
-    shares : ndarray of shape (P + 1,)
-        Probability below each edge: 0 to 1.
     """
 
+    #: Of the panels: the first and the last are the ends of the density; of shape (P + 1,).
     edges: Array
+    #: Legendre coefficients of the density in each panel, times half its width; of shape (16, P).
     densities: Array
-    shares: Array
+    shares: Array  #: Probability below each edge: 0 to 1; of shape (P + 1,).
 
     @cached_property
     def _integrals(self) -> Array:

@@ -22,46 +22,26 @@ SERIES_TERMS = 22
 
 
 class FormulaParameters(NamedTuple):
-    """
-    What the kernel of a formula is told.
+    """What the kernel of a formula is told."""
 
-    Attributes
-    ----------
-    given : tuple of float
-        The formula's parameters, sorted by name; one zero where it has none.
-    rest : float
-        Strain at rest, as the formula counts it.
-    near : float
-        Strains below this are left to the series.
-    series : tuple of float
-        Coefficients of the force over strain, from the constant on: -k, -k g_1, ...
-    """
-
+    #: The formula's parameters, sorted by name; one zero where it has none.
     given: tuple[float, ...]
-    rest: float
-    near: float
+    rest: float  #: Strain at rest, as the formula counts it.
+    near: float  #: Strains below this are left to the series.
+    #: Coefficients of the force over strain, from the constant on: -k, -k g_1, ...
     series: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class FormulaCode:
-    """
-    Functions of a formula, for any values of its parameters.
+    """Functions of a formula, for any values of its parameters."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Of the parameters, sorted.
-    energy, force, curvature : str
-        U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
-    guards : tuple of str
-        What must not vanish: bases of powers that are no whole positive ones, arguments of log.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: Of the parameters, sorted.
+    #: U, -U' and U'' as Python text in ``s`` and ``p[0]``, ``p[1]`` ...
     energy: str
-    force: str
-    curvature: str
+    force: str  #: See ``energy``.
+    curvature: str  #: See ``energy``.
+    #: What must not vanish: bases of powers that are no whole positive ones, arguments of log.
     guards: tuple[str, ...]
 
     def function(self, text: str, namespace: Any = np) -> Callable:

@@ -12,26 +12,16 @@ Strain = TypeVar("Strain", float, Array)
 
 
 class NamedBond(Potential):
-    """
-    A bond with a name.
-
-    Attributes
-    ----------
-    title : str
-        What people call it.
-    keys : dict
-        Keys in scenes, and what its class calls these parameters; those without default must be
-        given.
-    example : dict
-        Parameters for a bond of this kind, by the names of its class, where it has no defaults.
-    constants : dict
-        Names that its kernel closes over, as formulas of the parameters.
-    """
+    """A bond with a name."""
 
     smooth = True
-    title: ClassVar[str]
+    title: ClassVar[str]  #: What people call it.
+    #: Keys in scenes, and what its class calls these parameters; those without default must be
+    #: given.
     keys: ClassVar[dict[str, str]] = {}
+    #: Parameters for a bond of this kind, by the names of its class, where it has no defaults.
     example: ClassVar[dict[str, Any]] = {}
+    #: Names that its kernel closes over, as formulas of the parameters.
     constants: ClassVar[dict[str, str]] = {}
 
     def as_keys(self) -> dict[str, Any]:

@@ -21,19 +21,10 @@ class NoParameters(NamedTuple):
 
 @dataclass(frozen=True)
 class LogLength:
-    """
-    A bond that shrinks without bound, as a function of y = ln r.
+    """A bond that shrinks without bound, as a function of y = ln r."""
 
-    Attributes
-    ----------
-    kernel : callable
-        ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
-    energy : callable
-        U of an array of y.
-    """
-
-    kernel: Callable
-    energy: Callable
+    kernel: Callable  #: ``kernel(y, parameters)``: -dU/dr and 1/r, for compiled loops.
+    energy: Callable  #: U of an array of y.
 
 
 class Potential(ABC):
@@ -43,29 +34,17 @@ class Potential(ABC):
     Strain is s = r - 1 (positive: stretched). Energies are zero at s = 0; forces are -dU/dr
     (positive: the bond pushes its ends apart). Units: natural bond length, particle mass and, for
     the named potentials, bond stiffness are 1.
-
-    Attributes
-    ----------
-    name : str
-        The name used in scenes.
-    strain_min, strain_max : float
-        Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
-    dissociation : float
-        U at infinite length; inf for a bond that cannot break.
-    smooth : bool
-        Whether the force is known to have derivatives of every order.
-    is_harmonic : bool
-        Whether U = s^2/2, so that a chain is a sum of modes.
-    energy_offset : float
-        Constant taken off the energies, whose rounding it leaves in them.
     """
 
-    name: str
+    name: str  #: The name used in scenes.
+    #: Strains must stay between these: strain_min is -1 where r > 0 is needed, -inf otherwise.
     strain_min: float = -math.inf
-    strain_max: float = math.inf
-    dissociation: float = math.inf
+    strain_max: float = math.inf  #: See ``strain_min``.
+    dissociation: float = math.inf  #: U at infinite length; inf for a bond that cannot break.
+    #: Whether the force is known to have derivatives of every order.
     smooth: ClassVar[bool] = False
-    is_harmonic: ClassVar[bool] = False
+    is_harmonic: ClassVar[bool] = False  #: Whether U = s^2/2, so that a chain is a sum of modes.
+    #: Constant taken off the energies, whose rounding it leaves in them.
     energy_offset: float = 0.0
 
     @abstractmethod

@@ -12,23 +12,15 @@ if TYPE_CHECKING:
 
 
 class SplineParameters(NamedTuple):
-    """
-    A cubic spline, for compiled loops.
+    """A cubic spline, for compiled loops."""
 
-    Attributes
-    ----------
-    knots : ndarray of shape (rows,)
-        Strains between which the cubics lie.
-    terms : ndarray of shape (4, rows - 1)
-        Their coefficients, of the cube first, of the strain beyond the knot before.
-    low, high : float
-        Strains between which there is a force; the outer cubics go on to these.
-    """
-
-    knots: Array
+    knots: Array  #: Strains between which the cubics lie; of shape (rows,).
+    #: Their coefficients, of the cube first, of the strain beyond the knot before; of shape (4,
+    #: rows - 1).
     terms: Array
+    #: Strains between which there is a force; the outer cubics go on to these.
     low: float
-    high: float
+    high: float  #: See ``low``.
 
 
 def spline_force(strain: float, parameters: SplineParameters) -> float:

@@ -16,23 +16,15 @@ _PAIR_SETTINGS = {"N": 1, "EQ": 1, "FPRIME": 2, "FP": 2, "R": 2, "RSQ": 2, "BITM
 
 @dataclass(frozen=True)
 class Section:
-    """
-    One section of a table, as it stands in a file.
+    """One section of a table, as it stands in a file."""
 
-    Attributes
-    ----------
-    keyword : str
-        Its name; empty where the file has none.
-    header : dict
-        What the line ``N rows FP slope slope EQ length`` says, by name.
-    data, digits : ndarray of shape (rows, 3)
-        Length or angle, energy and force, and one unit of the last digit of each.
-    """
-
-    keyword: str
+    keyword: str  #: Its name; empty where the file has none.
+    #: What the line ``N rows FP slope slope EQ length`` says, by name.
     header: dict[str, list[float]]
+    #: Length or angle, energy and force, and one unit of the last digit of each; of shape (rows,
+    #: 3).
     data: Array
-    digits: Array
+    digits: Array  #: See ``data``.
 
 
 def sections_of(text: str, path: str, *, pair: bool = False) -> list[Section]:

@@ -42,19 +42,12 @@ _SHAKES = 6
 
 @dataclass(frozen=True)
 class Rows:
-    """
-    The rows of a table.
+    """The rows of a table."""
 
-    Attributes
-    ----------
-    strains, forces : ndarray of shape (rows,)
-        Lengths less the natural one, and forces.
-    digits : ndarray of shape (rows,)
-        One unit of the last digit, of the force and, by its slope, of the length.
-    """
-
+    #: Lengths less the natural one, and forces; of shape (rows,).
     strains: Array
-    forces: Array
+    forces: Array  #: See ``strains``.
+    #: One unit of the last digit, of the force and, by its slope, of the length; of shape (rows,).
     digits: Array
 
     def left_out(self, stride: int) -> Array:

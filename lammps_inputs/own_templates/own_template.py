@@ -23,18 +23,10 @@ _EXTENDS = re.compile(r"\{%-?\s*extends\b")
 
 @dataclass(frozen=True)
 class OwnTemplate:
-    """
-    A template that extends ``job.in.j2``, or is a whole script.
+    """A template that extends ``job.in.j2``, or is a whole script."""
 
-    Attributes
-    ----------
-    text : str
-        Its text.
-    settings : dict
-        Numbers and words that it names besides the job's own values, as text.
-    """
-
-    text: str
+    text: str  #: Its text.
+    #: Numbers and words that it names besides the job's own values, as text.
     settings: dict[str, str] = field(default_factory=dict)
 
     @classmethod

@@ -20,25 +20,12 @@ _LARGEST = 1e100
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """
-    The chain's own units in those of a style of LAMMPS.
+    """The chain's own units in those of a style of LAMMPS."""
 
-    Attributes
-    ----------
-    length : float
-        Natural length of a bond.
-    mass : float
-        Of a particle.
-    stiffness : float
-        U'' of a bond at rest, energy over length squared.
-    style : str
-        ``metal``, ``real``, ``si`` or ``lj``.
-    """
-
-    length: float = 1.0
-    mass: float = 1.0
-    stiffness: float = 1.0
-    style: str = "lj"
+    length: float = 1.0  #: Natural length of a bond.
+    mass: float = 1.0  #: Of a particle.
+    stiffness: float = 1.0  #: U'' of a bond at rest, energy over length squared.
+    style: str = "lj"  #: ``metal``, ``real``, ``si`` or ``lj``.
 
     @classmethod
     def from_fields(cls, fields: Any) -> "UnitSystem":

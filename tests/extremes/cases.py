@@ -73,22 +73,12 @@ _MOST_POINTS = 500
 
 @dataclass(frozen=True)
 class Case:
-    """
-    One call of the command line.
+    """One call of the command line."""
 
-    Attributes
-    ----------
-    arguments : tuple of str
-        Command and options.
-    files : dict
-        What lies in the folder where it is called.
-    outputs : tuple of str
-        Files and folders in it that the call may make.
-    """
-
-    arguments: tuple[str, ...]
+    arguments: tuple[str, ...]  #: Command and options.
+    #: What lies in the folder where it is called.
     files: dict[str, bytes] = field(default_factory=dict)
-    outputs: tuple[str, ...] = ()
+    outputs: tuple[str, ...] = ()  #: Files and folders in it that the call may make.
 
 
 def case(number: int) -> Case:

@@ -46,26 +46,14 @@ SWEEPS = (
 
 @dataclass(frozen=True)
 class Materials:
-    """
-    Files as bytes.
+    """Files as bytes."""
 
-    Attributes
-    ----------
-    job : dict
-        Names and contents of a folder with a job and the dump of its run.
-    store : bytes
-        A results store with a few rows, arrays and failures.
-    table : bytes
-        A LAMMPS bond table.
-    final_csv, final_npz : bytes
-        Final velocities of three particles, as a user's integrator writes them.
-    """
-
-    job: dict[str, bytes]
-    store: bytes
-    table: bytes
+    job: dict[str, bytes]  #: Names and contents of a folder with a job and the dump of its run.
+    store: bytes  #: A results store with a few rows, arrays and failures.
+    table: bytes  #: A LAMMPS bond table.
+    #: Final velocities of three particles, as a user's integrator writes them.
     final_csv: bytes
-    final_npz: bytes
+    final_npz: bytes  #: See ``final_csv``.
 
 
 @cache

@@ -15,27 +15,15 @@ from chaincor.workflows.error_bar import ErrorBar
 
 @dataclass(frozen=True)
 class Answer:
-    """
-    A run that was asked to meet a tolerance.
+    """A run that was asked to meet a tolerance."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        The run that gives the number.
-    bar : ErrorBar
-        Its error.
-    rounding_sensitivity : float
-        Change of the in-house eta when all roundings change, as far as it was looked for.
-    reason : str or None
-        Why the tolerance is not met, where it was compared with one and is not.
-    details : dict
-        Scouting, choice and proof, for the record.
-    """
-
-    outcome: Outcome
-    bar: ErrorBar
+    outcome: Outcome  #: The run that gives the number.
+    bar: ErrorBar  #: Its error.
+    #: Change of the in-house eta when all roundings change, as far as it was looked for.
     rounding_sensitivity: float = 0.0
+    #: Why the tolerance is not met, where it was compared with one and is not.
     reason: str | None = None
+    #: Scouting, choice and proof, for the record.
     details: dict[str, Any] = field(default_factory=dict)
 
 

@@ -78,26 +78,14 @@ _MOST_BOND_STEPS = 1e9
 
 @dataclass(frozen=True)
 class Choice:
-    """
-    Numerics chosen for a goal.
+    """Numerics chosen for a goal."""
 
-    Attributes
-    ----------
-    numerics : Numerics
-        Scheme, step and table.
-    truth : Converged
-        The in-house run they were chosen by.
-    scouting : Scouting
-        What it says of the collision.
-    floor, reachable : float
-        Error from rounding, and what is left of the goal for all else.
-    """
-
-    numerics: Numerics
-    truth: Converged
-    scouting: Scouting
+    numerics: Numerics  #: Scheme, step and table.
+    truth: Converged  #: The in-house run they were chosen by.
+    scouting: Scouting  #: What it says of the collision.
+    #: Error from rounding, and what is left of the goal for all else.
     floor: float
-    reachable: float
+    reachable: float  #: See ``floor``.
 
 
 def choose(

@@ -21,32 +21,16 @@ _SCHEME: StepSchemeName = "order8"
 
 @dataclass(frozen=True)
 class Converged:
-    """
-    A collision by the in-house integrator, refined until runs at several steps agree.
+    """A collision by the in-house integrator, refined until runs at several steps agree."""
 
-    Attributes
-    ----------
-    outcome : Outcome
-        The finest run.
-    coarse : Outcome
-        The run at the next larger step, which differs by more than the error; the same where it
-        has no step.
-    restitution : float
-        Its eta.
-    error : float
-        Its error, rounding included.
-    seconds : float
-        Integration time of all runs it took.
-    kinked : bool
-        Whether bonds pass kinks, where no scheme has an order above 2.
-    """
-
-    outcome: Outcome
+    outcome: Outcome  #: The finest run.
+    #: The run at the next larger step, which differs by more than the error; the same where it has
+    #: no step.
     coarse: Outcome
-    restitution: float
-    error: float
-    seconds: float
-    kinked: bool = False
+    restitution: float  #: Its eta.
+    error: float  #: Its error, rounding included.
+    seconds: float  #: Integration time of all runs it took.
+    kinked: bool = False  #: Whether bonds pass kinks, where no scheme has an order above 2.
 
 
 def converge(scene: Scene, goal: float) -> Converged:

@@ -27,30 +27,18 @@ _LOOK = 8.0
 
 @dataclass(frozen=True)
 class CostModel:
-    """
-    Seconds taken by the parts of a LAMMPS run.
+    """Seconds taken by the parts of a LAMMPS run."""
 
-    Attributes
-    ----------
-    measured_on : str
-        Date and machine of the measurement.
-    step : float
-        One Verlet step inside a run, apart from its bonds.
-    harmonic_bond, linear_bond, spline_bond : float
-        One bond in one step, by kind of bond.
-    stage : float
-        Added by one stage of a composition, or one part of an extrapolated step: a ``run`` command,
-        and what makes its Verlet steps longer or shorter.
-    contact : float
-        Added by one contact with Verlet: blind windows, the shortened step, the reversal.
-    """
-
-    measured_on: str
-    step: float
+    measured_on: str  #: Date and machine of the measurement.
+    step: float  #: One Verlet step inside a run, apart from its bonds.
+    #: One bond in one step, by kind of bond.
     harmonic_bond: float
-    linear_bond: float
-    spline_bond: float
+    linear_bond: float  #: See ``harmonic_bond``.
+    spline_bond: float  #: See ``harmonic_bond``.
+    #: Added by one stage of a composition, or one part of an extrapolated step: a ``run`` command,
+    #: and what makes its Verlet steps longer or shorter.
     stage: float
+    #: Added by one contact with Verlet: blind windows, the shortened step, the reversal.
     contact: float
 
     def integration(self, scene: Scene, numerics: Numerics, duration: float) -> float:

@@ -45,40 +45,18 @@ def run_in_house(
 
 @dataclass(frozen=True)
 class Refined:
-    """
-    The finest of several runs.
+    """The finest of several runs."""
 
-    Attributes
-    ----------
-    fine : Outcome
-        The run that gives the number.
-    proofs : list of Outcome
-        Runs at larger steps, the first at twice its step.
-    error : float
-        Its error.
-    stalled : bool
-        Whether smaller steps had stopped to help.
-    tries : list of dict
-        Steps and errors on the way.
-    first : Outcome or None
-        The run whose end all others took over, where they did.
-    nudged : float
-        Change of eta by other roundings, where that is why steps do not help; else 0.
-    kinked : bool
-        Whether bonds pass kinks, so that Verlet steps are as good as any.
-    seconds : float
-        Integration time of all runs that were compared.
-    """
-
-    fine: Outcome
-    proofs: list[Outcome]
-    error: float
-    stalled: bool
-    tries: list[dict[str, float]]
-    first: Outcome | None = None
+    fine: Outcome  #: The run that gives the number.
+    proofs: list[Outcome]  #: Runs at larger steps, the first at twice its step.
+    error: float  #: Its error.
+    stalled: bool  #: Whether smaller steps had stopped to help.
+    tries: list[dict[str, float]]  #: Steps and errors on the way.
+    first: Outcome | None = None  #: The run whose end all others took over, where they did.
+    #: Change of eta by other roundings, where that is why steps do not help; else 0.
     nudged: float = 0.0
-    kinked: bool = False
-    seconds: float = 0.0
+    kinked: bool = False  #: Whether bonds pass kinks, so that Verlet steps are as good as any.
+    seconds: float = 0.0  #: Integration time of all runs that were compared.
 
     @property
     def grazes(self) -> bool:

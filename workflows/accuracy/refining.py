@@ -19,63 +19,29 @@ _CONFIRMATIONS = 4
 
 @dataclass(frozen=True)
 class Try(Generic[Found]):
-    """
-    What came of one step.
+    """What came of one step."""
 
-    Attributes
-    ----------
-    step : float
-        The step, or whatever else is made smaller.
-    error : float
-        That of the number with it; inf where it did not run.
-    found : object or None
-        Its runs; None where it did not run.
-    done : bool
-        Whether the search ends here.
-    following : float
-        The next step.
-    anew : bool
-        Whether the next one is of another kind: what did not help so far does not count.
-    refusal : RunError or None
-        What stopped it.
-    """
-
-    step: float
-    error: float
-    found: Found | None = None
-    done: bool = False
-    following: float = 0.0
+    step: float  #: The step, or whatever else is made smaller.
+    error: float  #: That of the number with it; inf where it did not run.
+    found: Found | None = None  #: Its runs; None where it did not run.
+    done: bool = False  #: Whether the search ends here.
+    following: float = 0.0  #: The next step.
+    #: Whether the next one is of another kind: what did not help so far does not count.
     anew: bool = False
-    refusal: RunError | None = None
+    refusal: RunError | None = None  #: What stopped it.
 
 
 @dataclass(frozen=True)
 class Policy:
-    """
-    How a search goes on.
+    """How a search goes on."""
 
-    Attributes
-    ----------
-    most : int
-        Steps that are tried.
-    refused : float
-        What is taken of a step that did not run.
-    retried : tuple of type
-        What may be cured by a smaller step; anything else ends the search.
-    believed : bool
-        Whether several refusals of one name are believed.
-    stalls : bool
-        Whether the search ends where smaller steps have stopped to help.
-    salvages : bool
-        Whether what ran before serves where time is up.
-    """
-
-    most: int
-    refused: float = 0.5
+    most: int  #: Steps that are tried.
+    refused: float = 0.5  #: What is taken of a step that did not run.
+    #: What may be cured by a smaller step; anything else ends the search.
     retried: tuple[type[RunError], ...] = (RunError,)
-    believed: bool = True
-    stalls: bool = False
-    salvages: bool = False
+    believed: bool = True  #: Whether several refusals of one name are believed.
+    stalls: bool = False  #: Whether the search ends where smaller steps have stopped to help.
+    salvages: bool = False  #: Whether what ran before serves where time is up.
 
 
 def refine(step: float, attempt: Callable[[float], Try[Found]], policy: Policy) -> list[Try[Found]]:

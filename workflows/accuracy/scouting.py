@@ -25,40 +25,22 @@ _ASKED_WITHIN = 1.3
 
 @dataclass(frozen=True)
 class Scouting:
-    """
-    What a short in-house run says about a collision before LAMMPS runs it.
+    """What a short in-house run says about a collision before LAMMPS runs it."""
 
-    Attributes
-    ----------
-    bond_min, bond_max : float
-        Shortest and longest bond up to the last contact.
-    flight_min, flight_max : float
-        The same until LAMMPS stops, some time after.
-    last_contact_time, duration : float
-        Length of the collision, and of the run to the end that was argued.
-    contacts : int
-        Hits on the wall.
-    ending : str
-        ``proved``, ``argued`` or ``open``.
-    fragments : int
-        Connected pieces at the end.
-    seconds : float
-        What the scouting cost.
-    timestep : float or None
-        Of its steps, at whose ends bonds were looked at.
-    """
-
+    #: Shortest and longest bond up to the last contact.
     bond_min: float
-    bond_max: float
+    bond_max: float  #: See ``bond_min``.
+    #: The same until LAMMPS stops, some time after.
     flight_min: float
-    flight_max: float
+    flight_max: float  #: See ``flight_min``.
+    #: Length of the collision, and of the run to the end that was argued.
     last_contact_time: float
-    duration: float
-    contacts: int
-    ending: str
-    fragments: int
-    seconds: float
-    timestep: float | None = None
+    duration: float  #: See ``last_contact_time``.
+    contacts: int  #: Hits on the wall.
+    ending: str  #: ``proved``, ``argued`` or ``open``.
+    fragments: int  #: Connected pieces at the end.
+    seconds: float  #: What the scouting cost.
+    timestep: float | None = None  #: Of its steps, at whose ends bonds were looked at.
 
     @property
     def end(self) -> ScoutedEnd:

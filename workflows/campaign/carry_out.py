@@ -27,22 +27,11 @@ Work = Callable[[Any], Sequence[Any]]
 
 
 class Task(NamedTuple):
-    """
-    Collisions that one worker carries out.
+    """Collisions that one worker carries out."""
 
-    Attributes
-    ----------
-    places : sequence of int
-        Where their scenes stand among all that are asked for.
-    scenes : sequence of Scene
-        What collides.
-    costs : sequence of float
-        Seconds that each is expected to take.
-    """
-
-    places: Sequence[int]
-    scenes: Sequence[Scene]
-    costs: Sequence[float]
+    places: Sequence[int]  #: Where their scenes stand among all that are asked for.
+    scenes: Sequence[Scene]  #: What collides.
+    costs: Sequence[float]  #: Seconds that each is expected to take.
 
     def part(self, chosen: Sequence[int]) -> "Task":
         """Return a task for some of the collisions, counted from 0."""

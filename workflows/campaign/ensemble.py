@@ -20,47 +20,22 @@ from chaincor.workflows.result import Collision
 
 @dataclass(frozen=True)
 class Sample:
-    """
-    One collision of many.
+    """One collision of many."""
 
-    Attributes
-    ----------
-    seed : int or None
-        Of what its scene draws; None of a cold chain.
-    velocity : float
-        Impact speed v0.
-    restitution, restitution_error : float or None
-        eta and its numerical error bar; None where there is no number, or no bar.
-    kinematic_restitution : float or None
-        e, the root of eta.
-    contacts : int or None
-        How often particle 1 hit the wall.
-    last_contact_time : float or None
-        From the first contact.
-    ending : str or None
-        ``proved``, ``argued`` or ``open``.
-    scheme : str or None
-        How it was integrated.
-    timestep : float or None
-        H, where there is one.
-    tolerance_met : bool or None
-        Whether the error bar is within the tolerance; None with explicit numerics.
-    reason : str or None
-        Why it is not, or why there is no number.
-    """
-
-    seed: int | None
-    velocity: float
+    seed: int | None  #: Of what its scene draws; None of a cold chain.
+    velocity: float  #: Impact speed v0.
+    #: eta and its numerical error bar; None where there is no number, or no bar.
     restitution: float | None = None
-    restitution_error: float | None = None
-    kinematic_restitution: float | None = None
-    contacts: int | None = None
-    last_contact_time: float | None = None
-    ending: str | None = None
-    scheme: str | None = None
-    timestep: float | None = None
+    restitution_error: float | None = None  #: See ``restitution``.
+    kinematic_restitution: float | None = None  #: e, the root of eta.
+    contacts: int | None = None  #: How often particle 1 hit the wall.
+    last_contact_time: float | None = None  #: From the first contact.
+    ending: str | None = None  #: ``proved``, ``argued`` or ``open``.
+    scheme: str | None = None  #: How it was integrated.
+    timestep: float | None = None  #: H, where there is one.
+    #: Whether the error bar is within the tolerance; None with explicit numerics.
     tolerance_met: bool | None = None
-    reason: str | None = None
+    reason: str | None = None  #: Why it is not, or why there is no number.
 
     @classmethod
     def of(cls, scene: Scene, found: Collision | Exception) -> Self:

@@ -21,21 +21,13 @@ class Forecast:
 
     Right within a factor of two for nearly every collision that computes, of four for chains that
     fall to pieces, better for many.
-
-    Attributes
-    ----------
-    points : int
-        Collisions to compute.
-    seconds, longest : float
-        Sum of their times on one core, and the time of the longest.
-    disk_bytes : int
-        Growth of the store.
     """
 
-    points: int
+    points: int  #: Collisions to compute.
+    #: Sum of their times on one core, and the time of the longest.
     seconds: float
-    longest: float
-    disk_bytes: int
+    longest: float  #: See ``seconds``.
+    disk_bytes: int  #: Growth of the store.
 
     @classmethod
     def of(cls, scenes: Sequence[Scene], *, arrays: bool = False) -> "Forecast":

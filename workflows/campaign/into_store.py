@@ -21,34 +21,20 @@ from chaincor.workflows.store.standing import Standing
 
 @dataclass
 class Tally:
-    """
-    What came of a sweep so far.
+    """What came of a sweep so far."""
 
-    Attributes
-    ----------
-    computed, failed : int
-        Collisions carried out now, with a result and without one.
-    inexact : int
-        Of those computed now: how many do not meet their tolerance.
-    found : int
-        Answered by the store as it was, or by another sweep meanwhile.
-    known_failures : int
-        Not tried again: they failed by themselves before and would fail again.
-    seconds : float
-        Wall-clock time.
-    integration_seconds, busy_seconds : float
-        Over the collisions computed now: time of the integrations that gave the numbers, and of
-        everything else they needed.
-    """
-
+    #: Collisions carried out now, with a result and without one.
     computed: int = 0
-    failed: int = 0
-    inexact: int = 0
-    found: int = 0
+    failed: int = 0  #: See ``computed``.
+    inexact: int = 0  #: Of those computed now: how many do not meet their tolerance.
+    found: int = 0  #: Answered by the store as it was, or by another sweep meanwhile.
+    #: Not tried again: they failed by themselves before and would fail again.
     known_failures: int = 0
-    seconds: float = 0.0
+    seconds: float = 0.0  #: Wall-clock time.
+    #: Over the collisions computed now: time of the integrations that gave the numbers, and of
+    #: everything else they needed.
     integration_seconds: float = 0.0
-    busy_seconds: float = 0.0
+    busy_seconds: float = 0.0  #: See ``integration_seconds``.
 
 
 class IntoStore:

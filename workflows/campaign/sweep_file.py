@@ -33,25 +33,12 @@ _MOST_POINTS = 10_000_000
 
 @dataclass(frozen=True)
 class Sweep:
-    """
-    A sweep, read and checked.
+    """A sweep, read and checked."""
 
-    Attributes
-    ----------
-    scenes : SweepPoints
-        The points.
-    axes : dict
-        Names of the axes and how many values each has.
-    store : pathlib.Path
-        Where results go.
-    arrays : bool
-        Whether to keep contacts, mode energies and final states.
-    """
-
-    scenes: SweepPoints
-    axes: dict[str, int]
-    store: Path
-    arrays: bool
+    scenes: SweepPoints  #: The points.
+    axes: dict[str, int]  #: Names of the axes and how many values each has.
+    store: Path  #: Where results go.
+    arrays: bool  #: Whether to keep contacts, mode energies and final states.
 
 
 def is_sweep(path: Path) -> bool:

@@ -28,31 +28,14 @@ _VARYING = ("seed", "velocity", "speed")
 
 @dataclass(frozen=True)
 class Group(Sequence[Scene]):
-    """
-    Scenes that differ in seed and impact velocity alone, each made when it is asked for.
+    """Scenes that differ in seed and impact velocity alone, each made when it is asked for."""
 
-    Attributes
-    ----------
-    scene : Scene
-        The first.
-    seeds : sequence of int or None
-        Of each.
-    velocities : ndarray of shape (scenes,)
-        Impact velocity of each.
-    places : sequence of int
-        Where they stand among all that are asked for.
-    expected : float
-        Seconds that one takes, about.
-    given : sequence of Scene or None
-        The scenes, where they need not be made.
-    """
-
-    scene: Scene
-    seeds: Sequence[int | None]
-    velocities: Array
-    places: Sequence[int]
-    expected: float
-    given: Sequence[Scene] | None
+    scene: Scene  #: The first.
+    seeds: Sequence[int | None]  #: Of each.
+    velocities: Array  #: Impact velocity of each; of shape (scenes,).
+    places: Sequence[int]  #: Where they stand among all that are asked for.
+    expected: float  #: Seconds that one takes, about.
+    given: Sequence[Scene] | None  #: The scenes, where they need not be made.
 
     def __len__(self) -> int:
         return len(self.seeds)

@@ -37,22 +37,11 @@ _HALVES: dict[Scheme, tuple[float, ...]] = {
 
 @dataclass(frozen=True)
 class Composition:
-    """
-    A palindromic sequence of Verlet steps w_k H.
+    """A palindromic sequence of Verlet steps w_k H."""
 
-    Attributes
-    ----------
-    name : str
-        The scheme's name in scenes.
-    order : int
-        Order of the error of one run against H.
-    weights : tuple of float
-        w_k, in the order in which the steps are taken; they sum to 1.
-    """
-
-    name: Scheme
-    order: int
-    weights: tuple[float, ...]
+    name: Scheme  #: The scheme's name in scenes.
+    order: int  #: Order of the error of one run against H.
+    weights: tuple[float, ...]  #: w_k, in the order in which the steps are taken; they sum to 1.
 
     @property
     def stages(self) -> int:

@@ -53,26 +53,14 @@ def look_interval(particles: int, stiffness: float) -> float:
 
 
 class Body(NamedTuple):
-    """
-    A body that leaves another: the chain, or a free target.
+    """A body that leaves another: the chain, or a free target."""
 
-    Attributes
-    ----------
-    first_displacement : float
-        How far its particle at the contact is from a plane between both bodies; for the chain at a
-        wall, from that.
-    strains : ndarray of shape (n - 1,)
-        Bond lengths less one, from the contact outward.
-    velocities : ndarray of shape (n,)
-        Relative to that plane, positive away from it.
-    masses : ndarray of shape (n,) or None
-        None where all are 1.
-    """
-
+    #: How far its particle at the contact is from a plane between both bodies; for the chain at a
+    #: wall, from that.
     first_displacement: float
-    strains: Array
-    velocities: Array
-    masses: Array | None = None
+    strains: Array  #: Bond lengths less one, from the contact outward; of shape (n - 1,).
+    velocities: Array  #: Relative to that plane, positive away from it; of shape (n,).
+    masses: Array | None = None  #: None where all are 1; of shape (n,).
 
 
 class EndWatch:

@@ -60,22 +60,13 @@ EndingKind = Literal["proved", "argued", "open"]
 
 @dataclass(frozen=True)
 class Ending:
-    """
-    How a collision ended.
+    """How a collision ended."""
 
-    Attributes
-    ----------
-    kind : str
-        ``proved``, ``argued`` or ``open``.
-    missed_momentum : float
-        Largest momentum that contacts after an open end could give the chain; 0 for the others.
-    momentum_at_stake : float
-        The same of an argued end, were the motion another: 0 where no motion brings a contact but
-        by a rare gathering of energy.
-    """
-
-    kind: EndingKind
+    kind: EndingKind  #: ``proved``, ``argued`` or ``open``.
+    #: Largest momentum that contacts after an open end could give the chain; 0 for the others.
     missed_momentum: float = 0.0
+    #: The same of an argued end, were the motion another: 0 where no motion brings a contact but by
+    #: a rare gathering of energy.
     momentum_at_stake: float = 0.0
 
     def doubted(self, momentum: float) -> "Ending":

@@ -17,26 +17,16 @@ MOST_ENERGY_GROWTH = 2.0
 
 @dataclass(frozen=True)
 class Frames:
-    """
-    Snapshots of the motion.
+    """Snapshots of the motion."""
 
-    Attributes
-    ----------
-    times : ndarray of shape (frames,)
-        Time since the first contact.
-    displacements : ndarray of shape (frames, n)
-        u_i = x_i - (i - 1).
-    velocities : ndarray of shape (frames, n)
-        Velocities, positive away from the wall.
-    target_displacements, target_velocities : ndarray of shape (frames, M), or None
-        The same of a free target, from the contact outward, along x as the chain's.
-    """
-
-    times: NDArray[np.float64]
-    displacements: NDArray[np.float64]
+    times: NDArray[np.float64]  #: Time since the first contact; of shape (frames,).
+    displacements: NDArray[np.float64]  #: u_i = x_i - (i - 1); of shape (frames, n).
+    #: Velocities, positive away from the wall; of shape (frames, n).
     velocities: NDArray[np.float64]
+    #: The same of a free target, from the contact outward, along x as the chain's; of shape
+    #: (frames, M).
     target_displacements: NDArray[np.float64] | None = None
-    target_velocities: NDArray[np.float64] | None = None
+    target_velocities: NDArray[np.float64] | None = None  #: See ``target_displacements``.
 
     def state(self, frame: int) -> ChainState:
         """Return both bodies in one frame, counted from 0."""
@@ -75,71 +65,45 @@ class Outcome:
     Time is counted from the first contact; lengths are in natural bond lengths; velocities are
     positive away from the wall. The final state is the one right after the last contact, which
     no engine's choice of when to stop can change.
-
-    Attributes
-    ----------
-    engine, wall, scheme : str
-        What was run; exact propagators report scheme ``modal`` or ``hard-sphere``.
-    timestep : float or None
-        The composed step H; None for exact propagators.
-    displacements, velocities : ndarray of shape (n,)
-        State right after the last contact.
-    contact_times, contact_speeds : ndarray of shape (contacts,)
-        When particle 1 hit the wall and how fast (> 0) it came in, the first hit included.
-    impulses : ndarray of shape (contacts,)
-        Momentum given by the wall at each contact, taken from the incoming state alone, so that
-        their sum checks the change of momentum.
-    ending : Ending
-        Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
-    duration : float
-        Simulated time from the first contact to the end.
-    bond_min, bond_max : float
-        Shortest and longest bond up to the last contact, to the resolution of the steps.
-    energy_start, energy_end : float
-        Total energy at the first contact and after the last.
-    fragments : int
-        Connected pieces at the last contact.
-    lasted : float
-        Time from the initial state to the end of the last contact; 0 where none is known.
-    seconds : float
-        Wall-clock time of the integration alone.
-    force_evaluations : int
-        Evaluations of all bond forces.
-    crossed : bool
-        Whether particles passed through each other (harmonic chains, in-house only).
-    frames : Frames or None
-        Snapshots, where they were asked for.
-    target_displacements, target_velocities : ndarray of shape (M,)
-        State of a free target, from the contact outward, both along x as the chain's; empty for
-        the wall.
-    numerics : Numerics or None
-        All settings of a run by LAMMPS.
-    details : dict
-        What only one engine knows, such as the certificate of a bond table.
     """
 
+    #: What was run; exact propagators report scheme ``modal`` or ``hard-sphere``.
     engine: str
-    wall: str
-    scheme: str
-    timestep: float | None
+    wall: str  #: See ``engine``.
+    scheme: str  #: See ``engine``.
+    timestep: float | None  #: The composed step H; None for exact propagators.
+    #: State right after the last contact; of shape (n,).
     displacements: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    velocities: NDArray[np.float64]  #: See ``displacements``.
+    #: When particle 1 hit the wall and how fast (> 0) it came in, the first hit included; of shape
+    #: (contacts,).
     contact_times: NDArray[np.float64]
-    contact_speeds: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]  #: See ``contact_times``.
+    #: Momentum given by the wall at each contact, taken from the incoming state alone, so that
+    #: their sum checks the change of momentum; of shape (contacts,).
     impulses: NDArray[np.float64]
+    #: Whether it is proved, argued or open that no further contact comes (see ``ending.py``).
     ending: Ending
-    duration: float
+    duration: float  #: Simulated time from the first contact to the end.
+    #: Shortest and longest bond up to the last contact, to the resolution of the steps.
     bond_min: float
-    bond_max: float
+    bond_max: float  #: See ``bond_min``.
+    #: Total energy at the first contact and after the last.
     energy_start: float
-    energy_end: float
-    fragments: int
-    seconds: float
-    force_evaluations: int
+    energy_end: float  #: See ``energy_start``.
+    fragments: int  #: Connected pieces at the last contact.
+    seconds: float  #: Wall-clock time of the integration alone.
+    force_evaluations: int  #: Evaluations of all bond forces.
+    #: Time from the initial state to the end of the last contact; 0 where none is known.
     lasted: float = 0.0
+    #: Whether particles passed through each other (harmonic chains, in-house only).
     crossed: bool = False
-    frames: Frames | None = None
+    frames: Frames | None = None  #: Snapshots, where they were asked for.
+    #: State of a free target, from the contact outward, both along x as the chain's; empty for the
+    #: wall; of shape (M,).
     target_displacements: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    #: See ``target_displacements``.
     target_velocities: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    numerics: Numerics | None = None
+    numerics: Numerics | None = None  #: All settings of a run by LAMMPS.
+    #: What only one engine knows, such as the certificate of a bond table.
     details: dict[str, Any] = field(default_factory=dict)

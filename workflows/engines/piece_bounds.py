@@ -42,27 +42,16 @@ def breaking_energy(bond: Potential) -> float:
 
 
 class Lever(NamedTuple):
-    """
-    How the bonds of a piece move one of its end particles against its mean.
+    """How the bonds of a piece move one of its end particles against its mean."""
 
-    Attributes
-    ----------
-    particles : int
-        Of the piece.
-    total, squares : float
-        Sum of the weights w_i, and of their squares.
-    largest : float
-        The largest of them.
-    mass, whole : float
-        Of the end particle, and of the piece.
-    """
-
-    particles: int
+    particles: int  #: Of the piece.
+    #: Sum of the weights w_i, and of their squares.
     total: float
-    squares: float
-    largest: float
+    squares: float  #: See ``total``.
+    largest: float  #: The largest of them.
+    #: Of the end particle, and of the piece.
     mass: float
-    whole: float
+    whole: float  #: See ``mass``.
 
     @classmethod
     def of(cls, masses: NDArray[np.float64]) -> "Lever":

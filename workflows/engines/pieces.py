@@ -36,37 +36,18 @@ _ENERGY_RESERVE = 1.01
 
 @dataclass(frozen=True)
 class Pieces:
-    """
-    A chain cut at stretched bonds.
+    """A chain cut at stretched bonds."""
 
-    Attributes
-    ----------
-    sizes : ndarray of shape (pieces,)
-        Particles in each.
-    masses : ndarray of shape (n,)
-        Of all particles.
-    weights : ndarray of shape (pieces,)
-        Masses of the pieces.
-    speeds : ndarray of shape (pieces,)
-        Centre-of-mass velocities, positive away from the wall.
-    energies : ndarray of shape (pieces,)
-        Internal energies, with what pulls across the cuts can ever add.
-    displacements : ndarray of shape (pieces,)
-        Mean of x_i - (i - 1).
-    lever : Lever
-        Of particle 1 in the first piece.
-    return_risk : float
-        How likely the others are to disturb the first piece so that it meets the wall again: 0
-        where that is ruled out.
-    """
-
-    sizes: NDArray[np.int64]
-    masses: Array
-    weights: Array
-    speeds: Array
+    sizes: NDArray[np.int64]  #: Particles in each; of shape (pieces,).
+    masses: Array  #: Of all particles; of shape (n,).
+    weights: Array  #: Masses of the pieces; of shape (pieces,).
+    speeds: Array  #: Centre-of-mass velocities, positive away from the wall; of shape (pieces,).
+    #: Internal energies, with what pulls across the cuts can ever add; of shape (pieces,).
     energies: Array
-    displacements: Array
-    lever: Lever
+    displacements: Array  #: Mean of x_i - (i - 1); of shape (pieces,).
+    lever: Lever  #: Of particle 1 in the first piece.
+    #: How likely the others are to disturb the first piece so that it meets the wall again: 0 where
+    #: that is ruled out.
     return_risk: float
 
 

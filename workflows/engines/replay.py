@@ -13,25 +13,12 @@ from chaincor.workflows.errors import RunError
 
 @dataclass(frozen=True)
 class Replay:
-    """
-    What it takes to carry out a run again.
+    """What it takes to carry out a run again."""
 
-    Attributes
-    ----------
-    scene : Scene
-        The collision, with its engine; its outputs are not written again.
-    scheme : str
-        That of the run, as an :class:`Outcome` has it.
-    numerics : Numerics or None
-        Those of a run with fixed steps.
-    accuracy : float or None
-        What a run with adaptive steps aimed at.
-    """
-
-    scene: Scene
-    scheme: str
-    numerics: Numerics | None
-    accuracy: float | None
+    scene: Scene  #: The collision, with its engine; its outputs are not written again.
+    scheme: str  #: That of the run, as an :class:`Outcome` has it.
+    numerics: Numerics | None  #: Those of a run with fixed steps.
+    accuracy: float | None  #: What a run with adaptive steps aimed at.
 
     @property
     def masses(self) -> NDArray[np.float64]:

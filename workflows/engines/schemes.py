@@ -33,77 +33,39 @@ _COUNTS = ((1, 2, 3, 4, 6, 8), tuple(range(1, 8)), tuple(range(1, 9)))
 
 
 class Rule(NamedTuple):
-    """
-    What a step is made of, in numbers.
+    """What a step is made of, in numbers."""
 
-    Attributes
-    ----------
-    fractions : Splitting or Mixture
-        Of the scheme, as its `take_step` knows them.
-    parameters : NamedTuple
-        Of the potential, as its force kernel knows them.
-    """
-
-    fractions: Any
-    parameters: Any
+    fractions: Any  #: Of the scheme, as its `take_step` knows them; Splitting or Mixture.
+    parameters: Any  #: Of the potential, as its force kernel knows them; NamedTuple.
 
 
 class Splitting(NamedTuple):
-    """
-    Fractions of a split step.
+    """Fractions of a split step."""
 
-    Attributes
-    ----------
-    drifts : ndarray of shape (stages + 1,)
-        a_k; of a composition w_1/2, (w_1 + w_2)/2, ..., w_s/2.
-    kicks : ndarray of shape (stages,)
-        b_k; of a composition w_k.
-    """
-
+    #: a_k; of a composition w_1/2, (w_1 + w_2)/2, ..., w_s/2; of shape (stages + 1,).
     drifts: Array
-    kicks: Array
+    kicks: Array  #: b_k; of a composition w_k; of shape (stages,).
 
 
 class Mixture(NamedTuple):
-    """
-    Fractions of an extrapolated step.
+    """Fractions of an extrapolated step."""
 
-    Attributes
-    ----------
-    weights : ndarray of shape (k,)
-        c_m.
-    counts : ndarray of shape (k,)
-        m.
-    """
-
-    weights: Array
-    counts: Array
+    weights: Array  #: c_m; of shape (k,).
+    counts: Array  #: m; of shape (k,).
 
 
 @dataclass(frozen=True, eq=False)
 class StepScheme:
-    """
-    How a step H is made of drifts and kicks.
+    """How a step H is made of drifts and kicks."""
 
-    Attributes
-    ----------
-    name : str
-        As in `Numerics`.
-    order : int
-        Order of the error of a run against H.
-    fractions : Splitting or Mixture
-        Numbers that the step needs.
-    build_step : callable
-        ``build_step(stages)`` returns the map over one step away from the contact, made of a
-        potential's `Stages` (see ``in_house.stages``), ``take_step(position, old, new, trial,
-        bonds, wanted, step, rule)``: it writes the `State` after a step from `old` into `new` and
-        returns the new distance of particle 1 from the wall; `trial` is scratch. Of the `bonds` in
-        motion the first `wanted` are needed: each stage before the last moves one more.
-    """
-
-    name: str
-    order: int
-    fractions: Any
+    name: str  #: As in `Numerics`.
+    order: int  #: Order of the error of a run against H.
+    fractions: Any  #: Numbers that the step needs; Splitting or Mixture.
+    #: ``build_step(stages)`` returns the map over one step away from the contact, made of a
+    #: potential's `Stages` (see ``in_house.stages``), ``take_step(position, old, new, trial, bonds,
+    #: wanted, step, rule)``: it writes the `State` after a step from `old` into `new` and returns
+    #: the new distance of particle 1 from the wall; `trial` is scratch. Of the `bonds` in motion
+    #: the first `wanted` are needed: each stage before the last moves one more.
     build_step: Callable
 
     @property

@@ -16,22 +16,11 @@ _LONGER, _COMPILING = 1.2, 5.0
 
 @dataclass
 class TimeLimit:
-    """
-    Until when a collision may be worked on.
+    """Until when a collision may be worked on."""
 
-    Attributes
-    ----------
-    allowed : float
-        Seconds that were said.
-    end : float
-        By the clock of ``time.monotonic``.
-    was_short : bool
-        Whether something was left undone for it.
-    """
-
-    allowed: float = math.inf
-    end: float = math.inf
-    was_short: bool = False
+    allowed: float = math.inf  #: Seconds that were said.
+    end: float = math.inf  #: By the clock of ``time.monotonic``.
+    was_short: bool = False  #: Whether something was left undone for it.
 
     @property
     def left(self) -> float:

@@ -30,29 +30,15 @@ class JobError(Exception):
 
 @dataclass(frozen=True)
 class CollectedJob:
-    """
-    A job of a grid as its logs show it.
+    """A job of a grid as its logs show it."""
 
-    Attributes
-    ----------
-    folder : str
-        Its name.
-    state : str
-        ``done``; ``failed``, with LAMMPS's words; ``unfinished``, it began and was stopped;
-        ``missing``, it never began; ``refused``, no job could be written.
-    words : str
-        What there is to say, in one line.
-    scene : Scene or None
-        What was asked for; None where nothing was tried.
-    row : Row or None
-        What came of it.
-    """
-
-    folder: str
+    folder: str  #: Its name.
+    #: ``done``; ``failed``, with LAMMPS's words; ``unfinished``, it began and was stopped;
+    #: ``missing``, it never began; ``refused``, no job could be written.
     state: str
-    words: str
-    scene: Scene | None = None
-    row: Row | None = None
+    words: str  #: What there is to say, in one line.
+    scene: Scene | None = None  #: What was asked for; None where nothing was tried.
+    row: Row | None = None  #: What came of it.
 
 
 def collect_grid(folder: Path) -> list[CollectedJob]:

@@ -23,19 +23,10 @@ _LONGEST_NAME = 100
 
 @dataclass(frozen=True)
 class GridPoint:
-    """
-    A job of a grid.
+    """A job of a grid."""
 
-    Attributes
-    ----------
-    folder : str
-        Its name.
-    refusal : str
-        Why no job could be written, in one line; empty where it was.
-    """
-
-    folder: str
-    refusal: str = ""
+    folder: str  #: Its name.
+    refusal: str = ""  #: Why no job could be written, in one line; empty where it was.
 
 
 def write_grid(

@@ -15,63 +15,33 @@ from chaincor.lammps_inputs.given_numbers import shown
 
 @dataclass(frozen=True)
 class Mistake:
-    """
-    A usual way to go wrong.
+    """A usual way to go wrong."""
 
-    Attributes
-    ----------
-    answer : callable
-        Returns what one gets that way; computed, as the truth is. For an exercise that asks for a
-        function: a function of the same arguments, that is called with them.
-    says : str
-        What to tell who answers that.
-    """
-
+    #: Returns what one gets that way; computed, as the truth is. For an exercise that asks for a
+    #: function: a function of the same arguments, that is called with them.
     answer: Callable[..., ArrayLike]
-    says: str
+    says: str  #: What to tell who answers that.
 
 
 @dataclass(frozen=True)
 class Exercise:
-    """
-    A question with a number, several numbers or a function for an answer.
+    """A question with a number, several numbers or a function for an answer."""
 
-    Attributes
-    ----------
-    asks : str
-        What is to be given, with its unit.
-    truth : callable
-        Computes the answer; of a function: the function itself.
-    mistakes : tuple of Mistake
-        Usual ways to go wrong.
-    tolerance : float
-        How far an answer may be off, as a fraction of the largest of its numbers.
-    arguments : callable, optional
-        For an exercise that asks for a function: returns the arguments that it is tried with.
-    """
-
-    asks: str
-    truth: Callable[..., ArrayLike]
-    mistakes: tuple[Mistake, ...] = ()
+    asks: str  #: What is to be given, with its unit.
+    truth: Callable[..., ArrayLike]  #: Computes the answer; of a function: the function itself.
+    mistakes: tuple[Mistake, ...] = ()  #: Usual ways to go wrong.
+    #: How far an answer may be off, as a fraction of the largest of its numbers.
     tolerance: float = 1e-3
+    #: For an exercise that asks for a function: returns the arguments that it is tried with.
     arguments: Callable[[], tuple[Any, ...]] | None = None
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """
-    What is said of an answer; true if it is right.
+    """What is said of an answer; true if it is right."""
 
-    Attributes
-    ----------
-    right : bool
-        Whether it is.
-    says : str
-        What is right or wrong about it.
-    """
-
-    right: bool
-    says: str
+    right: bool  #: Whether it is.
+    says: str  #: What is right or wrong about it.
 
     def __bool__(self) -> bool:
         return self.right

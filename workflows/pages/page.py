@@ -53,29 +53,15 @@ def data_uri(rendered: Mapping[str, bytes]) -> str:
 
 @dataclass(frozen=True)
 class PageFigure:
-    """
-    A figure of a page.
+    """A figure of a page."""
 
-    Attributes
-    ----------
-    key : str
-        Name of its files, without the ending.
-    title, caption : str
-        What it is, and what to see.
-    alt : str
-        The same for those who do not see it.
-    image : str
-        Data URI.
-    files : tuple of str
-        Its files beside the page.
-    """
-
-    key: str
+    key: str  #: Name of its files, without the ending.
+    #: What it is, and what to see.
     title: str
-    caption: str
-    alt: str
-    image: str
-    files: tuple[str, ...]
+    caption: str  #: See ``title``.
+    alt: str  #: The same for those who do not see it.
+    image: str  #: Data URI.
+    files: tuple[str, ...]  #: Its files beside the page.
 
 
 def drawn_figures(

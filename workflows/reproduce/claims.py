@@ -54,30 +54,16 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Margin:
-    """
-    The number of a claim, and how far ours may be from it.
+    """The number of a claim, and how far ours may be from it."""
 
-    Attributes
-    ----------
-    paper : float
-        The paper's number; 1 for a trend.
-    whole : float
-        What shares are taken of: the paper's number, or a scale.
-    reason : str
-        Why these margins.
-    reproduced_within, corrected_within : float
-        Reproduced, or reproduced with a correction, if the finding is no further away than this and
-        its error.
-    is_trend : bool
-        Whether something is said to be so, without a number.
-    """
-
-    paper: float
-    whole: float
-    reason: str
+    paper: float  #: The paper's number; 1 for a trend.
+    whole: float  #: What shares are taken of: the paper's number, or a scale.
+    reason: str  #: Why these margins.
+    #: Reproduced, or reproduced with a correction, if the finding is no further away than this and
+    #: its error.
     reproduced_within: float = 0.0
-    corrected_within: float = 0.0
-    is_trend: bool = False
+    corrected_within: float = 0.0  #: See ``reproduced_within``.
+    is_trend: bool = False  #: Whether something is said to be so, without a number.
 
     @property
     def largest_error(self) -> float:
@@ -113,32 +99,18 @@ def _percent(share: float) -> str:
 
 @dataclass(frozen=True)
 class Finding:
-    """
-    One number that a claim of the paper is judged by.
+    """One number that a claim of the paper is judged by."""
 
-    Attributes
-    ----------
-    value : float
-        The number; nan where the points do not give one.
-    error : float
-        Its error: from error bars, from the scatter of a fit, or the spacing of points.
-    text : str
-        How it was found: range, points, what it depends on.
-    points : sequence of Point
-        What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
-        be better than "not reproduced".
-    spread : tuple of float or None
-        Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
-    brief : str
-        What the summary says of it, where the number alone would say too little.
-    """
-
-    value: float
+    value: float  #: The number; nan where the points do not give one.
+    #: Its error: from error bars, from the scatter of a fit, or the spacing of points.
     error: float
-    text: str
+    text: str  #: How it was found: range, points, what it depends on.
+    #: What it rests on: if LAMMPS and the in-house engine disagree on one of them, no verdict can
+    #: be better than "not reproduced".
     points: Sequence[Point] = field(default=(), repr=False)
+    #: Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
     spread: tuple[float, float] | None = None
-    brief: str = ""
+    brief: str = ""  #: What the summary says of it, where the number alone would say too little.
 
     @property
     def disagreements(self) -> int:
@@ -171,41 +143,20 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Claim:
-    """
-    A claim of the paper, how far our number may be from its, and how ours is found.
+    """A claim of the paper, how far our number may be from its, and how ours is found."""
 
-    Attributes
-    ----------
-    key : str
-        A short name, unique.
-    where : str
-        Place in the paper.
-    text : str
-        What the paper says.
-    margin : Margin
-        Its number and the margins.
-    brief : str
-        The claim in a few words, for the summary.
-    find : callable
-        Finds our number; raises NoNumber where the points do not give it.
-    correction : str
-        What has to be corrected where it is not reproduced as it stands; ``{value}`` stands for the
-        number found.
-    unsaid : str
-        What the number depends on and the paper does not say; empty where it does.
-    figure : str
-        Key of the figure where its points are seen; empty if there is none.
-    """
-
-    key: str
-    where: str
-    text: str
-    margin: Margin
-    brief: str
+    key: str  #: A short name, unique.
+    where: str  #: Place in the paper.
+    text: str  #: What the paper says.
+    margin: Margin  #: Its number and the margins.
+    brief: str  #: The claim in a few words, for the summary.
+    #: Finds our number; raises NoNumber where the points do not give it.
     find: Callable[[Measurements], Finding]
+    #: What has to be corrected where it is not reproduced as it stands; ``{value}`` stands for the
+    #: number found.
     correction: str = ""
-    unsaid: str = ""
-    figure: str = ""
+    unsaid: str = ""  #: What the number depends on and the paper does not say; empty where it does.
+    figure: str = ""  #: Key of the figure where its points are seen; empty if there is none.
 
     def found(self, measured: Measurements) -> Finding:
         """Return the number found: nan, with the reason, where there is none."""

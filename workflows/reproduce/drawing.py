@@ -27,29 +27,16 @@ _SEEN = 0.008
 
 @dataclass(frozen=True)
 class Figure:
-    """
-    A figure of the report.
+    """A figure of the report."""
 
-    Attributes
-    ----------
-    key : str
-        Name of its files.
-    title, caption : str
-        What it is, in a few words; what it shows, how it was made, and what to see.
-    records : sequence of mapping
-        Its data, a record a row, the same keys in each; none for a drawing without data.
-    draw : callable
-        Makes the Matplotlib figure.
-    alt : str
-        What is to be seen, for those who do not see it.
-    """
-
-    key: str
+    key: str  #: Name of its files.
+    #: What it is, in a few words; what it shows, how it was made, and what to see.
     title: str
-    caption: str
+    caption: str  #: See ``title``.
+    #: Its data, a record a row, the same keys in each; none for a drawing without data.
     records: Sequence[Mapping[str, Any]]
-    draw: Callable[[], Canvas]
-    alt: str
+    draw: Callable[[], Canvas]  #: Makes the Matplotlib figure.
+    alt: str  #: What is to be seen, for those who do not see it.
 
     def to_csv(self) -> str:
         """Return the data as CSV, numbers with all their digits."""

@@ -12,29 +12,19 @@ from chaincor.workflows.reproduce.measurements import Point
 
 @dataclass(frozen=True)
 class PowerLaw:
-    r"""
-    A fit of :math:`y = A x^p`.
+    r"""A fit of :math:`y = A x^p`."""
 
-    Attributes
-    ----------
-    exponent, exponent_error : float
-        p and its error: that of the scatter and that of the points, added in quadrature; nan with
-        fewer than three points, and 0 where p is fixed.
-    prefactor, prefactor_error : float
-        A and its error.
-    first, last : float
-        Range of x.
-    points : int
-        How many.
-    """
-
+    #: p and its error: that of the scatter and that of the points, added in quadrature; nan with
+    #: fewer than three points, and 0 where p is fixed.
     exponent: float
-    exponent_error: float
+    exponent_error: float  #: See ``exponent``.
+    #: A and its error.
     prefactor: float
-    prefactor_error: float
+    prefactor_error: float  #: See ``prefactor``.
+    #: Range of x.
     first: float
-    last: float
-    points: int
+    last: float  #: See ``first``.
+    points: int  #: How many.
 
     def at(self, x: ArrayLike) -> NDArray[np.float64]:
         """Return the fitted curve A x^p."""
@@ -139,20 +129,13 @@ def limit_at_zero(x: ArrayLike, y: ArrayLike, degree: int) -> tuple[float, float
 
 @dataclass(frozen=True)
 class Minimum:
-    """
-    The lowest point of a curve, from a parabola through the points around it.
+    """The lowest point of a curve, from a parabola through the points around it."""
 
-    Attributes
-    ----------
-    place, value : float
-        Where, and how low.
-    place_error : float
-        What the place changes by if the parabola goes through five points, not three; half the
-        distance of the neighbouring points where there are no five.
-    """
-
+    #: Where, and how low.
     place: float
-    value: float
+    value: float  #: See ``place``.
+    #: What the place changes by if the parabola goes through five points, not three; half the
+    #: distance of the neighbouring points where there are no five.
     place_error: float
 
 

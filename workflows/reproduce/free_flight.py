@@ -25,34 +25,21 @@ SAMPLED = tuple(sorted({*MOMENTS, *(float(f"{t:.3g}") for t in np.geomspace(0.1,
 
 @dataclass(frozen=True)
 class FreeFlight:
-    """
-    The flight of one chain after its last contact.
+    """The flight of one chain after its last contact."""
 
-    Attributes
-    ----------
-    point : Point
-        Its collision.
-    times : ndarray of shape (times,)
-        Since the last contact, in crossings of sound.
-    pieces : ndarray of shape (motions, times)
-        How many pieces there are then, -1 after another contact with the wall: one motion from
-        the state of each engine. Both states are right within the error bar, so what differs
-        between them is not known.
-    kinetic : ndarray of shape (n,)
-        Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
-        energy at impact. The sum over j >= 1 is that of all internal motion, whatever the bonds.
-    bonds : float
-        Mean energy of the bonds over the same time: with the sum over j >= 1 it is 1 - eta.
-    separation : float
-        Energy of the motion of the pieces relative to one another at the end.
-    """
-
-    point: Point
-    times: Array
+    point: Point  #: Its collision.
+    times: Array  #: Since the last contact, in crossings of sound; of shape (times,).
+    #: How many pieces there are then, -1 after another contact with the wall: one motion from the
+    #: state of each engine. Both states are right within the error bar, so what differs between
+    #: them is not known; of shape (motions, times).
     pieces: NDArray[np.int64]
+    #: Mean kinetic energy of each mode over the first `AVERAGED_OVER` crossings, as a share of the
+    #: energy at impact. The sum over j >= 1 is that of all internal motion, whatever the bonds; of
+    #: shape (n,).
     kinetic: Array
+    #: Mean energy of the bonds over the same time: with the sum over j >= 1 it is 1 - eta.
     bonds: float
-    separation: float
+    separation: float  #: Energy of the motion of the pieces relative to one another at the end.
 
     @property
     def vibration(self) -> float:

@@ -6,26 +6,14 @@ from fractions import Fraction
 
 @dataclass(frozen=True)
 class HardSphereRun:
-    """
-    The outcome of a collision of hard spheres, exact.
+    """The outcome of a collision of hard spheres, exact."""
 
-    Attributes
-    ----------
-    particles : int
-        Number of spheres n.
-    restitution : Fraction
-        Ratio of translational energies.
-    contacts, exchanges : int
-        Hits of the wall, and collisions between neighbours.
-    vibration : Fraction
-        Kinetic energy left relative to the centre of mass.
-    """
-
-    particles: int
-    restitution: Fraction
+    particles: int  #: Number of spheres n.
+    restitution: Fraction  #: Ratio of translational energies.
+    #: Hits of the wall, and collisions between neighbours.
     contacts: int
-    exchanges: int
-    vibration: Fraction
+    exchanges: int  #: See ``contacts``.
+    vibration: Fraction  #: Kinetic energy left relative to the centre of mass.
 
 
 def run_hard_spheres(particles: int, gap: Fraction = Fraction(1, 7)) -> HardSphereRun:

@@ -24,24 +24,14 @@ _SLOWEST = 4
 
 @dataclass(frozen=True)
 class Increase:
-    """
-    1 - eta of anharmonic chains less that of the harmonic one of the same length.
+    """1 - eta of anharmonic chains less that of the harmonic one of the same length."""
 
-    Attributes
-    ----------
-    points : list of Point
-        Anharmonic, in the order of speed.
-    baseline : Point
-        The harmonic chain.
-    speeds, values, errors : ndarray
-        v0/v*, the increase and its error bar.
-    """
-
-    points: list[Point]
-    baseline: Point
+    points: list[Point]  #: Anharmonic, in the order of speed.
+    baseline: Point  #: The harmonic chain.
+    #: v0/v*, the increase and its error bar.
     speeds: np.ndarray
-    values: np.ndarray
-    errors: np.ndarray
+    values: np.ndarray  #: See ``speeds``.
+    errors: np.ndarray  #: See ``speeds``.
 
     @property
     def largest_relative_error(self) -> float:

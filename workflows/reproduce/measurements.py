@@ -13,22 +13,11 @@ from chaincor.workflows.reproduce.plan import Plan
 
 @dataclass(frozen=True)
 class Answer:
-    """
-    What one engine said of one scene.
+    """What one engine said of one scene."""
 
-    Attributes
-    ----------
-    result : dict
-        The fields of a collision's result; empty where there is none.
-    arrays : dict
-        Its arrays, by name.
-    failure : str or None
-        Why there is no result: name of the error and message.
-    """
-
-    result: dict[str, Any]
-    arrays: dict[str, Array] = field(default_factory=dict, repr=False)
-    failure: str | None = None
+    result: dict[str, Any]  #: The fields of a collision's result; empty where there is none.
+    arrays: dict[str, Array] = field(default_factory=dict, repr=False)  #: Its arrays, by name.
+    failure: str | None = None  #: Why there is no result: name of the error and message.
 
 
 # The sum of two error bars up to which a comparison tells much, in units of the error asked.
@@ -41,27 +30,13 @@ class NoNumber(Exception):
 
 @dataclass(frozen=True)
 class Study:
-    """
-    Scenes that belong together.
+    """Scenes that belong together."""
 
-    Attributes
-    ----------
-    key : str
-        Name, such as ``curves``.
-    title : str
-        For the progress bar and the table of times.
-    scenes : tuple of Scene
-        Run by LAMMPS and in-house.
-    in_house : tuple of Scene
-        Run in-house only: too long for LAMMPS in this plan.
-    echoed : tuple of Scene
-        Harmonic chains of 20 particles or more, by the echo of their free end.
-    """
-
-    key: str
-    title: str
-    scenes: tuple[Scene, ...]
-    in_house: tuple[Scene, ...] = ()
+    key: str  #: Name, such as ``curves``.
+    title: str  #: For the progress bar and the table of times.
+    scenes: tuple[Scene, ...]  #: Run by LAMMPS and in-house.
+    in_house: tuple[Scene, ...] = ()  #: Run in-house only: too long for LAMMPS in this plan.
+    #: Harmonic chains of 20 particles or more, by the echo of their free end.
     echoed: tuple[Scene, ...] = ()
 
     @property

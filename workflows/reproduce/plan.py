@@ -20,65 +20,36 @@ class Plan:
     Everything that decides what `chaincor reproduce` computes.
 
     Speeds are in units of v*, tolerances are absolute errors of eta.
-
-    Attributes
-    ----------
-    name : str
-        ``quick`` or ``full``.
-    tolerance : float
-        Asked of every plotted point.
-    curve_particles : int
-        Length of the chains whose eta is drawn against speed.
-    curve_speeds : tuple of float
-        Speeds for lj, toda and log chains.
-    harmonic_sizes, harmonic_far_sizes : tuple of int
-        Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones by the echo
-        of their free end.
-    harmonic_longest : tuple of int
-        Around these lengths the limit of harmonic chains is found.
-    harmonic_velocities : tuple of float
-        Velocities at which the harmonic chain's eta must be the same.
-    sizes : tuple of int
-        Lengths of lj chains at the paper's five speeds; the dearest are in-house only.
-    far_sizes : mapping of float to tuple of int
-        Longer ones, in-house only, by speed.
-    increase_speeds : mapping of int to tuple of float
-        Speeds for the increase of dissipation, by order; chains of order 3 fly apart from 0.15 v*
-        upward, and reach their low-speed limit only below 0.005 v*.
-    increase_tolerances : mapping of int to float
-        By order: at most 2 % of the smallest increase that is drawn.
-    slope_sizes, slope_far_sizes : tuple of int
-        Lengths of lj chains for C, the initial slope of dissipation against speed.
-    slope_speeds : tuple of float
-        Speeds for it.
-    slow_sizes : tuple of int
-        Lengths of slow chains of five bonds.
-    slow_variables : tuple of float
-        Their kappa v0 n^(2/3).
-    pair_speeds : tuple of float
-        Speeds of the chain of two, for alpha.
-    alter : callable or None
-        Changes every scene before it is run; for trying out whether the verdicts notice.
     """
 
-    name: str
-    tolerance: float
-    curve_particles: int
-    curve_speeds: tuple[float, ...]
+    name: str  #: ``quick`` or ``full``.
+    tolerance: float  #: Asked of every plotted point.
+    curve_particles: int  #: Length of the chains whose eta is drawn against speed.
+    curve_speeds: tuple[float, ...]  #: Speeds for lj, toda and log chains.
+    #: Chain lengths by LAMMPS (and in-house), and longer or more closely spaced ones by the echo of
+    #: their free end.
     harmonic_sizes: tuple[int, ...]
-    harmonic_far_sizes: tuple[int, ...]
+    harmonic_far_sizes: tuple[int, ...]  #: See ``harmonic_sizes``.
+    #: Around these lengths the limit of harmonic chains is found.
     harmonic_longest: tuple[int, ...]
+    #: Velocities at which the harmonic chain's eta must be the same.
     harmonic_velocities: tuple[float, ...]
+    #: Lengths of lj chains at the paper's five speeds; the dearest are in-house only.
     sizes: tuple[int, ...]
-    far_sizes: dict[float, tuple[int, ...]]
+    far_sizes: dict[float, tuple[int, ...]]  #: Longer ones, in-house only, by speed.
+    #: Speeds for the increase of dissipation, by order; chains of order 3 fly apart from 0.15 v*
+    #: upward, and reach their low-speed limit only below 0.005 v*.
     increase_speeds: dict[int, tuple[float, ...]]
+    #: By order: at most 2 % of the smallest increase that is drawn.
     increase_tolerances: dict[int, float]
+    #: Lengths of lj chains for C, the initial slope of dissipation against speed.
     slope_sizes: tuple[int, ...]
-    slope_far_sizes: tuple[int, ...]
-    slope_speeds: tuple[float, ...]
-    slow_sizes: tuple[int, ...]
-    slow_variables: tuple[float, ...]
-    pair_speeds: tuple[float, ...]
+    slope_far_sizes: tuple[int, ...]  #: See ``slope_sizes``.
+    slope_speeds: tuple[float, ...]  #: Speeds for it.
+    slow_sizes: tuple[int, ...]  #: Lengths of slow chains of five bonds.
+    slow_variables: tuple[float, ...]  #: Their kappa v0 n^(2/3).
+    pair_speeds: tuple[float, ...]  #: Speeds of the chain of two, for alpha.
+    #: Changes every scene before it is run; for trying out whether the verdicts notice.
     alter: Callable[[Scene], Scene] | None = None
 
 

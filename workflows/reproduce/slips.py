@@ -11,29 +11,15 @@ RIGHT = "right as printed"
 
 @dataclass(frozen=True)
 class Slip:
-    """
-    A slip of the paper, or something that was suspected to be one.
+    """A slip of the paper, or something that was suspected to be one."""
 
-    Attributes
-    ----------
-    where, printed : str
-        Place in the paper, and what it prints.
-    correct : str
-        What it should be; empty where the print is right.
-    kind : str
-        ``slip``, or what else the entry is.
-    matters : str
-        What follows from a slip; a dash for entries that are none.
-    evidence : str
-        The check, with its numbers.
-    """
-
+    #: Place in the paper, and what it prints.
     where: str
-    printed: str
-    correct: str
-    kind: str
-    matters: str
-    evidence: str
+    printed: str  #: See ``where``.
+    correct: str  #: What it should be; empty where the print is right.
+    kind: str  #: ``slip``, or what else the entry is.
+    matters: str  #: What follows from a slip; a dash for entries that are none.
+    evidence: str  #: The check, with its numbers.
 
 
 def read_slips() -> tuple[str, tuple[Slip, ...]]:

@@ -16,27 +16,13 @@ _AIM = 0.5
 
 @dataclass(frozen=True)
 class ScriptAdvice:
-    """
-    What to run for a tolerance.
+    """What to run for a tolerance."""
 
-    Attributes
-    ----------
-    value : float
-        Of the variable.
-    runs : int
-        So many, whose mean is taken; 1 where a single run does.
-    promised_error : float or None
-        What this keeps; None beyond the ladder.
-    seconds : float
-        Processor time of all these runs.
-    tried : bool
-        Whether the value lies on the ladder; beyond it, it is a guess by the order, to be measured.
-    """
-
-    value: float
-    runs: int
-    promised_error: float | None
-    seconds: float
+    value: float  #: Of the variable.
+    runs: int  #: So many, whose mean is taken; 1 where a single run does.
+    promised_error: float | None  #: What this keeps; None beyond the ladder.
+    seconds: float  #: Processor time of all these runs.
+    #: Whether the value lies on the ladder; beyond it, it is a guess by the order, to be measured.
     tried: bool
 
 

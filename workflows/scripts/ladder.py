@@ -22,26 +22,14 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)
 
 @dataclass(frozen=True)
 class Ladder:
-    """
-    Values of one variable, from coarse to fine in equal ratios.
+    """Values of one variable, from coarse to fine in equal ratios."""
 
-    Attributes
-    ----------
-    name : str
-        The LAMMPS variable.
-    coarse, fine : float
-        Its ends.
-    rungs : int
-        How many values.
-    counts : bool
-        Whether they are whole numbers.
-    """
-
-    name: str
+    name: str  #: The LAMMPS variable.
+    #: Its ends.
     coarse: float
-    fine: float
-    rungs: int
-    counts: bool
+    fine: float  #: See ``coarse``.
+    rungs: int  #: How many values.
+    counts: bool  #: Whether they are whole numbers.
 
     def value(self, rung: int, phase: int, phases: int) -> float:
         """

@@ -29,34 +29,17 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class NumberLadder:
-    """
-    One number of a script along a ladder.
+    """One number of a script along a ladder."""
 
-    Attributes
-    ----------
-    name : str
-        Pattern or quantity.
-    results : ndarray of shape (R, M)
-        What was found, run by run.
-    resolution : float
-        Unit of the last digit printed, of the most exact run; 0 for what is sampled.
-    standard_error : float or None
-        Of one run's mean, from the run itself, on the finest rung; None for what is no mean.
-    verdict : LadderVerdict
-        What the error is like.
-    tolerance : float or None
-        What the advice is for: as asked, or one of its own.
-    advice : ScriptAdvice or None
-        None where nothing can be advised.
-    """
-
-    name: str
-    results: NDArray[np.float64]
+    name: str  #: Pattern or quantity.
+    results: NDArray[np.float64]  #: What was found, run by run; of shape (R, M).
+    #: Unit of the last digit printed, of the most exact run; 0 for what is sampled.
     resolution: float
+    #: Of one run's mean, from the run itself, on the finest rung; None for what is no mean.
     standard_error: float | None
-    verdict: LadderVerdict
-    tolerance: float | None
-    advice: ScriptAdvice | None
+    verdict: LadderVerdict  #: What the error is like.
+    tolerance: float | None  #: What the advice is for: as asked, or one of its own.
+    advice: ScriptAdvice | None  #: None where nothing can be advised.
 
     @cached_property
     def promised(self) -> NDArray[np.float64]:

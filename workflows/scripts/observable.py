@@ -37,21 +37,11 @@ print(json.dumps({"groups": pattern.groups, "found": None if last is None else l
 
 @dataclass(frozen=True)
 class Observed:
-    """
-    A number of a run.
+    """A number of a run."""
 
-    Attributes
-    ----------
-    value : float
-        The number.
-    unit : float
-        Unit of its last digit, where a script printed it; 0 for what is sampled.
-    error : float
-        Standard error of a mean, as this run alone tells it; nan for what is none.
-    """
-
-    value: float
-    unit: float = 0.0
+    value: float  #: The number.
+    unit: float = 0.0  #: Unit of its last digit, where a script printed it; 0 for what is sampled.
+    #: Standard error of a mean, as this run alone tells it; nan for what is none.
     error: float = math.nan
 
 

@@ -25,19 +25,11 @@ _QUANTITY = re.compile(r"(?P<what>[cfv]_\w+(\[\d+\])*|[a-z][a-z0-9]*)(:(?P<kind>
 
 @dataclass(frozen=True)
 class Quantity:
-    """
-    A number of a run.
+    """A number of a run."""
 
-    Attributes
-    ----------
-    what : str
-        As LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
-    kind : str
-        ``mean`` over the end of the run, ``last`` value, ``drift`` (slope of the line through the
-        samples, times their span) or ``fluctuation`` (standard deviation about that line).
-    """
-
-    what: str
+    what: str  #: As LAMMPS's formulas name it: ``etotal``, ``c_1``, ``c_1[2]``, ``v_x``.
+    #: ``mean`` over the end of the run, ``last`` value, ``drift`` (slope of the line through the
+    #: samples, times their span) or ``fluctuation`` (standard deviation about that line).
     kind: str
 
     def __str__(self) -> str:
@@ -46,19 +38,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Asked:
-    """
-    What is read from a run.
+    """What is read from a run."""
 
-    Attributes
-    ----------
-    pattern : str or None
-        Regular expression of a number that the script prints.
-    quantities : tuple of Quantity
-        Numbers that are sampled.
-    """
-
-    pattern: str | None
-    quantities: tuple[Quantity, ...]
+    pattern: str | None  #: Regular expression of a number that the script prints.
+    quantities: tuple[Quantity, ...]  #: Numbers that are sampled.
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,19 +56,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class Samples:
-    """
-    What was sampled in a run.
+    """What was sampled in a run."""
 
-    Attributes
-    ----------
-    times : ndarray of shape (S,)
-        Physical times.
-    values : dict of str to ndarray of shape (S,)
-        By quantity.
-    """
-
-    times: NDArray[np.float64]
-    values: dict[str, NDArray[np.float64]]
+    times: NDArray[np.float64]  #: Physical times; of shape (S,).
+    values: dict[str, NDArray[np.float64]]  #: By quantity; of shape (S,).
 
     @property
     def end(self) -> float:

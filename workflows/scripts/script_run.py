@@ -31,29 +31,15 @@ class ScriptRunError(RunError):
 
 @dataclass(frozen=True)
 class ScriptRun:
-    """
-    One run.
+    """One run."""
 
-    Attributes
-    ----------
-    variables : dict
-        What was given by -var.
-    numbers : dict of str to Observed
-        By name; empty where the run failed.
-    samples : Samples or None
-        What was sampled; None where nothing was.
-    seconds : float
-        Processor time of the whole process, its start included; of a command of several words,
-        such as ``srun lmp``, what LAMMPS's log says of its loops.
-    failure : str or None
-        What went wrong, in LAMMPS's words where it has some.
-    """
-
-    variables: dict[str, str]
-    numbers: dict[str, Observed]
-    samples: Samples | None
+    variables: dict[str, str]  #: What was given by -var.
+    numbers: dict[str, Observed]  #: By name; empty where the run failed.
+    samples: Samples | None  #: What was sampled; None where nothing was.
+    #: Processor time of the whole process, its start included; of a command of several words, such
+    #: as ``srun lmp``, what LAMMPS's log says of its loops.
     seconds: float
-    failure: str | None = None
+    failure: str | None = None  #: What went wrong, in LAMMPS's words where it has some.
 
 
 def list_files(folder: Path) -> list[Path]:
@@ -93,31 +79,14 @@ def format_command(lmp: str, variables: dict[str, str], script: str) -> str:
 
 @dataclass(frozen=True)
 class Runner:
-    """
-    What runs one script, time and again.
+    """What runs one script, time and again."""
 
-    Attributes
-    ----------
-    script : pathlib.Path
-        The script.
-    files : list of pathlib.Path
-        What lies in its folder and is copied.
-    asked : Asked
-        What is read.
-    lmp : str
-        The command; of several words where a launcher stands before it.
-    scratch : pathlib.Path
-        An absolute folder, for the copies.
-    timeout : float
-        Seconds of the wall clock that a run may take.
-    """
-
-    script: Path
-    files: list[Path]
-    asked: Asked
-    lmp: str
-    scratch: Path
-    timeout: float
+    script: Path  #: The script.
+    files: list[Path]  #: What lies in its folder and is copied.
+    asked: Asked  #: What is read.
+    lmp: str  #: The command; of several words where a launcher stands before it.
+    scratch: Path  #: An absolute folder, for the copies.
+    timeout: float  #: Seconds of the wall clock that a run may take.
 
     def run(
         self,

@@ -26,18 +26,10 @@ _READERS = (
 
 @dataclass(frozen=True)
 class ScriptText:
-    """
-    A script, read but not run.
+    """A script, read but not run."""
 
-    Attributes
-    ----------
-    path : pathlib.Path
-        Where it lies.
-    lines : tuple of (int, str)
-        Its commands with the number of their first line, continued lines joined and comments gone.
-    """
-
-    path: Path
+    path: Path  #: Where it lies.
+    #: Its commands with the number of their first line, continued lines joined and comments gone.
     lines: tuple[tuple[int, str], ...]
 
     def mentions(self, name: str) -> bool:

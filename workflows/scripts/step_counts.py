@@ -43,29 +43,15 @@ _LEAST_DAMPING = 10.0
 
 @dataclass(frozen=True)
 class StepCount:
-    """
-    A line that counts steps.
+    """A line that counts steps."""
 
-    Attributes
-    ----------
-    file, number : str, int
-        Where it stands.
-    what : str
-        Its command and style.
-    says : str
-        What that does to a ladder of steps.
-    moves : bool
-        Whether the motion depends on it; otherwise what is written does.
-    periods : bool
-        Whether ``--scale-periods`` holds it in time.
-    """
-
+    #: Where it stands.
     file: str
-    number: int
-    what: str
-    says: str
-    moves: bool
-    periods: bool
+    number: int  #: See ``file``.
+    what: str  #: Its command and style.
+    says: str  #: What that does to a ladder of steps.
+    moves: bool  #: Whether the motion depends on it; otherwise what is written does.
+    periods: bool  #: Whether ``--scale-periods`` holds it in time.
 
     def __str__(self) -> str:
         return f"line {self.number} of {self.file}, '{self.what}', {self.says}"

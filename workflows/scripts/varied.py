@@ -25,47 +25,26 @@ _SEEDS = range(1, 9_999_999)
 
 @dataclass(frozen=True)
 class Varied:
-    """
-    What differs between the runs of a study.
+    """What differs between the runs of a study."""
 
-    Attributes
-    ----------
-    script : ScriptText
-        The script.
-    kind : str
-        ``step``: the script's own, held apart from its run lengths; ``variable`` of the script;
-        ``setting`` of its commands; or ``lastdigit`` and ``ranks``, whose runs are compared.
-    values : Ladder or None
-        What it takes; None where runs are compared, and of a step that is not known yet.
-    ranks : tuple of int
-        Numbers of processes.
-    fixed : list of dict
-        Values of other variables, as text; the ladder is repeated at each.
-    seeds : tuple of int
-        One for each run of a rung; empty where these are nearby values instead.
-    own_seed : bool
-        Whether the script has a variable ``seed``, that takes them.
-    columns : int
-        Runs a rung.
-    random_forces : bool
-        Whether thermostats and their like draw other numbers in each run: those of other steps are
-        other ones anyway, and would hardly differ between nearby steps.
-    scale_periods : bool
-        Whether what the script counts in steps is held in time.
-    own_step : float or None
-        The script's own step, of its last run, where that is varied and known.
-    """
-
-    script: ScriptText
+    script: ScriptText  #: The script.
+    #: ``step``: the script's own, held apart from its run lengths; ``variable`` of the script;
+    #: ``setting`` of its commands; or ``lastdigit`` and ``ranks``, whose runs are compared.
     kind: str
+    #: What it takes; None where runs are compared, and of a step that is not known yet.
     values: Ladder | None
-    ranks: tuple[int, ...]
+    ranks: tuple[int, ...]  #: Numbers of processes.
+    #: Values of other variables, as text; the ladder is repeated at each.
     fixed: list[dict[str, str]]
+    #: One for each run of a rung; empty where these are nearby values instead.
     seeds: tuple[int, ...]
-    own_seed: bool
-    columns: int
+    own_seed: bool  #: Whether the script has a variable ``seed``, that takes them.
+    columns: int  #: Runs a rung.
+    #: Whether thermostats and their like draw other numbers in each run: those of other steps are
+    #: other ones anyway, and would hardly differ between nearby steps.
     random_forces: bool
-    scale_periods: bool
+    scale_periods: bool  #: Whether what the script counts in steps is held in time.
+    #: The script's own step, of its last run, where that is varied and known.
     own_step: float | None = None
 
     @property

@@ -41,70 +41,43 @@ _KIND = Kind("two", unit=False)
 
 
 class Substeps(NamedTuple):
-    """
-    What a stretch of the motion was made of.
+    """What a stretch of the motion was made of."""
 
-    Attributes
-    ----------
-    times : ndarray of shape (L,)
-        Duration of each substep.
-    hits : ndarray of shape (L,)
-        1 where a hard contact ends it, 2 where soft bodies touch or part then, else 0.
-    drifts, kicks : ndarray of shape (K + 1,) and (K,)
-        Fractions of the scheme.
-    """
-
-    times: Array
+    times: Array  #: Duration of each substep; of shape (L,).
+    #: 1 where a hard contact ends it, 2 where soft bodies touch or part then, else 0; of shape
+    #: (L,).
     hits: Array
+    #: Fractions of the scheme; of shape (K + 1,) and (K,).
     drifts: Array
-    kicks: Array
+    kicks: Array  #: See ``drifts``.
 
 
 class Tape(NamedTuple):
-    """
-    What a stretch of the motion leaves for its derivatives.
+    """What a stretch of the motion leaves for its derivatives."""
 
-    Attributes
-    ----------
-    strains : ndarray of shape (L, K, N - 1)
-        At each kick.
-    impacts : ndarray of shape (L, 3)
-        Of substeps that end with a hard contact its speed, and the accelerations of both particles.
-    weights : ndarray of shape (L, K, N - 1)
-        The forces then; on the way back what eta changes by with each.
-    """
-
-    strains: Array
+    strains: Array  #: At each kick; of shape (L, K, N - 1).
+    #: Of substeps that end with a hard contact its speed, and the accelerations of both particles;
+    #: of shape (L, 3).
     impacts: Array
+    #: The forces then; on the way back what eta changes by with each; of shape (L, K, N - 1).
     weights: Array
 
 
 class Loops(NamedTuple):
-    """
-    The loops for one bond; all take `LineParameters` unnamed.
+    """The loops for one bond; all take `LineParameters` unnamed."""
 
-    Attributes
-    ----------
-    follow : callable
-        ``follow(strain, velocity, substeps, tape, parameters)``: carries the state, in place, and
-        writes the tape.
-    push : callable
-        ``push(strain, velocity, substeps, tape, parameters)``: carries a change of it, in place.
-    pull : callable
-        ``pull(strain, velocity, lightness, substeps, tape, parameters)``: carries the derivative of
-        a number by the state back, in place, and adds to that by the inverse masses.
-    impulse : callable
-        ``impulse(strains, weights, parameters)``: the sum of weights times forces of the bonds,
-        whose derivative by a parameter of the bonds is that of the number.
-    parameters : tuple
-        Of the bond's kernel.
-    """
-
+    #: ``follow(strain, velocity, substeps, tape, parameters)``: carries the state, in place, and
+    #: writes the tape.
     follow: Callable
+    #: ``push(strain, velocity, substeps, tape, parameters)``: carries a change of it, in place.
     push: Callable
+    #: ``pull(strain, velocity, lightness, substeps, tape, parameters)``: carries the derivative of
+    #: a number by the state back, in place, and adds to that by the inverse masses.
     pull: Callable
+    #: ``impulse(strains, weights, parameters)``: the sum of weights times forces of the bonds,
+    #: whose derivative by a parameter of the bonds is that of the number.
     impulse: Callable
-    parameters: tuple
+    parameters: tuple  #: Of the bond's kernel.
 
 
 def loops_for(bond: Potential) -> Loops | None:

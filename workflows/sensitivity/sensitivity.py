@@ -96,33 +96,18 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Gradient:
-    """
-    Derivatives of eta along a line.
+    """Derivatives of eta along a line."""
 
-    Attributes
-    ----------
-    restitution : float
-        Eta.
-    strains, velocities, masses : ndarray of shape (N - 1,), (N,) and (N,)
-        By the state at the start, with the gap, and by the masses; nothing by those of a wall.
-    parameters : ndarray
-        By what was varied.
-    stiffness : float
-        By that of a soft contact.
-    rounding : float
-        Standard deviation of eta by roundings on the way.
-    residual : float
-        By which part of their terms the identities fail.
-    """
-
-    restitution: float
+    restitution: float  #: Eta.
+    #: By the state at the start, with the gap, and by the masses; nothing by those of a wall; of
+    #: shape (N - 1,) (N,) and (N,).
     strains: Array
-    velocities: Array
-    masses: Array
-    parameters: Array
-    stiffness: float
-    rounding: float
-    residual: float
+    velocities: Array  #: See ``strains``.
+    masses: Array  #: See ``strains``.
+    parameters: Array  #: By what was varied.
+    stiffness: float  #: By that of a soft contact.
+    rounding: float  #: Standard deviation of eta by roundings on the way.
+    residual: float  #: By which part of their terms the identities fail.
 
 
 @dataclass(frozen=True)

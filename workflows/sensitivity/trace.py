@@ -30,43 +30,22 @@ GRAZING = 1e-6
 
 @dataclass(frozen=True)
 class Stretch:
-    """
-    Some steps of a motion.
+    """Some steps of a motion."""
 
-    Attributes
-    ----------
-    strain, velocity : ndarray of shape (N - 1,) and (N,)
-        Before them, along x, with the gap.
-    substeps : Substeps
-        What they are made of.
-    """
-
+    #: Before them, along x, with the gap; of shape (N - 1,) and (N,).
     strain: Array
-    velocity: Array
-    substeps: Substeps
+    velocity: Array  #: See ``strain``.
+    substeps: Substeps  #: What they are made of.
 
 
 @dataclass(frozen=True)
 class Trace:
-    """
-    A collision from its start to right after its last contact.
+    """A collision from its start to right after its last contact."""
 
-    Attributes
-    ----------
-    line : Line
-        The bodies, and the state in which they come.
-    loops : Loops
-        Of their bonds.
-    parameters : LineParameters
-        What these are told.
-    stretches : list of Stretch
-        The motion.
-    """
-
-    line: Line
-    loops: Loops
-    parameters: LineParameters
-    stretches: list[Stretch]
+    line: Line  #: The bodies, and the state in which they come.
+    loops: Loops  #: Of their bonds.
+    parameters: LineParameters  #: What these are told.
+    stretches: list[Stretch]  #: The motion.
 
     @cached_property
     def _room(self) -> Tape:

@@ -21,16 +21,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MovingPicture:
-    """
-    A GIF that a notebook plays.
+    """A GIF that a notebook plays."""
 
-    Attributes
-    ----------
-    data : bytes
-        The file.
-    """
-
-    data: bytes
+    data: bytes  #: The file.
 
     def save(self, path: Path | str) -> Path:
         """Write it to a file, which it returns."""

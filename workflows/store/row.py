@@ -26,43 +26,26 @@ from chaincor.workflows.store.schema import (
 
 
 class Failure(NamedTuple):
-    """
-    Why a collision has no result.
+    """Why a collision has no result."""
 
-    Attributes
-    ----------
-    name : str
-        Class of the error.
-    message : str
-        One line.
-    stands : bool
-        Whether the same scene would fail again: then it is tried anew only on request. That is so
-        for named errors of the collision itself, not for those of the machine.
-    """
-
-    name: str
-    message: str
+    name: str  #: Class of the error.
+    message: str  #: One line.
+    #: Whether the same scene would fail again: then it is tried anew only on request. That is so
+    #: for named errors of the collision itself, not for those of the machine.
     stands: bool
 
 
 @dataclass(frozen=True)
 class Row:
-    """
-    One row of a results store; a worker makes it, a store adds what tells rows apart.
+    """One row of a results store; a worker makes it, a store adds what tells rows apart."""
 
-    Attributes
-    ----------
-    columns : dict
-        As ``schema`` has them, as far as they are known: of a row of a store also
-        ``collision_sha256``, its key, ``tries``, ``host`` and ``finished`` (UTC, ISO 8601), and
-        ``has_arrays``, whether the store keeps its arrays.
-    arrays : dict
-        Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
-        and ``displacements``, the last three also of a free target (``target_...``); empty where
-        they were not kept or not asked for.
-    """
-
+    #: As ``schema`` has them, as far as they are known: of a row of a store also
+    #: ``collision_sha256``, its key, ``tries``, ``host`` and ``finished`` (UTC, ISO 8601), and
+    #: ``has_arrays``, whether the store keeps its arrays.
     columns: Mapping[str, Any]
+    #: Names and arrays: ``contact_times``, ``contact_speeds``, ``mode_energies``, ``velocities``
+    #: and ``displacements``, the last three also of a free target (``target_...``); empty where
+    #: they were not kept or not asked for.
     arrays: dict[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)
 
     @classmethod

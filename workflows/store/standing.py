@@ -9,36 +9,19 @@ from chaincor.lammps_inputs.scene import Scene
 
 @dataclass(frozen=True)
 class Standing:
-    """
-    What a store has on a collision, as far as it decides whether to run it and what stays.
+    """What a store has on a collision, as far as it decides whether to run it and what stays."""
 
-    Attributes
-    ----------
-    restitution, restitution_error : float or None
-        Of the result.
-    tolerance : float or None
-        The tightest that has been asked of the collision and that the result stands for: it meets
-        it, or no run has come closer. None with explicit numerics.
-    failure_tolerance : float or None
-        Asked for when it failed.
-    failure_stands : bool
-        Whether there is a failure that would come again.
-    tries : int
-        How often it was carried out.
-    finished : str
-        When: UTC, ISO 8601.
-    has_arrays : bool
-        Whether the arrays are kept.
-    """
-
+    #: Of the result.
     restitution: float | None
-    restitution_error: float | None
+    restitution_error: float | None  #: See ``restitution``.
+    #: The tightest that has been asked of the collision and that the result stands for: it meets
+    #: it, or no run has come closer. None with explicit numerics.
     tolerance: float | None
-    failure_tolerance: float | None
-    failure_stands: bool
-    tries: int
-    finished: str
-    has_arrays: bool
+    failure_tolerance: float | None  #: Asked for when it failed.
+    failure_stands: bool  #: Whether there is a failure that would come again.
+    tries: int  #: How often it was carried out.
+    finished: str  #: When: UTC, ISO 8601.
+    has_arrays: bool  #: Whether the arrays are kept.
 
     @property
     def reached(self) -> float:

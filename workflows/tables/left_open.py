@@ -20,28 +20,15 @@ _FINER = 8
 
 @dataclass(frozen=True)
 class LeftOpen:
-    """
-    What is not known of a force, in units of the largest.
+    """What is not known of a force, in units of the largest."""
 
-    Attributes
-    ----------
-    by_rows : float
-        By rows and digits.
-    by_style : float
-        By interpolation in as many rows; 0 of splines, whose error is that of the rows.
-    noise : float
-        Standard deviation of what no smooth force explains.
-    rows_wanted : dict of str to int
-        Rows that reach the limit, by style; without what no number of rows reaches.
-    cause : str
-        Where the error comes from, and what would help.
-    """
-
-    by_rows: float
+    by_rows: float  #: By rows and digits.
+    #: By interpolation in as many rows; 0 of splines, whose error is that of the rows.
     by_style: float
-    noise: float
+    noise: float  #: Standard deviation of what no smooth force explains.
+    #: Rows that reach the limit, by style; without what no number of rows reaches.
     rows_wanted: dict[str, int]
-    cause: str
+    cause: str  #: Where the error comes from, and what would help.
 
     @property
     def error(self) -> float:

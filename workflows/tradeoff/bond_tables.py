@@ -21,28 +21,14 @@ _WIDE = (0.8, 1.8)
 
 @dataclass(frozen=True)
 class TablePoint:
-    """
-    The effect of one bond table on eta.
+    """The effect of one bond table on eta."""
 
-    Attributes
-    ----------
-    style : str
-        ``linear`` or ``spline``.
-    rows : int
-        Rows.
-    bond_range : str
-        ``scene`` for the lengths this scene's bonds have, ``wide`` for 0.8 to 1.8.
-    force_error : float
-        Largest error of LAMMPS's interpolated force, from the table's certificate.
-    restitution_error : float
-        |eta - eta with exact bonds| at the same steps.
-    """
-
-    style: TableStyle
-    rows: int
-    bond_range: str
+    style: TableStyle  #: ``linear`` or ``spline``.
+    rows: int  #: Rows.
+    bond_range: str  #: ``scene`` for the lengths this scene's bonds have, ``wide`` for 0.8 to 1.8.
+    #: Largest error of LAMMPS's interpolated force, from the table's certificate.
     force_error: float
-    restitution_error: float
+    restitution_error: float  #: |eta - eta with exact bonds| at the same steps.
 
 
 def measure_tables(

@@ -28,46 +28,24 @@ CAUSES = ("wall", "integrator", "table", "rounding", "output")
 
 @dataclass(frozen=True)
 class ErrorBudget:
-    """
-    Error of eta by cause.
+    """Error of eta by cause."""
 
-    Attributes
-    ----------
-    name : str
-        What the budget is of.
-    scheme : str
-        Its scheme.
-    timestep : float
-        Its composed step H.
-    wall : float or None
-        Stock wall less event wall at the same steps, root mean square over phases; None for the
-        event wall, which is located to rounding.
-    integrator : float or None
-        Event wall, exact bonds and no rounding, less the truth.
-    table : float or None
-        Table less exact bonds, at the same steps; None where there is no formula or no time.
-    rounding : float or None
-        Doubles less wider floats, at the same steps; None where this machine has none.
-    output : float
-        eta from final velocities as a default dump prints them (six digits), less eta.
-    output_exact : float
-        The same as this program's dumps print them (17 digits).
-    total : float
-        The setting's whole error.
-    exact_restitution : float or None
-        eta of these steps with exact bonds, for the study of tables.
-    """
-
-    name: str
-    scheme: str
-    timestep: float
+    name: str  #: What the budget is of.
+    scheme: str  #: Its scheme.
+    timestep: float  #: Its composed step H.
+    #: Stock wall less event wall at the same steps, root mean square over phases; None for the
+    #: event wall, which is located to rounding.
     wall: float | None
-    integrator: float | None
+    integrator: float | None  #: Event wall, exact bonds and no rounding, less the truth.
+    #: Table less exact bonds, at the same steps; None where there is no formula or no time.
     table: float | None
+    #: Doubles less wider floats, at the same steps; None where this machine has none.
     rounding: float | None
+    #: eta from final velocities as a default dump prints them (six digits), less eta.
     output: float
-    output_exact: float
-    total: float
+    output_exact: float  #: The same as this program's dumps print them (17 digits).
+    total: float  #: The setting's whole error.
+    #: eta of these steps with exact bonds, for the study of tables.
     exact_restitution: float | None
 
     def parts(self) -> dict[str, float | None]:

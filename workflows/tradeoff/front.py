@@ -53,33 +53,18 @@ def pareto_front(measurements: Iterable[Measurement]) -> list[Measurement]:
 
 @dataclass(frozen=True)
 class CheapestRow:
-    """
-    The cheapest setting for a decade of error.
+    """The cheapest setting for a decade of error."""
 
-    Attributes
-    ----------
-    error : float
-        What it promises: 10^-k.
-    setting : Setting
-        The setting, with the step of the scene it was measured on.
-    scaled_timestep : float
-        The step in units of the fastest bond's 1/frequency, which other scenes share.
-    measured_error : float
-        Worst over the phases.
-    contact_time_error, mode_energy_error : float
-        Worst error of the last contact's time, and of a mode energy in units of the energy at
-        impact.
-    seconds : float
-        Median time of the integration.
-    """
-
-    error: float
-    setting: Setting
+    error: float  #: What it promises: 10^-k.
+    setting: Setting  #: The setting, with the step of the scene it was measured on.
+    #: The step in units of the fastest bond's 1/frequency, which other scenes share.
     scaled_timestep: float
-    measured_error: float
+    measured_error: float  #: Worst over the phases.
+    #: Worst error of the last contact's time, and of a mode energy in units of the energy at
+    #: impact.
     contact_time_error: float
-    mode_energy_error: float
-    seconds: float
+    mode_energy_error: float  #: See ``contact_time_error``.
+    seconds: float  #: Median time of the integration.
 
     def numerics(self, scene: Scene) -> Numerics:
         """Return these numerics for another scene: the same step in units of its fastest bond."""

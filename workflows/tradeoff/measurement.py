@@ -23,34 +23,17 @@ _IN_HOUSE_COST = 0.1
 
 @dataclass
 class Measurement:
-    """
-    Errors and times of one setting, gathered run by run.
+    """Errors and times of one setting, gathered run by run."""
 
-    Attributes
-    ----------
-    setting : Setting
-        What was run.
-    deviations : list of Deviation
-        One for each phase.
-    seconds : list of float
-        Processor time of the integration alone, one for each phase.
-    setup_seconds : list of float
-        Everything else: table, files, a new LAMMPS.
-    force_evaluations : int
-        Of one run.
-    table_points : int or None
-        Rows of its table.
-    failure : str or None
-        Why it cannot be run.
-    """
-
-    setting: Setting
-    deviations: list[Deviation] = field(default_factory=list)
+    setting: Setting  #: What was run.
+    deviations: list[Deviation] = field(default_factory=list)  #: One for each phase.
+    #: Processor time of the integration alone, one for each phase.
     seconds: list[float] = field(default_factory=list)
+    #: Everything else: table, files, a new LAMMPS.
     setup_seconds: list[float] = field(default_factory=list)
-    force_evaluations: int = 0
-    table_points: int | None = None
-    failure: str | None = None
+    force_evaluations: int = 0  #: Of one run.
+    table_points: int | None = None  #: Rows of its table.
+    failure: str | None = None  #: Why it cannot be run.
 
     @property
     def errors(self) -> np.ndarray:

@@ -24,21 +24,13 @@ _PHASE_WIDTH = 0.02
 
 @dataclass(frozen=True)
 class Series:
-    """
-    Settings that differ in the step only.
+    """Settings that differ in the step only."""
 
-    Attributes
-    ----------
-    engine, wall, scheme : str
-        As in scenes.
-    table : str or None
-        ``linear`` or ``spline``; None where there is no table.
-    """
-
+    #: As in scenes.
     engine: Engine
-    wall: Wall
-    scheme: Scheme
-    table: TableStyle | None
+    wall: Wall  #: See ``engine``.
+    scheme: Scheme  #: See ``engine``.
+    table: TableStyle | None  #: ``linear`` or ``spline``; None where there is no table.
 
     @property
     def label(self) -> str:
@@ -54,19 +46,10 @@ class Series:
 
 @dataclass(frozen=True)
 class Setting:
-    """
-    One point of a work-precision study.
+    """One point of a work-precision study."""
 
-    Attributes
-    ----------
-    series : Series
-        Engine, wall, scheme, table.
-    timestep : float
-        The composed step H.
-    """
-
-    series: Series
-    timestep: float
+    series: Series  #: Engine, wall, scheme, table.
+    timestep: float  #: The composed step H.
 
     def numerics(
         self, scene: Scene, bond_range: tuple[float, float] | None = None, phase: float = 0.0

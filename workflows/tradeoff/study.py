@@ -31,22 +31,11 @@ ENGINES: tuple[Engine, ...] = ("lammps", "reference")
 
 @dataclass(frozen=True)
 class Plan:
-    """
-    How long the parts of a study may take.
+    """How long the parts of a study may take."""
 
-    Attributes
-    ----------
-    ladder_seconds : float
-        All settings together.
-    oracle_seconds : float
-        One run with exact bonds or wider floats.
-    stock_budget : bool
-        Whether the stock recipe gets an error budget as well.
-    """
-
-    ladder_seconds: float
-    oracle_seconds: float
-    stock_budget: bool
+    ladder_seconds: float  #: All settings together.
+    oracle_seconds: float  #: One run with exact bonds or wider floats.
+    stock_budget: bool  #: Whether the stock recipe gets an error budget as well.
 
 
 FULL = Plan(ladder_seconds=55.0, oracle_seconds=12.0, stock_budget=True)

@@ -20,56 +20,29 @@ _GOAL = 1e-13
 
 @dataclass(frozen=True)
 class Truth:
-    """
-    Converged values of a collision.
+    """Converged values of a collision."""
 
-    Attributes
-    ----------
-    restitution, restitution_error : float
-        eta and its bar.
-    last_contact_time, last_contact_time_error : float
-        Time of the last contact and its bar.
-    mode_energies : ndarray of shape (n,)
-        E_j right after the last contact.
-    mode_energies_error : float
-        Largest error of any of them, in units of the energy at impact.
-    contacts : int
-        Hits on the wall.
-    scouting : Scouting
-        Bond lengths and duration.
-    source : str
-        What computed it.
-    """
-
+    #: eta and its bar.
     restitution: float
-    restitution_error: float
+    restitution_error: float  #: See ``restitution``.
+    #: Time of the last contact and its bar.
     last_contact_time: float
-    last_contact_time_error: float
-    mode_energies: Array
-    mode_energies_error: float
-    contacts: int
-    scouting: Scouting
-    source: str
+    last_contact_time_error: float  #: See ``last_contact_time``.
+    mode_energies: Array  #: E_j right after the last contact; of shape (n,).
+    mode_energies_error: float  #: Largest error of any of them, in units of the energy at impact.
+    contacts: int  #: Hits on the wall.
+    scouting: Scouting  #: Bond lengths and duration.
+    source: str  #: What computed it.
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """
-    How far a run is from the truth.
+    """How far a run is from the truth."""
 
-    Attributes
-    ----------
-    restitution : float
-        Signed error of eta.
-    last_contact_time : float
-        Error of the time of the last contact; inf where the number of contacts differs.
-    mode_energies : float
-        Largest error of any E_j, in units of the energy at impact.
-    """
-
-    restitution: float
+    restitution: float  #: Signed error of eta.
+    #: Error of the time of the last contact; inf where the number of contacts differs.
     last_contact_time: float
-    mode_energies: float
+    mode_energies: float  #: Largest error of any E_j, in units of the energy at impact.
 
 
 def find_truth(scene: Scene) -> Truth:

@@ -29,40 +29,18 @@ _JOB = re.compile(r"^variable +(restitution|step_error) string ", re.MULTILINE)
 
 @dataclass(frozen=True)
 class LammpsResult:
-    """
-    What LAMMPS found, by a run that somebody else made.
+    """What LAMMPS found, by a run that somebody else made."""
 
-    Attributes
-    ----------
-    source : str
-        Where it was read.
-    scene : Scene or None
-        Of ``scene.toml`` beside it, or as its other files tell it; None where these do not.
-    restitution : float
-        Eta.
-    restitution_error : float or None
-        Its error; None where nothing tells it.
-    contacts : int or None
-        How many, where it says so.
-    data_error : float
-        Error of eta by the digits of a dump.
-    particles : int or None
-        Of both bodies, where it says so.
-    stock_wall : bool
-        Whether the run had LAMMPS's ``fix wall/reflect``.
-    timestep : float or None
-        Of its steps, in the chain's units.
-    """
-
-    source: str
+    source: str  #: Where it was read.
+    #: Of ``scene.toml`` beside it, or as its other files tell it; None where these do not.
     scene: Scene | None
-    restitution: float
-    restitution_error: float | None
-    contacts: int | None
-    data_error: float = 0.0
-    particles: int | None = None
-    stock_wall: bool = False
-    timestep: float | None = None
+    restitution: float  #: Eta.
+    restitution_error: float | None  #: Its error; None where nothing tells it.
+    contacts: int | None  #: How many, where it says so.
+    data_error: float = 0.0  #: Error of eta by the digits of a dump.
+    particles: int | None = None  #: Of both bodies, where it says so.
+    stock_wall: bool = False  #: Whether the run had LAMMPS's ``fix wall/reflect``.
+    timestep: float | None = None  #: Of its steps, in the chain's units.
 
 
 def is_lammps_result(against: str | None) -> bool:

@@ -28,29 +28,19 @@ class UserIntegratorError(RunError):
 
 @dataclass(frozen=True)
 class UserOutcome:
-    """
-    What a user's integrator says of a collision.
+    """What a user's integrator says of a collision."""
 
-    Attributes
-    ----------
-    velocities : ndarray of shape (n,)
-        At any time after the last contact; they give eta.
-    displacements : ndarray of shape (n,) or None
-        Right after the last contact, where given, like the velocities then; for mode energies.
-    contact_times, contact_speeds : ndarray of shape (contacts,) or None
-        Where given: counted from the first contact, which is included.
-    target_velocities : ndarray of shape (M,) or None
-        Of a free target, from the contact outward, along x as the chain's; None for a wall.
-    target_displacements : ndarray of shape (M,) or None
-        Likewise, where given.
-    """
-
-    velocities: Array
+    velocities: Array  #: At any time after the last contact; they give eta; of shape (n,).
+    #: Right after the last contact, where given, like the velocities then; for mode energies; of
+    #: shape (n,).
     displacements: Array | None = None
+    #: Where given: counted from the first contact, which is included; of shape (contacts,).
     contact_times: Array | None = None
-    contact_speeds: Array | None = None
+    contact_speeds: Array | None = None  #: See ``contact_times``.
+    #: Of a free target, from the contact outward, along x as the chain's; None for a wall; of shape
+    #: (M,).
     target_velocities: Array | None = None
-    target_displacements: Array | None = None
+    target_displacements: Array | None = None  #: Likewise, where given; of shape (M,).
 
 
 _ARRAYS = tuple(field.name for field in fields(UserOutcome))

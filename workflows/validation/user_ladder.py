@@ -19,29 +19,15 @@ NEARBY = (1.0, 0.9937, 1.0071, 0.9862, 1.0123)
 
 @dataclass(frozen=True)
 class UserLadder:
-    """
-    A user's integrator along halved steps.
+    """A user's integrator along halved steps."""
 
-    Attributes
-    ----------
-    against : str
-        The function.
-    steps : tuple of float
-        Of the rungs, each half of the one before.
-    errors : tuple of float
-        Largest distance of eta from the in-house one, by rung.
-    judge_restitution, judge_error : float
-        The in-house eta and its error bar.
-    verdict : LadderVerdict
-        Order, and what the error is like.
-    """
-
-    against: str
-    steps: tuple[float, ...]
-    errors: tuple[float, ...]
+    against: str  #: The function.
+    steps: tuple[float, ...]  #: Of the rungs, each half of the one before.
+    errors: tuple[float, ...]  #: Largest distance of eta from the in-house one, by rung.
+    #: The in-house eta and its error bar.
     judge_restitution: float
-    judge_error: float
-    verdict: LadderVerdict
+    judge_error: float  #: See ``judge_restitution``.
+    verdict: LadderVerdict  #: Order, and what the error is like.
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ladder, ready for JSON."""

@@ -49,33 +49,18 @@ _ROUNDING_SHARE = 0.1
 
 @dataclass(frozen=True)
 class MetMany:
-    """
-    Many collisions with their error bars.
+    """Many collisions with their error bars."""
 
-    Attributes
-    ----------
-    met : ndarray of shape (samples,)
-        Whether the tolerance is met; where it is not, nothing else counts.
-    restitution, step_error, rounding : ndarray of shape (samples,)
-        eta, and the parts of its error bar.
-    timesteps : ndarray of shape (samples,)
-        H.
-    contacts : ndarray of shape (samples,)
-        How many there were.
-    last_contact_times : ndarray of shape (samples,)
-        From the first contact.
-    proved : ndarray of shape (samples,)
-        Whether the end is proved; argued otherwise.
-    """
-
+    #: Whether the tolerance is met; where it is not, nothing else counts; of shape (samples,).
     met: NDArray[np.bool_]
+    #: eta, and the parts of its error bar; of shape (samples,).
     restitution: Array
-    step_error: Array
-    rounding: Array
-    timesteps: Array
-    contacts: NDArray[np.int64]
-    last_contact_times: Array
-    proved: NDArray[np.bool_]
+    step_error: Array  #: See ``restitution``.
+    rounding: Array  #: See ``restitution``.
+    timesteps: Array  #: H; of shape (samples,).
+    contacts: NDArray[np.int64]  #: How many there were; of shape (samples,).
+    last_contact_times: Array  #: From the first contact; of shape (samples,).
+    proved: NDArray[np.bool_]  #: Whether the end is proved; argued otherwise; of shape (samples,).
 
 
 class ManyMeetings:

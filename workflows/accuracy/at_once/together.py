@@ -38,22 +38,11 @@ _MOST_TOGETHER, _SECONDS_TOGETHER = 256, 0.5
 
 @dataclass(frozen=True)
 class Kind:
-    """
-    What collisions must share to be carried out together.
+    """What collisions must share to be carried out together."""
 
-    Attributes
-    ----------
-    bond : int
-        Which potential; the objects of named ones are shared.
-    particles : int
-        Of the chain.
-    scheme : str
-        Of its steps.
-    """
-
-    bond: int
-    particles: int
-    scheme: StepSchemeName
+    bond: int  #: Which potential; the objects of named ones are shared.
+    particles: int  #: Of the chain.
+    scheme: StepSchemeName  #: Of its steps.
 
 
 def kind_of(scene: Scene) -> Kind | None:

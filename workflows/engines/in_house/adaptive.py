@@ -111,31 +111,14 @@ def run(scene: Scene, accuracy: float, frame_interval: float | None = None) -> O
 
 @dataclass(frozen=True)
 class BondLoops:
-    """
-    The loops for one potential and the meaning of its coordinate y.
+    """The loops for one potential and the meaning of its coordinate y."""
 
-    Attributes
-    ----------
-    advance : callable
-        See ``adaptive_loops``.
-    parameters : NamedTuple
-        Of the force.
-    strains : callable
-        s of y.
-    length_of : callable
-        r of y.
-    energy : callable
-        U of y.
-    logarithmic : bool
-        Whether y is ln r, else the strain.
-    """
-
-    advance: Callable
-    parameters: tuple[float, ...]
-    strains: Callable
-    length_of: Callable
-    energy: Callable
-    logarithmic: bool
+    advance: Callable  #: See ``adaptive_loops``.
+    parameters: tuple[float, ...]  #: Of the force; NamedTuple.
+    strains: Callable  #: s of y.
+    length_of: Callable  #: r of y.
+    energy: Callable  #: U of y.
+    logarithmic: bool  #: Whether y is ln r, else the strain.
 
 
 def _bond_loops(bond: Potential) -> BondLoops:

@@ -9,26 +9,14 @@ from chaincor.workflows.engines.in_house.stages import Parameters, Stages
 
 
 class CoarseSteps(NamedTuple):
-    """
-    Steps that are asked for: a flight, or a part of one.
+    """Steps that are asked for: a flight, or a part of one."""
 
-    Attributes
-    ----------
-    steps : int
-        How many.
-    step : float
-        Their size.
-    clearance : float
-        How small the gap may get.
-    first, last : bool
-        Whether it is the first and the last part: the state is half a step off between parts.
-    """
-
-    steps: int
-    step: float
-    clearance: float
+    steps: int  #: How many.
+    step: float  #: Their size.
+    clearance: float  #: How small the gap may get.
+    #: Whether it is the first and the last part: the state is half a step off between parts.
     first: bool
-    last: bool
+    last: bool  #: See ``first``.
 
 
 def build_coarse_steps(source: Source, stages: Stages) -> Callable:

@@ -35,22 +35,11 @@ class Keep(Enum):
 
 @dataclass(frozen=True)
 class ScalarForce:
-    """
-    A force that can be compiled.
+    """A force that can be compiled."""
 
-    Attributes
-    ----------
-    function : callable
-        -dU/dr of one strain, ``function(strain, parameters)``.
-    parameters : NamedTuple
-        What to call it with.
-    keep : Keep
-        Which loops around it may be kept.
-    """
-
-    function: Callable
-    parameters: tuple[float, ...]
-    keep: Keep
+    function: Callable  #: -dU/dr of one strain, ``function(strain, parameters)``.
+    parameters: tuple[float, ...]  #: What to call it with; NamedTuple.
+    keep: Keep  #: Which loops around it may be kept.
 
 
 @lru_cache(maxsize=KEPT)
@@ -101,17 +90,11 @@ class LoopCompiler:
     module would be pickled by its name, which stays the same when the code behind it changes; a
     copy is pickled by its code. And what is loaded from the cache is linked by symbols made of
     qualified names: with equal names the loops of one potential would call those of another.
-
-    Attributes
-    ----------
-    label : str
-        Ends the qualified names of all functions compiled here; no two forces of ours share one.
-    keep : Keep
-        Which loops are kept on disk.
     """
 
+    #: Ends the qualified names of all functions compiled here; no two forces of ours share one.
     label: str
-    keep: Keep
+    keep: Keep  #: Which loops are kept on disk.
     _registered: list[tuple[FunctionType, bool]] = field(default_factory=list, init=False)
     _foreign: list[tuple[Callable, str]] = field(default_factory=list, init=False)
 

@@ -14,29 +14,16 @@ from chaincor.workflows.engines.in_house.stages import Array, Parameters, State
 
 
 class Contact(NamedTuple):
-    """
-    What a loop asks of a contact; all are known to the compiler.
+    """What a loop asks of a contact; all are known to the compiler."""
 
-    Attributes
-    ----------
-    opening : callable
-        ``opening(position, state, parameters)``: the gap, its rate, and the rate of that.
-    closing : callable
-        ``closing(velocity, parameters)``: the speed with which it closes.
-    close : callable
-        ``close(strain, position, parameters)``: sets the gap to zero; returns the position of the
-        first particle, or what it was told.
-    bounce : callable
-        ``bounce(velocity, given, parameters)``: hard bodies exchange a momentum.
-    gap : callable
-        ``gap(position, strain, parameters)``: the gap alone.
-    """
-
+    #: ``opening(position, state, parameters)``: the gap, its rate, and the rate of that.
     opening: Callable
-    closing: Callable
+    closing: Callable  #: ``closing(velocity, parameters)``: the speed with which it closes.
+    #: ``close(strain, position, parameters)``: sets the gap to zero; returns the position of the
+    #: first particle, or what it was told.
     close: Callable
-    bounce: Callable
-    gap: Callable
+    bounce: Callable  #: ``bounce(velocity, given, parameters)``: hard bodies exchange a momentum.
+    gap: Callable  #: ``gap(position, strain, parameters)``: the gap alone.
 
 
 def build_contact(source: Source) -> Contact:

@@ -96,19 +96,12 @@ class SearchSteps(NamedTuple):
     The parts of a search, which asks for one point of a path after the other.
 
     The ledger says where it stands, see `SEARCH_FIELDS`.
-
-    Attributes
-    ----------
-    is_free : callable
-        ``is_free(start, end, step)``: whether there is no contact, as the ends of a step tell.
-    begin : callable
-        ``begin(ledger, step, start)``: a search within a step, by its end.
-    go_on : callable
-        ``go_on(ledger, point)``: with the point that was asked for; returns whether it is over.
     """
 
+    #: ``is_free(start, end, step)``: whether there is no contact, as the ends of a step tell.
     is_free: Callable
-    begin: Callable
+    begin: Callable  #: ``begin(ledger, step, start)``: a search within a step, by its end.
+    #: ``go_on(ledger, point)``: with the point that was asked for; returns whether it is over.
     go_on: Callable
 
 

@@ -27,67 +27,42 @@ GRADING = 1.0
 
 
 class Event(NamedTuple):
-    """
-    The event of a line, as the loop over its steps knows it; all are known to the compiler.
+    """The event of a line, as the loop over its steps knows it; all are known to the compiler."""
 
-    Attributes
-    ----------
-    direction : callable
-        ``direction(ledger)``: 1 where bodies meet next, so that the gap falls, -1 where they part.
-    condition : callable
-        ``condition(position, state, direction, parameters)``: the gap, its rate and the rate of
-        that, times the direction: positive until the event. `position` is the first particle's.
-    reach : callable
-        ``reach(ledger, contacts, now, left, step)``: how long the next substep is, of what is left
-        of a step, and how far ahead the event is searched.
-    probe : callable
-        ``probe(time, path)``: the condition after a substep of any size, along a `Path`.
-    find : callable
-        ``find(far, start, end, ledger, path)``: when the condition first is zero, -1 for never,
-        see ``contact_search``.
-    cut : callable
-        ``cut(ledger, time, ahead, step)``: how long the substep is that leads towards a zero at
-        `time`, and whether it reaches it.
-    happen : callable
-        ``happen(ledger, arrays, moment, bonds, parameters)``: what the event does to the bodies;
-        `arrays` are the state, that after the last contact, the contacts and the masses.
-    """
-
+    #: ``direction(ledger)``: 1 where bodies meet next, so that the gap falls, -1 where they part.
     direction: Callable
+    #: ``condition(position, state, direction, parameters)``: the gap, its rate and the rate of
+    #: that, times the direction: positive until the event. `position` is the first particle's.
     condition: Callable
+    #: ``reach(ledger, contacts, now, left, step)``: how long the next substep is, of what is left
+    #: of a step, and how far ahead the event is searched.
     reach: Callable
+    #: ``probe(time, path)``: the condition after a substep of any size, along a `Path`.
     probe: Callable
+    #: ``find(far, start, end, ledger, path)``: when the condition first is zero, -1 for never, see
+    #: ``contact_search``.
     find: Callable
+    #: ``cut(ledger, time, ahead, step)``: how long the substep is that leads towards a zero at
+    #: `time`, and whether it reaches it.
     cut: Callable
+    #: ``happen(ledger, arrays, moment, bonds, parameters)``: what the event does to the bodies;
+    #: `arrays` are the state, that after the last contact, the contacts and the masses.
     happen: Callable
 
 
 class Path(NamedTuple):
-    """
-    What an event is searched on: the particles near the contact, in one substep of any size.
+    """What an event is searched on: the particles near the contact, in one substep of any size."""
 
-    Attributes
-    ----------
-    position : float
-        Of the first particle, before the substep.
-    direction : float
-        Of the event.
-    bonds, wanted : int
-        Between these particles, and those that act on the gap.
-    kept, near, trial : State
-        Before the substep, after it, and scratch, unnamed.
-    rule : Rule
-        Of the scheme, with the parameters of these particles.
-    """
-
-    position: float
-    direction: float
+    position: float  #: Of the first particle, before the substep.
+    direction: float  #: Of the event.
+    #: Between these particles, and those that act on the gap.
     bonds: int
-    wanted: int
+    wanted: int  #: See ``bonds``.
+    #: Before the substep, after it, and scratch, each a `State` without names.
     kept: tuple
-    near: tuple
-    trial: tuple
-    rule: Rule
+    near: tuple  #: See ``kept``.
+    trial: tuple  #: See ``kept``.
+    rule: Rule  #: Of the scheme, with the parameters of these particles.
 
 
 def build_event(source: Source, stages: Stages, take_step: Callable) -> Event:

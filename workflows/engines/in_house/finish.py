@@ -34,57 +34,30 @@ _NEAR_END = 0.95
 
 @dataclass(frozen=True)
 class LastContact:
-    """
-    The bodies right after their last contact, where they meet, and all contacts so far.
+    """The bodies right after their last contact, where they meet, and all contacts so far."""
 
-    Attributes
-    ----------
-    strains : ndarray of shape (N - 1,)
-        Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle.
-    velocities : ndarray of shape (N,)
-        Along x: positive away from the wall.
-    contact_times, contact_speeds : ndarray of shape (contacts,)
-        Times since the first contact and closing speeds.
-    impulses : ndarray of shape (contacts,) or None
-        Momentum given to the chain; None for what a wall gives a particle of mass 1.
-    position : float
-        Displacement of the first particle along x.
-    lasted : float
-        Time from the initial state to the end of the last contact.
-    bond_range : tuple of float
-        The shortest and the longest bond so far.
-    energy : float or None
-        All energy, where strains do not hold it to all digits.
-    """
-
+    #: Bond lengths less one along x, and between two bodies the gap; a hard wall is no particle; of
+    #: shape (N - 1,).
     strains: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    velocities: NDArray[np.float64]  #: Along x: positive away from the wall; of shape (N,).
+    #: Times since the first contact and closing speeds; of shape (contacts,).
     contact_times: NDArray[np.float64]
-    contact_speeds: NDArray[np.float64]
+    contact_speeds: NDArray[np.float64]  #: See ``contact_times``.
+    #: Momentum given to the chain; None for what a wall gives a particle of mass 1; of shape
+    #: (contacts,).
     impulses: NDArray[np.float64] | None = None
-    position: float = 0.0
-    lasted: float = 0.0
-    bond_range: tuple[float, float] = (1.0, 1.0)
-    energy: float | None = None
+    position: float = 0.0  #: Displacement of the first particle along x.
+    lasted: float = 0.0  #: Time from the initial state to the end of the last contact.
+    bond_range: tuple[float, float] = (1.0, 1.0)  #: The shortest and the longest bond so far.
+    energy: float | None = None  #: All energy, where strains do not hold it to all digits.
 
 
 class End(NamedTuple):
-    """
-    How a collision ended.
+    """How a collision ended."""
 
-    Attributes
-    ----------
-    ending : Ending
-        What tells that no further contact comes.
-    time : float
-        When that was seen, since the first contact.
-    evaluations : int
-        Of all bond forces until then.
-    """
-
-    ending: Ending
-    time: float
-    evaluations: int
+    ending: Ending  #: What tells that no further contact comes.
+    time: float  #: When that was seen, since the first contact.
+    evaluations: int  #: Of all bond forces until then.
 
 
 def displacements_from(position: float, strains: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,22 +20,11 @@ STEP = 0.3
 
 @dataclass(frozen=True)
 class Flight:
-    """
-    What comes next.
+    """What comes next."""
 
-    Attributes
-    ----------
-    time : float
-        Of the next contact, or at which the end is seen; since the first contact.
-    ending : Ending or None
-        None where a contact comes.
-    doubt : float
-        Momentum of contacts that hardly different motions have or have not.
-    """
-
-    time: float
-    ending: Ending | None
-    doubt: float = 0.0
+    time: float  #: Of the next contact, or at which the end is seen; since the first contact.
+    ending: Ending | None  #: None where a contact comes.
+    doubt: float = 0.0  #: Momentum of contacts that hardly different motions have or have not.
 
 
 def follow(

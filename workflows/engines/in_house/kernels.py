@@ -27,30 +27,15 @@ from chaincor.workflows.engines.schemes import StepScheme
 
 @dataclass(frozen=True)
 class Kernels:
-    """
-    The loops for one potential and kind of line.
+    """The loops for one potential and kind of line."""
 
-    Attributes
-    ----------
-    advance : callable
-        Carries a line over many steps; see ``motion``.
-    take_coarse_steps : callable
-        Carries it over coarse steps; see ``coarse_steps``.
-    parameters : NamedTuple
-        Of the potential's kernel.
-    compiled : bool
-        False where the bond's force cannot be compiled and NumPy steps the chain.
-    load_move : callable or None
-        Returns the loop over a block of a long chain, see ``blocks``; None where not compiled.
-    loaded : Event
-        Set once `advance` and `take_coarse_steps` have been called in this process.
-    """
-
-    advance: Callable
-    take_coarse_steps: Callable
-    parameters: tuple[float, ...]
-    compiled: bool
+    advance: Callable  #: Carries a line over many steps; see ``motion``.
+    take_coarse_steps: Callable  #: Carries it over coarse steps; see ``coarse_steps``.
+    parameters: tuple[float, ...]  #: Of the potential's kernel; NamedTuple.
+    compiled: bool  #: False where the bond's force cannot be compiled and NumPy steps the chain.
+    #: Returns the loop over a block of a long chain, see ``blocks``; None where not compiled.
     load_move: Callable[[], Callable] | None = None
+    #: Set once `advance` and `take_coarse_steps` have been called in this process.
     loaded: Event = field(default_factory=Event, compare=False)
 
 

@@ -10,20 +10,12 @@ from chaincor.lammps_inputs.line import Line
 
 
 class Kind(NamedTuple):
-    """
-    What is known of a line when its loops are compiled: what it does not name costs nothing.
+    """What is known of a line when its loops are compiled: what it does not name costs nothing."""
 
-    Attributes
-    ----------
-    contact : str
-        ``wall``: hard and rigid, and no particle; the gap is the position of particle 1.
-        ``two``: two bodies, hard or soft, of which one may be a soft wall; the gap is a strain.
-    unit : bool
-        Whether all masses are 1, of a chain before a hard wall.
-    """
-
+    #: ``wall``: hard and rigid, and no particle; the gap is the position of particle 1. ``two``:
+    #: two bodies, hard or soft, of which one may be a soft wall; the gap is a strain.
     contact: Literal["wall", "two"]
-    unit: bool
+    unit: bool  #: Whether all masses are 1, of a chain before a hard wall.
 
     @classmethod
     def of(cls, line: Line) -> "Kind":
@@ -37,26 +29,15 @@ PLAIN = Kind("wall", True)
 
 
 class LineParameters(NamedTuple):
-    """
-    What forces and their effect depend on, where masses differ or bodies are two.
+    """What forces and their effect depend on, where masses differ or bodies are two."""
 
-    Attributes
-    ----------
-    bond : tuple of float
-        Of the potential's kernel.
-    inverse : ndarray of shape (N,)
-        1/m along x; 0 for a rigid wall that is a particle.
-    gap : int
-        Where among the strains the gap is; -1 before a hard wall.
-    stiffness, exponent : float
-        K and q of the contact.
-    """
-
-    bond: Any
+    bond: Any  #: Of the potential's kernel; tuple of float.
+    #: 1/m along x; 0 for a rigid wall that is a particle; of shape (N,).
     inverse: NDArray[np.float64]
-    gap: int
+    gap: int  #: Where among the strains the gap is; -1 before a hard wall.
+    #: K and q of the contact.
     stiffness: float
-    exponent: float
+    exponent: float  #: See ``stiffness``.
 
     @classmethod
     def of(cls, line: Line, bond: tuple[float, ...]) -> "LineParameters":
@@ -68,45 +49,22 @@ class LineParameters(NamedTuple):
 
 
 class Source(NamedTuple):
-    """
-    What loops are made from, whether they are compiled or run by Python.
+    """What loops are made from, whether they are compiled or run by Python."""
 
-    Attributes
-    ----------
-    force : callable
-        -dU/dr of one strain, ``force(strain, parameters)`` with those of the potential; known to
-        the compiler.
-    register : callable
-        Makes a function known to the compiler, or leaves it as it is.
-    kind : Kind
-        Of the line.
-    """
-
+    #: -dU/dr of one strain, ``force(strain, parameters)`` with those of the potential; known to the
+    #: compiler.
     force: Callable
-    register: Callable
-    kind: Kind = PLAIN
+    register: Callable  #: Makes a function known to the compiler, or leaves it as it is.
+    kind: Kind = PLAIN  #: Of the line.
 
 
 class Reading(NamedTuple):
-    """
-    How loops read what they are told of a line: `LineParameters`, or of unit masses the bond's.
+    """How loops read what they are told of a line: `LineParameters`; of unit masses, the bond's."""
 
-    Attributes
-    ----------
-    named : callable
-        ``named(parameters)``: the parameters by name, of those that came unnamed.
-    around : callable
-        ``around(parameters, begin, end)``: those of some particles alone.
-    force : callable
-        ``force(strain, parameters)``: -dU/dr.
-    weighed : callable
-        ``weighed(number, i, parameters)``: a number over the mass of particle i.
-    """
-
-    named: Callable
-    around: Callable
-    force: Callable
-    weighed: Callable
+    named: Callable  #: ``named(parameters)``: the parameters by name, of those that came unnamed.
+    around: Callable  #: ``around(parameters, begin, end)``: those of some particles alone.
+    force: Callable  #: ``force(strain, parameters)``: -dU/dr.
+    weighed: Callable  #: ``weighed(number, i, parameters)``: a number over the mass of particle i.
 
 
 def read_parameters(source: Source) -> Reading:

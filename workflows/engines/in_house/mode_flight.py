@@ -25,24 +25,15 @@ from chaincor.workflows.engines.in_house.body_modes import BodyModes, body_modes
 
 @dataclass
 class ModalGap:
-    """
-    The gap between two bodies in their modes, of which the first is the translation.
+    """The gap between two bodies in their modes, of which the first is the translation."""
 
-    Attributes
-    ----------
-    strain_modes, velocity_modes : ndarray of shape (n,)
-        e_j = omega_j q_j and p_j.
-    omega, shape : ndarray of shape (n,)
-        Frequencies, and what each mode has of the gap.
-    wall_distance : float
-        The gap; before a wall the x of particle 1.
-    """
-
+    #: e_j = omega_j q_j and p_j; of shape (n,).
     strain_modes: Array
-    velocity_modes: Array
+    velocity_modes: Array  #: See ``strain_modes``.
+    #: Frequencies, and what each mode has of the gap; of shape (n,).
     omega: Array
-    shape: Array
-    wall_distance: float = 0.0
+    shape: Array  #: See ``omega``.
+    wall_distance: float = 0.0  #: The gap; before a wall the x of particle 1.
 
     def copy(self) -> Self:
         """Return a motion in the same state that goes on independently."""

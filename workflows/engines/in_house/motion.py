@@ -35,37 +35,23 @@ FRONT_BLOCK = 8
 
 
 class Arrays(NamedTuple):
-    """
-    What the loops change in place.
+    """What the loops change in place."""
 
-    Attributes
-    ----------
-    now : State
-        The line, with the ledger's position of its first particle.
-    last : State
-        The same right after the last contact.
-    kept, near, trial : State
-        Scratch: before a step, of the particles near the contact while one is searched, and of
-        what a step tries.
-    contacts : ndarray of shape (3, capacity)
-        Times and closing speeds, and the momentum given to the chain.
-    masses : ndarray of shape (N,)
-        Of the chain's particles; 0 for those of a target.
-    window : ndarray of shape (2,)
-        First and last but one of the particles near the contact.
-    log : ndarray of shape (2, capacity)
-        Of each substep, a step or a part of one, its duration, and whether a contact ends it.
-        Mostly without room, and not kept.
-    """
-
-    now: State
-    last: State
+    now: State  #: The line, with the ledger's position of its first particle.
+    last: State  #: The same right after the last contact.
+    #: Scratch: before a step, of the particles near the contact while one is searched, and of what
+    #: a step tries.
     kept: State
-    near: State
-    trial: State
+    near: State  #: See ``kept``.
+    trial: State  #: See ``kept``.
+    #: Times and closing speeds, and the momentum given to the chain; of shape (3, capacity).
     contacts: NDArray[np.float64]
+    #: Of the chain's particles; 0 for those of a target; of shape (N,).
     masses: NDArray[np.float64]
+    #: First and last but one of the particles near the contact; of shape (2,).
     window: NDArray[np.int64]
+    #: Of each substep, a step or a part of one, its duration, and whether a contact ends it. Mostly
+    #: without room, and not kept; of shape (2, capacity).
     log: NDArray[np.float64]
 
     def unnamed(self) -> tuple:

@@ -25,25 +25,13 @@ from chaincor.workflows.engines.time_limit import check_time
 
 @dataclass(frozen=True)
 class Stepper:
-    """
-    Steps of one kind and size for one line.
+    """Steps of one kind and size for one line."""
 
-    Attributes
-    ----------
-    kernels : Kernels
-        The loops.
-    parameters : tuple
-        What they are told of the bonds, and of masses and contact where these are not plain.
-    scheme : StepScheme
-        What a step is made of.
-    step : float
-        The whole step H.
-    """
-
-    kernels: Kernels
+    kernels: Kernels  #: The loops.
+    #: What they are told of the bonds, and of masses and contact where these are not plain.
     parameters: tuple
-    scheme: StepScheme
-    step: float
+    scheme: StepScheme  #: What a step is made of.
+    step: float  #: The whole step H.
 
     @classmethod
     def of(cls, line: Line, bond: Potential, scheme: str, step: float) -> "Stepper":
@@ -72,21 +60,11 @@ class Stepper:
 
 @dataclass
 class Motion:
-    """
-    The bodies of a line in motion, with what their loops need to work on.
+    """The bodies of a line in motion, with what their loops need to work on."""
 
-    Attributes
-    ----------
-    line : Line
-        The bodies.
-    ledger : numpy.record
-        The scalars, see ``bookkeeping``.
-    arrays : Arrays
-        The line now and right after its last contact, the contacts, and scratch.
-    """
-
-    line: Line
-    ledger: np.record
+    line: Line  #: The bodies.
+    ledger: np.record  #: The scalars, see ``bookkeeping``.
+    #: The line now and right after its last contact, the contacts, and scratch.
     arrays: motion.Arrays
 
     @property

@@ -38,19 +38,10 @@ _ON_A_LINE = LINE // 8
 
 
 class State(NamedTuple):
-    """
-    Bonds and particles of a chain; where particle 1 is, is told beside it.
+    """Bonds and particles of a chain; where particle 1 is, is told beside it."""
 
-    Attributes
-    ----------
-    strain : ndarray of shape (n - 1,)
-        Bond lengths less one.
-    velocity : ndarray of shape (n,)
-        Velocities, positive away from the wall.
-    """
-
-    strain: Array
-    velocity: Array
+    strain: Array  #: Bond lengths less one; of shape (n - 1,).
+    velocity: Array  #: Velocities, positive away from the wall; of shape (n,).
 
     @classmethod
     def room(cls, bonds: int) -> "State":
@@ -87,39 +78,26 @@ class Stages(NamedTuple):
 
     What is done at every stage takes arrays: to take a `State` apart counts references to them,
     which costs as much as ten bonds.
-
-    Attributes
-    ----------
-    start : callable
-        ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from
-        an old `State` into arrays.
-    stage : callable
-        ``stage(strain, velocity, bonds, drift, kick, parameters)``: the same in place.
-    drift : callable
-        ``drift(strain, velocity, bonds, time)``: free motion, in place.
-    copy : callable
-        ``copy(strain, velocity, new, bonds)``: into the `State` `new`.
-    mix : callable
-        ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
-        state differs from an old one after a drift.
-    count_outside : callable
-        ``count_outside(strain, bonds, low, high, parameters)``: strains outside a range, the gap
-        left out; what is not a number is outside.
-    extremes : callable
-        ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
-        number where one is none.
-    are_allowed : callable
-        ``are_allowed(ledger, strain, bonds, parameters)``: whether no strain is beyond those
-        allowed; the ledger is told of the smallest and the largest.
     """
 
+    #: ``start(old, strain, velocity, bonds, drift, kick, parameters)``: a drift and a kick from an
+    #: old `State` into arrays.
     start: Callable
+    #: ``stage(strain, velocity, bonds, drift, kick, parameters)``: the same in place.
     stage: Callable
-    drift: Callable
-    copy: Callable
+    drift: Callable  #: ``drift(strain, velocity, bonds, time)``: free motion, in place.
+    copy: Callable  #: ``copy(strain, velocity, new, bonds)``: into the `State` `new`.
+    #: ``mix(state, old, mixture, bonds, drift, weight)``: adds to the mixture, weighted, how the
+    #: state differs from an old one after a drift.
     mix: Callable
+    #: ``count_outside(strain, bonds, low, high, parameters)``: strains outside a range, the gap
+    #: left out; what is not a number is outside.
     count_outside: Callable
+    #: ``extremes(strain, bonds, parameters)``: smallest and largest strain, the gap left out; no
+    #: number where one is none.
     extremes: Callable
+    #: ``are_allowed(ledger, strain, bonds, parameters)``: whether no strain is beyond those
+    #: allowed; the ledger is told of the smallest and the largest.
     are_allowed: Callable
 
 

@@ -18,34 +18,20 @@ _ROWS_AT_KINK, _LENGTHS_AT_KINK = 4, 66
 
 @dataclass(frozen=True)
 class TableCertificate:
-    """
-    Largest errors of a bond table as LAMMPS interpolates it.
+    """Largest errors of a bond table as LAMMPS interpolates it."""
 
-    Attributes
-    ----------
-    style : str
-        ``linear`` or ``spline``.
-    rows : int
-        Rows of the table, and of the far one where there are two.
-    shortest, longest : float
-        First and last bond length of the table.
-    force_error, energy_error : float
-        Largest ``|LAMMPS - analytic|`` over the lengths asked, away from the ends.
-    edge_force_error, edge_energy_error : float
-        The same within the margin at both ends, where no bond of an accepted run has been.
-    lengths_asked : int
-        How many lengths were compared.
-    """
-
-    style: str
-    rows: int
+    style: str  #: ``linear`` or ``spline``.
+    rows: int  #: Rows of the table, and of the far one where there are two.
+    #: First and last bond length of the table.
     shortest: float
-    longest: float
+    longest: float  #: See ``shortest``.
+    #: Largest ``|LAMMPS - analytic|`` over the lengths asked, away from the ends.
     force_error: float
-    energy_error: float
+    energy_error: float  #: See ``force_error``.
+    #: The same within the margin at both ends, where no bond of an accepted run has been.
     edge_force_error: float
-    edge_energy_error: float
-    lengths_asked: int
+    edge_energy_error: float  #: See ``edge_force_error``.
+    lengths_asked: int  #: How many lengths were compared.
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields."""

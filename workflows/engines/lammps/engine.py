@@ -94,22 +94,12 @@ def _keep_job(target: Path, folder: Path) -> None:
 
 @dataclass(frozen=True)
 class _Runs:
-    """
-    What runs with one table came to.
+    """What runs with one table came to."""
 
-    Attributes
-    ----------
-    outcomes : list of Outcome
-        Of the steps that were run to their end.
-    longest_seen : list of float
-        The longest bond that each of them saw, the flight after the last contact included.
-    stopped : BondRangeError or LostAtomsError or None
-        Why the next one was not.
-    """
-
-    outcomes: list[Outcome]
+    outcomes: list[Outcome]  #: Of the steps that were run to their end.
+    #: The longest bond that each of them saw, the flight after the last contact included.
     longest_seen: list[float]
-    stopped: BondRangeError | LostAtomsError | None
+    stopped: BondRangeError | LostAtomsError | None  #: Why the next one was not.
 
 
 def _write_kept(

@@ -40,20 +40,13 @@ _PARTICLE_WORK = 10
 
 
 class Snapshot(NamedTuple):
-    """
-    A state of a chain in LAMMPS.
+    """A state of a chain in LAMMPS."""
 
-    Attributes
-    ----------
-    x, v, f : ndarray of shape (n + M,)
-        Coordinates, velocities and forces.
-    far : ndarray of shape (bonds,), or None
-        Which bonds have the second table; None where there is one.
-    """
-
+    #: Coordinates, velocities and forces; of shape (n + M,).
     x: NDArray[np.float64]
-    v: NDArray[np.float64]
-    f: NDArray[np.float64]
+    v: NDArray[np.float64]  #: See ``x``.
+    f: NDArray[np.float64]  #: See ``x``.
+    #: Which bonds have the second table; None where there is one; of shape (bonds,).
     far: NDArray[np.bool_] | None
 
 

@@ -19,25 +19,12 @@ _ZONE = 1.0
 
 @dataclass(frozen=True)
 class Contact:
-    """
-    One contact of particle 1 with the target.
+    """One contact of particle 1 with the target."""
 
-    Attributes
-    ----------
-    time : float
-        Time since the first contact; of soft bodies, when they touched.
-    speed : float
-        Speed of approach then, positive.
-    impulse : float
-        Momentum that the chain was given.
-    end : float
-        When the bodies parted: the same time where they are hard.
-    """
-
-    time: float
-    speed: float
-    impulse: float
-    end: float
+    time: float  #: Time since the first contact; of soft bodies, when they touched.
+    speed: float  #: Speed of approach then, positive.
+    impulse: float  #: Momentum that the chain was given.
+    end: float  #: When the bodies parted: the same time where they are hard.
 
 
 class Meeting(ABC):

@@ -97,24 +97,16 @@ def longest_chains(measured: Measurements) -> Longest:
 
 @dataclass(frozen=True)
 class HarmonicLaw:
-    """
-    The law 1 - eta = A n^p for harmonic chains.
+    """The law 1 - eta = A n^p for harmonic chains."""
 
-    Attributes
-    ----------
-    points : list of Point
-        All from n = 100 on (all there are if none is so long): what is fitted and judged.
-    both, mean_prefactor : PowerLaw
-        A and p fitted; A alone, with p = -2/3.
-    ranges, prefactors : list of PowerLaw
-        Both, and A alone, fitted over other ranges.
-    """
-
+    #: All from n = 100 on (all there are if none is so long): what is fitted and judged.
     points: list[Point]
+    #: A and p fitted; A alone, with p = -2/3.
     both: PowerLaw
-    mean_prefactor: PowerLaw
+    mean_prefactor: PowerLaw  #: See ``both``.
+    #: Both, and A alone, fitted over other ranges.
     ranges: list[PowerLaw]
-    prefactors: list[PowerLaw]
+    prefactors: list[PowerLaw]  #: See ``ranges``.
 
 
 def harmonic_law(measured: Measurements) -> HarmonicLaw:

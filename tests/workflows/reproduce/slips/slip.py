@@ -27,31 +27,13 @@ class Matters(StrEnum):
 
 @dataclass(frozen=True)
 class Slip:
-    """
-    A slip, or something that was suspected to be one.
+    """A slip, or something that was suspected to be one."""
 
-    Attributes
-    ----------
-    where : str
-        Place in the paper.
-    printed : str
-        What it prints.
-    correct : str
-        What it should be; empty where the print is right.
-    evidence : str
-        The check, with its numbers.
-    confirmed : bool
-        Whether the check came out as said.
-    kind : Kind
-        Whether it counts as a slip.
-    matters : Matters
-        What follows from it; of entries that do not count, nothing.
-    """
-
-    where: str
-    printed: str
-    correct: str
-    evidence: str
-    confirmed: bool
-    kind: Kind = Kind.SLIP
+    where: str  #: Place in the paper.
+    printed: str  #: What it prints.
+    correct: str  #: What it should be; empty where the print is right.
+    evidence: str  #: The check, with its numbers.
+    confirmed: bool  #: Whether the check came out as said.
+    kind: Kind = Kind.SLIP  #: Whether it counts as a slip.
+    #: What follows from it; of entries that do not count, nothing.
     matters: Matters = Matters.NOTHING

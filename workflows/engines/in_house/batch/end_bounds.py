@@ -21,29 +21,16 @@ _LEAST_ENERGY = 1e-4
 
 
 class EndBounds(NamedTuple):
-    """
-    What proves an end.
+    """What proves an end."""
 
-    Attributes
-    ----------
-    masses : ndarray of shape (n,)
-        Of the chain; none where ends are not proved in the loop.
-    lever : float
-        :math:`m_1 M/(M - m_1)` of particle 1 and the chain.
-    log_least, log_rung : float
-        Logarithm of the smallest energy of the ladder, and of the ratio of its rungs.
-    reaches : ndarray of shape (rungs,)
-        How far particle 1 can be from where the mean has it, with that energy.
-    interval : float
-        Time that sound takes over a bond.
-    """
-
-    masses: Array
-    lever: float
+    masses: Array  #: Of the chain; none where ends are not proved in the loop; of shape (n,).
+    lever: float  #: :math:`m_1 M/(M - m_1)` of particle 1 and the chain.
+    #: Logarithm of the smallest energy of the ladder, and of the ratio of its rungs.
     log_least: float
-    log_rung: float
+    log_rung: float  #: See ``log_least``.
+    #: How far particle 1 can be from where the mean has it, with that energy; of shape (rungs,).
     reaches: Array
-    interval: float
+    interval: float  #: Time that sound takes over a bond.
 
     @classmethod
     def none(cls) -> "EndBounds":

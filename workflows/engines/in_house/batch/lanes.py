@@ -21,22 +21,11 @@ LANES = 16
 
 
 class LaneState(NamedTuple):
-    """
-    Chains side by side.
+    """Chains side by side."""
 
-    Attributes
-    ----------
-    strain : ndarray of shape ((n - 1) L,)
-        Bond lengths less one.
-    velocity : ndarray of shape (n L,)
-        Velocities, positive away from the wall.
-    distance : ndarray of shape (L,)
-        Of particle 1 from the wall.
-    """
-
-    strain: Array
-    velocity: Array
-    distance: Array
+    strain: Array  #: Bond lengths less one; of shape ((n - 1) L,).
+    velocity: Array  #: Velocities, positive away from the wall; of shape (n L,).
+    distance: Array  #: Of particle 1 from the wall; of shape (L,).
 
     @classmethod
     def of(cls, particles: int) -> "LaneState":
@@ -46,46 +35,25 @@ class LaneState(NamedTuple):
 
 
 class Room(NamedTuple):
-    """
-    Room for the steps of chains side by side.
+    """Room for the steps of chains side by side."""
 
-    Attributes
-    ----------
-    trial : LaneState
-        What a step tries.
-    steps, share : ndarray of shape (L,)
-        The step H of each lane, and a part of it.
-    parts : ndarray of shape (n L,)
-        That part repeated along the chain.
-    forces : ndarray of shape ((n + 1) L,)
-        Of the bonds, between zeros.
-    weights : ndarray of shape (n L,)
-        Inverse masses; 1 where all masses are, which nobody reads then.
-    """
-
-    trial: LaneState
+    trial: LaneState  #: What a step tries.
+    #: The step H of each lane, and a part of it; of shape (L,).
     steps: Array
-    share: Array
-    parts: Array
-    forces: Array
+    share: Array  #: See ``steps``.
+    parts: Array  #: That part repeated along the chain; of shape (n L,).
+    forces: Array  #: Of the bonds, between zeros; of shape ((n + 1) L,).
+    #: Inverse masses; 1 where all masses are, which nobody reads then; of shape (n L,).
     weights: Array
 
 
 class Lanes(NamedTuple):
-    """
-    Chains side by side, and what they are moved with.
+    """Chains side by side, and what they are moved with."""
 
-    Attributes
-    ----------
-    old, new : LaneState
-        Before and after a step.
-    room : Room
-        For a step.
-    """
-
+    #: Before and after a step.
     old: LaneState
-    new: LaneState
-    room: Room
+    new: LaneState  #: See ``old``.
+    room: Room  #: For a step.
 
     @classmethod
     def of(cls, inverse: Array) -> "Lanes":

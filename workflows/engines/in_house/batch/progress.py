@@ -21,55 +21,28 @@ OPEN, MEETS, FREE, REPEATED = range(4)
 
 
 class ChainRows(NamedTuple):
-    """
-    The chains of a batch, a row for each.
+    """The chains of a batch, a row for each."""
 
-    Attributes
-    ----------
-    ledgers : recarray of shape (chains,)
-        See ``bookkeeping``.
-    strains, velocities : ndarray of shape (chains, n - 1) and (chains, n)
-        Now.
-    last_strains, last_velocities : ndarray
-        The same right after the last contact.
-    contacts : ndarray of shape (chains, 3, capacity)
-        Times, closing speeds, and the momentum given to the chain.
-    energies : ndarray of shape (chains,)
-        Of each chain.
-    steps : ndarray of shape (chains,)
-        H of each.
-    goals : ndarray of shape (chains,)
-        How many steps shall be done of each.
-    statuses : ndarray of shape (chains,)
-        Whether it moves, or why it does not.
-    """
-
-    ledgers: np.recarray
+    ledgers: np.recarray  #: See ``bookkeeping``; of shape (chains,).
+    #: Now; of shape (chains, n - 1) and (chains, n).
     strains: Array
-    velocities: Array
+    velocities: Array  #: See ``strains``.
+    #: The same right after the last contact.
     last_strains: Array
-    last_velocities: Array
+    last_velocities: Array  #: See ``last_strains``.
+    #: Times, closing speeds, and the momentum given to the chain; of shape (chains, 3, capacity).
     contacts: Array
-    energies: Array
-    steps: Array
-    goals: Counts
-    statuses: Counts
+    energies: Array  #: Of each chain; of shape (chains,).
+    steps: Array  #: H of each; of shape (chains,).
+    goals: Counts  #: How many steps shall be done of each; of shape (chains,).
+    statuses: Counts  #: Whether it moves, or why it does not; of shape (chains,).
 
 
 class Queue(NamedTuple):
-    """
-    Some chains; the last to come is the first to go.
+    """Some chains; the last to come is the first to go."""
 
-    Attributes
-    ----------
-    chains : ndarray of shape (chains,)
-        Which, and room for all.
-    held : ndarray of shape (1,)
-        How many.
-    """
-
-    chains: Counts
-    held: Counts
+    chains: Counts  #: Which, and room for all; of shape (chains,).
+    held: Counts  #: How many; of shape (1,).
 
     @classmethod
     def of(cls, chains: int) -> "Queue":
@@ -78,50 +51,27 @@ class Queue(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """
-    Where chains are within their steps.
+    """Where chains are within their steps."""
 
-    Attributes
-    ----------
-    begun, left : ndarray of shape (chains,)
-        When the step began, and what is left of it.
-    move : ndarray of shape (chains,)
-        Up to where the next move goes.
-    known : ndarray of shape (chains,)
-        What is known of that.
-    waiting, found : Queue
-        Chains whose contacts have to be searched, and those of which these are found.
-    """
-
+    #: When the step began, and what is left of it; of shape (chains,).
     begun: Array
-    left: Array
-    move: Array
-    known: Counts
+    left: Array  #: See ``begun``.
+    move: Array  #: Up to where the next move goes; of shape (chains,).
+    known: Counts  #: What is known of that; of shape (chains,).
+    #: Chains whose contacts have to be searched, and those of which these are found.
     waiting: Queue
-    found: Queue
+    found: Queue  #: See ``waiting``.
 
 
 class Places(NamedTuple):
-    """
-    Which chains are where in a batch, and how far.
+    """Which chains are where in a batch, and how far."""
 
-    Attributes
-    ----------
-    progress : Progress
-        Of the chains.
-    whose : ndarray of shape (L,)
-        Which chain is in a lane; -1 for none.
-    low, high : ndarray of shape (L,)
-        Its smallest and largest strain now.
-    searched : ndarray of shape (L,)
-        Which chain's contact is searched in a lane; -1 for none.
-    """
-
-    progress: Progress
-    whose: Counts
+    progress: Progress  #: Of the chains.
+    whose: Counts  #: Which chain is in a lane; -1 for none; of shape (L,).
+    #: Its smallest and largest strain now; of shape (L,).
     low: Array
-    high: Array
-    searched: Counts
+    high: Array  #: See ``low``.
+    searched: Counts  #: Which chain's contact is searched in a lane; -1 for none; of shape (L,).
 
     @classmethod
     def of(cls, chains: int) -> "Places":

@@ -22,19 +22,10 @@ class Rows:
 
 @dataclass(frozen=True)
 class StartStates(Rows):
-    """
-    Where collisions of one chain begin.
+    """Where collisions of one chain begin."""
 
-    Attributes
-    ----------
-    strains : ndarray of shape (samples, n)
-        The gap to the wall, and of the bonds.
-    velocities : ndarray of shape (samples, n)
-        Positive away from the wall.
-    """
-
-    strains: Array
-    velocities: Array
+    strains: Array  #: The gap to the wall, and of the bonds; of shape (samples, n).
+    velocities: Array  #: Positive away from the wall; of shape (samples, n).
 
     @classmethod
     def of(cls, lines: list[Line]) -> "StartStates":
@@ -56,53 +47,29 @@ class StartStates(Rows):
 
 @dataclass(frozen=True)
 class ManyRuns(Rows):
-    """
-    What came of many runs.
+    """What came of many runs."""
 
-    Attributes
-    ----------
-    settled : ndarray of shape (runs,)
-        Whether a run was carried to an end; nothing else counts where it was not.
-    endless : ndarray of shape (runs,)
-        Whether no end was found for as long as collisions are followed: none is by other steps.
-    endings : ndarray of shape (runs,)
-        How it ended, where that was looked for.
-    durations : ndarray of shape (runs,)
-        Simulated time from the first contact to the end.
-    evaluations : ndarray of shape (runs,)
-        Of all bond forces.
-    strains, velocities : ndarray of shape (runs, n - 1) and (runs, n)
-        Right after the last contact.
-    speeds : ndarray of shape (runs,)
-        Centre-of-mass velocity then.
-    contacts : ndarray of shape (runs, 2, capacity)
-        Times since the first contact and incoming speeds.
-    counts : ndarray of shape (runs,)
-        How many contacts there were.
-    lasted : ndarray of shape (runs,)
-        Time from the initial state to the end of the last contact.
-    bond_min, bond_max : ndarray of shape (runs,)
-        Shortest and longest bond up to the last contact.
-    energies : ndarray of shape (runs,)
-        Of the bonds right after the last contact, in rows.
-    seconds : ndarray of shape (runs,)
-        Wall-clock time of the integration of each: that of all, in equal parts.
-    """
-
+    #: Whether a run was carried to an end; nothing else counts where it was not; of shape (runs,).
     settled: NDArray[np.bool_]
+    #: Whether no end was found for as long as collisions are followed: none is by other steps; of
+    #: shape (runs,).
     endless: NDArray[np.bool_]
-    endings: NDArray[np.object_]
-    durations: Array
-    evaluations: NDArray[np.int64]
+    endings: NDArray[np.object_]  #: How it ended, where that was looked for; of shape (runs,).
+    durations: Array  #: Simulated time from the first contact to the end; of shape (runs,).
+    evaluations: NDArray[np.int64]  #: Of all bond forces; of shape (runs,).
+    #: Right after the last contact; of shape (runs, n - 1) and (runs, n).
     strains: Array
-    velocities: Array
-    speeds: Array
+    velocities: Array  #: See ``strains``.
+    speeds: Array  #: Centre-of-mass velocity then; of shape (runs,).
+    #: Times since the first contact and incoming speeds; of shape (runs, 2, capacity).
     contacts: Array
-    counts: NDArray[np.int64]
-    lasted: Array
+    counts: NDArray[np.int64]  #: How many contacts there were; of shape (runs,).
+    lasted: Array  #: Time from the initial state to the end of the last contact; of shape (runs,).
+    #: Shortest and longest bond up to the last contact; of shape (runs,).
     bond_min: Array
-    bond_max: Array
-    energies: Array
+    bond_max: Array  #: See ``bond_min``.
+    energies: Array  #: Of the bonds right after the last contact, in rows; of shape (runs,).
+    #: Wall-clock time of the integration of each: that of all, in equal parts; of shape (runs,).
     seconds: Array
 
     @property

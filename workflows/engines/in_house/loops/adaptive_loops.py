@@ -58,54 +58,30 @@ LEDGER = np.dtype(
 
 
 class Tableau(NamedTuple):
-    """
-    An embedded method of Runge and Kutta.
+    """An embedded method of Runge and Kutta."""
 
-    Attributes
-    ----------
-    a : ndarray of shape (stages, stages)
-        What each stage takes of the slopes before it.
-    b : ndarray of shape (stages,)
-        What the step takes of them.
-    third, fifth : ndarray of shape (stages + 1,)
-        The same of the errors of the embedded orders 3 and 5.
-    """
-
-    a: Array
-    b: Array
+    a: Array  #: What each stage takes of the slopes before it; of shape (stages, stages).
+    b: Array  #: What the step takes of them; of shape (stages,).
+    #: The same of the errors of the embedded orders 3 and 5; of shape (stages + 1,).
     third: Array
-    fifth: Array
+    fifth: Array  #: See ``third``.
 
 
 class Arrays(NamedTuple):
-    """
-    What the loops work on.
+    """What the loops work on."""
 
-    Attributes
-    ----------
-    state, last : ndarray of shape (2n,)
-        The chain now and right after its last contact.
-    contacts : ndarray of shape (2, capacity)
-        Times and incoming speeds.
-    frames : ndarray of shape (capacity, 2n)
-        Snapshots.
-    scale : ndarray of shape (2n,)
-        The local error allowed.
-    kept, trial : ndarray of shape (2n,)
-        Scratch: the state before a step, and what a partial step leads to.
-    slopes, trial_slopes : ndarray of shape (stages + 1, 2n)
-        Rates of change within the step, and within a partial one.
-    """
-
+    #: The chain now and right after its last contact; of shape (2n,).
     state: Array
-    last: Array
-    contacts: Array
-    frames: Array
-    scale: Array
+    last: Array  #: See ``state``.
+    contacts: Array  #: Times and incoming speeds; of shape (2, capacity).
+    frames: Array  #: Snapshots; of shape (capacity, 2n).
+    scale: Array  #: The local error allowed; of shape (2n,).
+    #: Scratch: the state before a step, and what a partial step leads to; of shape (2n,).
     kept: Array
+    #: Rates of change within the step, and within a partial one; of shape (stages + 1, 2n).
     slopes: Array
-    trial: Array
-    trial_slopes: Array
+    trial: Array  #: See ``kept``.
+    trial_slopes: Array  #: See ``slopes``.
 
 
 class Path(NamedTuple):

@@ -40,24 +40,12 @@ _LOCK = threading.RLock()
 
 
 class ObjectCode(NamedTuple):
-    """
-    A compiled loop.
+    """A compiled loop."""
 
-    Attributes
-    ----------
-    code : bytes
-        An object file.
-    symbol : str
-        Its function.
-    returns : str
-        What that returns: ``int64``, ``float64`` or ``none``.
-    needs : list of str
-        Functions that it calls: of the mathematical library, and those of `tell_address`.
-    """
-
-    code: bytes
-    symbol: str
-    returns: str
+    code: bytes  #: An object file.
+    symbol: str  #: Its function.
+    returns: str  #: What that returns: ``int64``, ``float64`` or ``none``.
+    #: Functions that it calls: of the mathematical library, and those of `tell_address`.
     needs: list[str]
 
 
