@@ -65,11 +65,6 @@ class Margin:
     corrected_within: float = 0.0  #: See ``reproduced_within``.
     is_trend: bool = False  #: Whether something is said to be so, without a number.
 
-    @property
-    def largest_error(self) -> float:
-        """Own error beyond which nothing can be said."""
-        return self.corrected_within or ABOUT * self.whole
-
 
 def exact(paper: float, scale: float = 0.0) -> Margin:
     """Return the margin of an exact statement; our own error is to be below 10 % of the scale."""
@@ -111,16 +106,6 @@ class Finding:
     #: Least and largest value over other ranges, or of what it is a mean of; it widens no margin.
     spread: tuple[float, float] | None = None
     brief: str = ""  #: What the summary says of it, where the number alone would say too little.
-
-    @property
-    def disagreements(self) -> int:
-        """Points on which the two engines differ by more than their bars."""
-        return sum(point.agrees is False for point in self.points)
-
-    @property
-    def unchecked(self) -> int:
-        """Points that only one of the engines has, so that nothing checks them."""
-        return sum(point.agrees is None for point in self.points)
 
 
 @dataclass(frozen=True)
@@ -203,21 +188,15 @@ class Claim:
 
     def _unusable(self, finding: Finding) -> str:
         """Say why nothing can be judged by a number; empty where it can."""
+        margin, points = self.margin, finding.points
         if not math.isfinite(finding.value):
             return f"no number: {finding.text}"
-        if finding.error > self.margin.largest_error:
+        if finding.error > (margin.corrected_within or ABOUT * margin.whole):
             return f"the error of our own number, {finding.error:.2g}, is too large to say"
-        if finding.disagreements > _DISAGREEMENTS_ALLOWED * len(finding.points):
-            return (
-                f"LAMMPS and the in-house engine disagree on {finding.disagreements} of "
-                f"{len(finding.points)} points"
-            )
+        apart = sum(point.agrees is False for point in points)
+        if apart > _DISAGREEMENTS_ALLOWED * len(points):
+            return f"LAMMPS and the in-house engine disagree on {apart} of {len(points)} points"
         return ""
-
-
-def claims_of(module: ModuleType) -> tuple[Claim, ...]:
-    """Return the claims that a module makes, in its order."""
-    return tuple(value for value in vars(module).values() if isinstance(value, Claim))
 
 
 def claim(
@@ -230,3 +209,8 @@ def claim(
         return Claim(name, where, text, margin, brief, find, **more)
 
     return made
+
+
+def claims_of(module: ModuleType) -> tuple[Claim, ...]:
+    """Return the claims that a module makes, in its order."""
+    return tuple(value for value in vars(module).values() if isinstance(value, Claim))

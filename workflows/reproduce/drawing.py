@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.figures.style import SETTINGS
-from chaincor.workflows.reproduce.measurements import Point
+from chaincor.analysis.figures.style import SETTINGS, new_figure
+from chaincor.workflows.reproduce.measurements import Point, column
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 else:  # Matplotlib is imported where something is drawn.
-    Axes = Canvas = Any
+    Axes = Any
 
 IMPACT_SPEED = r"impact speed $v_0/v^*$"
 # Element ids of SVG files are made from this, so that equal data give equal files.
@@ -30,13 +29,15 @@ class Figure:
     """A figure of the report."""
 
     key: str  #: Name of its files.
-    #: What it is, in a few words; what it shows, how it was made, and what to see.
-    title: str
-    caption: str  #: See ``title``.
-    #: Its data, a record a row, the same keys in each; none for a drawing without data.
-    records: Sequence[Mapping[str, Any]]
-    draw: Callable[[], Canvas]  #: Makes the Matplotlib figure.
+    title: str  #: What it is, in a few words.
+    caption: str  #: What it shows, how it was made, and what to see.
     alt: str  #: What is to be seen, for those who do not see it.
+    draw: Callable[..., None]  #: Draws it, given its panels.
+    #: Its data, a record a row, the same keys in each; none for a drawing without data.
+    records: Sequence[Mapping[str, Any]] = ()
+    size: tuple[float, float] = (6.4, 3.9)  #: Width and height in inches.
+    panels: tuple[float, ...] = (1.0,)  #: Heights of the panels, from the top, as ratios.
+    sharex: bool = False  #: Whether they have one x axis.
 
     def to_csv(self) -> str:
         """Return the data as CSV, numbers with all their digits."""
@@ -51,8 +52,10 @@ class Figure:
         """Draw the figure: the contents of its ``png`` and its ``svg`` file, by these names."""
         import matplotlib as mpl
 
+        layout: dict[str, Any] = {"height_ratios": self.panels, "sharex": self.sharex}
         with mpl.rc_context(SETTINGS | {"svg.hashsalt": _SALT}):
-            canvas = self.draw()
+            canvas, axes = new_figure(len(self.panels), figsize=self.size, squeeze=False, **layout)
+            self.draw(*axes[:, 0])
             rendered = {}
             for kind, metadata in (("png", {}), ("svg", {"Date": None})):
                 buffer = io.BytesIO()
@@ -61,8 +64,12 @@ class Figure:
         return rendered
 
 
-def point_record(point: Point) -> dict[str, Any]:
-    """Return a point as a row: scene, plotted value, error bar, both values, what failed."""
+def point_records(points: Sequence[Point]) -> list[dict[str, Any]]:
+    """Return points as rows: scene, plotted value, error bar, both values, what failed."""
+    return [_point_record(point) for point in points]
+
+
+def _point_record(point: Point) -> dict[str, Any]:
     record: dict[str, Any] = {
         "potential": point.scene.label,
         "power_order": point.scene.power_order,
@@ -90,25 +97,28 @@ def point_record(point: Point) -> dict[str, Any]:
 def draw_points(
     ax: Axes,
     points: Sequence[Point],
-    x: ArrayLike,
-    y: ArrayLike,
+    x: str | ArrayLike,
+    y: str | ArrayLike,
     *,
     label: str | None,
     color: Any,
     marker: str = "o",
-    errors: ArrayLike | None = None,
+    errors: str | ArrayLike = "error",
     line: bool = False,
     size: float = 4.5,
 ) -> None:
     """
     Draw a quantity y of points against x: filled by LAMMPS, open in-house, crosses for a limit.
 
-    Error bars are those of eta by default, drawn where they are larger than a symbol. Where the
-    bar is what a contact after the last one seen could change, it is dotted. `line` joins the
-    points.
+    What is given by name is an attribute of the points. Error bars are those of eta by default,
+    drawn where they are larger than a symbol. Where the bar is what a contact after the last one
+    seen could change, it is dotted. `line` joins the points.
     """
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    bars = np.nan_to_num([p.error for p in points] if errors is None else errors)
+    x, y, bars = (
+        column(points, given) if isinstance(given, str) else np.asarray(given, dtype=float)
+        for given in (x, y, errors)
+    )
+    bars = np.broadcast_to(np.nan_to_num(bars), y.shape)
     if line:
         ax.plot(x, y, color=color, linewidth=0.9, alpha=0.6)
     kinds = np.array(["limit" if point.is_limit else point.source for point in points])

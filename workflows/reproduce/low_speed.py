@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.workflows.reproduce.claims import Finding
 from chaincor.workflows.reproduce.fits import (
     PowerLaw,
@@ -11,7 +12,7 @@ from chaincor.workflows.reproduce.fits import (
     limit_at_zero,
     parameter_errors,
 )
-from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.measurements import NoNumber, Point, column
 
 # One range for all that the paper fits at low speed, C and the slopes of figure 6, whose range it
 # does not say: the decade from the slowest speed of its figures on, 0.008 v*.
@@ -28,10 +29,9 @@ class Increase:
 
     points: list[Point]  #: Anharmonic, in the order of speed.
     baseline: Point  #: The harmonic chain.
-    #: v0/v*, the increase and its error bar.
-    speeds: np.ndarray
-    values: np.ndarray  #: See ``speeds``.
-    errors: np.ndarray  #: See ``speeds``.
+    speeds: Array  #: v0/v*.
+    values: Array  #: The increase.
+    errors: Array  #: Its error bar.
 
     @property
     def largest_relative_error(self) -> float:
@@ -62,7 +62,7 @@ class Increase:
         """Return the points of a range of speeds."""
         return [p for p in self.points if first <= p.speed <= last]
 
-    def local_powers(self) -> tuple[np.ndarray, np.ndarray]:
+    def local_powers(self) -> tuple[Array, Array]:
         """
         Return speeds half-way between neighbours, and the power between these.
 
@@ -95,7 +95,7 @@ class Increase:
         limit, error = self.limit_power(order)
         places, powers = self.local_powers()
         if not powers.size:
-            return Finding(limit, error, "one speed only")
+            raise NoNumber("one speed only")
         return Finding(
             limit,
             error,
@@ -111,17 +111,14 @@ class Increase:
 
         Contact times have no bar of their own: what the two engines differ by stands for it.
         """
-
-        def time(point: Point) -> tuple[float, float]:
-            times = [float(result["last_contact_time"]) for result in point.results]
-            return times[-1], abs(times[0] - times[-1])
-
-        zero, times = time(self.baseline), [time(p) for p in self.points]
-        return replace(
-            self,
-            values=zero[0] - np.array([t for t, _ in times]),
-            errors=np.array([zero[1] + bar for _, bar in times]),
+        both = np.array(
+            [
+                [point.answers[end].result["last_contact_time"] for end in (0, -1)]
+                for point in (self.baseline, *self.points)
+            ]
         )
+        bars, times = np.abs(both[:, 0] - both[:, 1]), both[:, 1]
+        return replace(self, values=times[0] - times[1:], errors=bars[0] + bars[1:])
 
 
 def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
@@ -139,18 +136,7 @@ def increase_of(points: list[Point], baseline: list[Point]) -> Increase | None:
     return Increase(
         points=points,
         baseline=zero,
-        speeds=np.array([p.speed for p in points]),
-        values=exact[0] - np.array([p.restitution for p in points]),
-        errors=exact[1] + np.array([p.error for p in points]),
+        speeds=column(points, "speed"),
+        values=exact[0] - column(points, "restitution"),
+        errors=exact[1] + column(points, "error"),
     )
-
-
-def lj_increases(measured: Measurements) -> dict[int, Increase]:
-    """Return the increase of lj chains for each length."""
-    found = {}
-    for n in sorted({p.particles for p in measured.points["slopes"]}):
-        chains = measured.select("slopes", "lj", particles=n)
-        increase = increase_of(chains, measured.select("slopes", "harmonic", particles=n))
-        if increase is not None:
-            found[n] = increase
-    return found

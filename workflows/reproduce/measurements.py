@@ -1,14 +1,30 @@
-"""Points: each by LAMMPS and in-house, with error bars, and whether the two agree."""
+"""From a plan to points: each by LAMMPS and in-house, with error bars, and whether they agree."""
 
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from chaincor.analysis.slow_chains.harmonic import collide_long_chains
 from chaincor.lammps_inputs.arrays import Array
-from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
+from chaincor.lammps_inputs.scene import DEFAULT_TOLERANCE, Scene
+from chaincor.workflows.accuracy.by_lammps import SHARPEST_LAMMPS
+from chaincor.workflows.accuracy.step_guess import sharpness
+from chaincor.workflows.campaign.into_store import collide_into_store
 from chaincor.workflows.engines.in_house.hard_sphere import SCHEME
 from chaincor.workflows.error_bar import error_alone
-from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.reproduce.plan import Plan, Study
+from chaincor.workflows.validation.comparison import SHARPER, judging_scene
+
+# The sum of two error bars up to which a comparison tells much, in units of the error asked.
+_SHARP = 10.0
+
+
+class NoNumber(Exception):
+    """The points that there are do not give a number; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -20,41 +36,12 @@ class Answer:
     failure: str | None = None  #: Why there is no result: name of the error and message.
 
 
-# The sum of two error bars up to which a comparison tells much, in units of the error asked.
-_SHARP = 10.0
+# Scenes in, answers out, in the same order.
+Runner = Callable[[Sequence[Scene]], Sequence[Answer]]
 
 
-class NoNumber(Exception):
-    """The points that there are do not give a number; the message says why."""
-
-
-@dataclass(frozen=True)
-class Study:
-    """Scenes that belong together."""
-
-    key: str  #: Name, such as ``curves``.
-    title: str  #: For the progress bar and the table of times.
-    scenes: tuple[Scene, ...]  #: Run by LAMMPS and in-house.
-    in_house: tuple[Scene, ...] = ()  #: Run in-house only: too long for LAMMPS in this plan.
-    #: Harmonic chains of 20 particles or more, by the echo of their free end.
-    echoed: tuple[Scene, ...] = ()
-
-    @property
-    def all_scenes(self) -> tuple[Scene, ...]:
-        """All of them, however run."""
-        return (*self.scenes, *self.in_house, *self.echoed)
-
-
-def harmonic_scene(
-    particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY
-) -> Scene:
-    """Return a harmonic chain's scene, the same for all studies: what is equal is run once."""
-    return Scene(potential="harmonic", particles=particles, velocity=velocity, tolerance=tolerance)
-
-
-def _bar(result: dict[str, Any]) -> float:
-    bar = result["restitution_error"]
-    return float("inf") if bar is None else float(bar)
+def _number(value: float | None, missing: float = float("nan")) -> float:
+    return missing if value is None else float(value)
 
 
 @dataclass(frozen=True)
@@ -78,8 +65,8 @@ class Point:
             return "lammps" if ours else "in-house" if other else None
         if ours["tolerance_met"] is not False:
             return "lammps"
-        better = other["tolerance_met"] or _bar(other) < _bar(ours)
-        return "in-house" if better else "lammps"
+        bars = [_number(result["restitution_error"], float("inf")) for result in (ours, other)]
+        return "in-house" if other["tolerance_met"] or bars[1] < bars[0] else "lammps"
 
     @property
     def engine_name(self) -> str:
@@ -98,23 +85,19 @@ class Point:
         return [a for a in (self.lammps, self.in_house) if a is not None and a.result]
 
     @property
-    def results(self) -> list[dict[str, Any]]:
-        """Their results."""
-        return [answer.result for answer in self.answers]
-
-    def _number(self, name: str) -> float:
-        value = self.answer.result.get(name)
-        return float("nan") if value is None else float(value)
-
-    @property
     def restitution(self) -> float:
         """The ratio of energies, eta; nan where there is no result."""
-        return self._number("restitution")
+        return _number(self.answer.result.get("restitution"))
 
     @property
     def dissipation(self) -> float:
         """What is lost, 1 - eta."""
         return 1.0 - self.restitution
+
+    @property
+    def scaled_dissipation(self) -> float:
+        """What is lost, times n^(2/3): constant where the law of long harmonic chains holds."""
+        return self.dissipation * self.particles ** (2.0 / 3.0)
 
     @property
     def error(self) -> float:
@@ -132,19 +115,15 @@ class Point:
         return self.answer.result.get("scheme") == SCHEME
 
     @property
-    def later_contact(self) -> float:
-        """By how much a contact after the last one seen could change eta; 0 if none can come."""
-        return float((self.answer.result.get("error_parts") or {}).get("ending") or 0.0)
-
-    @property
     def is_open(self) -> bool:
-        """Whether the error bar is mostly what a later contact could change."""
-        return self.later_contact > 0.5 * self.error
+        """Whether the error bar is mostly what a contact after the last one seen could change."""
+        later = (self.answer.result.get("error_parts") or {}).get("ending")
+        return (later or 0.0) > 0.5 * self.error
 
     @property
     def contacts(self) -> float:
         """How often particle 1 hit the wall."""
-        return self._number("contacts")
+        return _number(self.answer.result.get("contacts"))
 
     @property
     def contacts_per_particle(self) -> float:
@@ -159,23 +138,20 @@ class Point:
     @property
     def speed(self) -> float:
         """Impact speed in units of v*; nan for a harmonic chain."""
-        scale = self.scene.bond.natural_speed
         if self.scene.speed is not None:
             return self.scene.speed
-        return float("nan") if scale is None else self.scene.impact_velocity / scale
+        return self.scene.impact_velocity / _number(self.scene.bond.natural_speed)
 
     @property
     def difference(self) -> float | None:
         """LAMMPS less in-house; None where one of them has no result."""
-        results = self.results
-        if len(results) < 2:
-            return None
-        return float(results[0]["restitution"] - results[1]["restitution"])
+        both = [answer.result["restitution"] for answer in self.answers]
+        return float(both[0] - both[1]) if len(both) == 2 else None
 
     @property
     def summed_bars(self) -> float | None:
         """Sum of the two error bars; None where one is missing."""
-        bars = [result["restitution_error"] for result in self.results]
+        bars = [answer.result["restitution_error"] for answer in self.answers]
         return None if len(bars) < 2 or None in bars else float(sum(bars))
 
     @property
@@ -183,16 +159,19 @@ class Point:
         """Sum of the error that LAMMPS's runs tell by themselves and the in-house error bar."""
         if self.summed_bars is None:
             return None
-        return sum(
-            error_alone(result.get("details", {}), result["restitution_error"])
-            for result in self.results
-        )
+        results = [answer.result for answer in self.answers]
+        return sum(error_alone(r.get("details", {}), r["restitution_error"]) for r in results)
 
     @property
     def agrees(self) -> bool | None:
         """Whether the two are within these; None where they cannot be compared."""
         difference, allowed = self.difference, self.allowed_difference
         return None if difference is None or allowed is None else abs(difference) <= allowed
+
+
+def column(points: Iterable[Point], name: str) -> Array:
+    """Return an attribute of each point."""
+    return np.array([getattr(point, name) for point in points], dtype=float)
 
 
 @dataclass(frozen=True)
@@ -232,18 +211,83 @@ class Measurements:
             raise NoNumber(missing)
         return sorted(chosen, key=lambda point: (point.scene.impact_velocity, point.particles))
 
-    def seconds(self, study: str) -> dict[str, float]:
-        """Return the seconds of computing that a study took, for ``lammps`` and ``in_house``."""
-        return {
-            engine: sum(
-                answer.result["seconds_total"]
-                for answer in (getattr(point, engine) for point in self.points[study])
-                if answer is not None and answer.result
-            )
-            for engine in ("lammps", "in_house")
-        }
-
     def all_points(self) -> Iterable[Point]:
         """Return each different point once, in the order of the studies."""
         unique = {point.scene: point for points in self.points.values() for point in points}
         return unique.values()
+
+
+def measure(plan: Plan, planned: tuple[Study, ...], run: Runner) -> Measurements:
+    """Compute the points of a plan's studies, asking `run` once; a failed scene has no result."""
+    alter = plan.alter or (lambda scene: scene)
+    lammps: dict[Scene, Scene] = {}
+    in_house: dict[Scene, Scene] = {}
+    for study in planned:
+        for scene in study.scenes:
+            lammps[scene] = alter(scene)
+            in_house[scene] = _in_house_twin(alter(scene))
+        for scene in study.in_house:
+            in_house.setdefault(scene, alter(scene).replace(wall=None, engine="reference"))
+    wanted = list(dict.fromkeys([*lammps.values(), *in_house.values()]))
+    answers = dict(zip(wanted, run(wanted), strict=True))
+    echoed = by_echo([scene for study in planned for scene in study.echoed])
+
+    def point(scene: Scene) -> Point:
+        if scene not in in_house:
+            return Point(scene, None, echoed[scene])
+        by_lammps = answers[lammps[scene]] if scene in lammps else None
+        return Point(scene, by_lammps, answers[in_house[scene]])
+
+    points = {study.key: tuple(map(point, study.all_scenes)) for study in planned}
+    return Measurements(plan, planned, points)
+
+
+def _in_house_twin(scene: Scene) -> Scene:
+    """
+    Return the scene that cross-checks one of LAMMPS.
+
+    It asks for a tenth of the tolerance; for the tolerance itself where bonds are too sharp for
+    LAMMPS, so that this is the value shown.
+    """
+    share = 1.0 if sharpness(scene) > SHARPEST_LAMMPS else SHARPER
+    return judging_scene(scene, share * (scene.tolerance or DEFAULT_TOLERANCE))
+
+
+def by_echo(scenes: Sequence[Scene]) -> dict[Scene, Answer]:
+    """Collide long harmonic chains, which share the contacts before their first echo."""
+    by_length = {scene.particles: scene for scene in scenes}
+    started = time.process_time()
+    chains = list(collide_long_chains(by_length))
+    seconds = (time.process_time() - started) / max(len(chains), 1)
+    return {
+        by_length[chain.particles]: Answer(
+            {
+                "restitution": chain.restitution,
+                "restitution_error": chain.restitution_error,
+                "tolerance_met": True,
+                "contacts": chain.contacts,
+                "last_contact_time": chain.last_contact_time,
+                "scheme": "echo",
+                "seconds_total": seconds,
+                "versions": {},
+            }
+        )
+        for chain in chains
+    }
+
+
+def run_into_store(path: Path, workers: int, progress: bool = True) -> Runner:
+    """Return a runner that keeps every result, so that nothing finished is computed twice."""
+
+    def run(scenes: Sequence[Scene]) -> list[Answer]:
+        rows = collide_into_store(scenes, path, workers=workers, arrays=True, progress=progress)
+        return [
+            Answer(
+                row.result or {},
+                row.arrays,
+                None if row.failure is None else f"{row.failure.name}: {row.failure.message}",
+            )
+            for row in rows
+        ]
+
+    return run

@@ -1,5 +1,6 @@
-"""The paper as the report has it: which figures, claims, scenes and fits, in which order."""
+"""The paper as the report has it: its figures, claims, scenes, fits, and questions about it."""
 
+from collections.abc import Callable
 from typing import Any
 
 from chaincor.workflows.reproduce.claims import Claim, claims_of
@@ -13,7 +14,6 @@ from chaincor.workflows.reproduce.figures import (
     increase,
     lj_lengths,
     mode_spectra,
-    order,
     pair,
     restitution_curves,
     schematic,
@@ -22,13 +22,12 @@ from chaincor.workflows.reproduce.figures import (
     trajectories,
 )
 from chaincor.workflows.reproduce.free_flight import FreeFlight
-from chaincor.workflows.reproduce.measurements import Measurements, Study
-from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
+from chaincor.workflows.reproduce.plan import Plan, Study
 
 # In the order of the paper's text.
 CLAIMS: tuple[Claim, ...] = (
     *claims_of(trajectories),
-    *claims_of(order),
     *claims_of(harmonic_contacts),
     *claims_of(harmonic_lengths),
     *claims_of(restitution_curves),
@@ -44,10 +43,9 @@ def studies(plan: Plan) -> tuple[Study, ...]:
     """Return all studies of a plan; scenes that occur in several are computed once."""
     figures = (
         *(restitution_curves, harmonic_lengths, harmonic_contacts, lj_lengths, increase, slope),
-        *(pair, order, slow_chains),
+        *(pair, trajectories, slow_chains),
     )
-    studies = (figure.study(plan) for figure in figures)
-    return (*studies, harmonic_lengths.study_of_longest(plan))
+    return (*(figure.study(plan) for figure in figures), harmonic_lengths.study_of_longest(plan))
 
 
 def fits(measured: Measurements) -> list[dict[str, Any]]:
@@ -58,18 +56,74 @@ def fits(measured: Measurements) -> list[dict[str, Any]]:
 
 def figures(measured: Measurements, flights: tuple[FreeFlight, ...]) -> tuple[Figure, ...]:
     """Return all figures: those of the paper, in its order, and those beyond it."""
+    measured_ones = (
+        *(schematic, trajectories, harmonic_lengths, restitution_curves, lj_lengths, increase),
+        *(contacts_and_restitution, pair, slope, slow_chains),
+    )
     return (
-        schematic.figure(),
-        trajectories.figure(measured),
-        harmonic_lengths.figure(measured),
-        restitution_curves.figure(measured),
-        lj_lengths.figure(measured),
-        increase.figure(measured),
-        contacts_and_restitution.figure(measured),
-        pair.figure(measured),
-        slope.figure(measured),
-        slow_chains.figure(measured),
-        mode_spectra.figure(flights),
-        breaking_and_two_restitutions.figure(flights),
+        *(module.figure(measured) for module in measured_ones),
+        *(module.figure(flights) for module in (mode_spectra, breaking_and_two_restitutions)),
         agreement.figure(measured),
     )
+
+
+def _answer(find: Callable[[Measurements], str], measured: Measurements) -> str:
+    try:
+        return find(measured)
+    except NoNumber as reason:
+        return str(reason)
+
+
+def readings(measured: Measurements) -> dict[str, str]:
+    """Return how the paper was read, where it leaves that open: answers, by the question."""
+    chains = measured.select("harmonic_velocities", "harmonic")
+    harmonic_loss = f"{chains[0].dissipation:.4f}" if chains else "–"
+    return {
+        "Does v₀ in its figures mean v₀/v*?": _answer(restitution_curves.unit_of_speed, measured),
+        "What is the v of its formulas?": (
+            "In section II the speed at which particle 1 comes to the wall. In eqs. (16) to (20) "
+            "the tilde of v₀/v* is dropped soon: v ≪ 1, C v and v > 1 are in units of v*, and C is "
+            "(1 − η)/(v₀/v*). This report writes v₀/v* there."
+        ),
+        "In eqs. (18) and (20), is it 1 − η or its increase?": (
+            "The increase over the harmonic chain of the same length, as figure 6 plots it. They "
+            "are derived for n → ∞, where the harmonic chain loses nothing and both are the same; "
+            f"at n = {measured.plan.curve_particles} a slow chain loses {harmonic_loss} "
+            "for being harmonic alone."
+        ),
+        "How long are its chains?": (
+            f"It says 100 for figure 4 only. Figures 6 and 7 are computed here with "
+            f"n = {measured.plan.curve_particles} as well; for C = 0.66, which depends on the "
+            "length, with several."
+        ),
+        "What do the three middle speeds of figure 5 say?": lj_lengths.middle_speeds(measured),
+        "Which of its statements have no verdict?": (
+            "That Δt shortens with speed (its power is judged); that hard-core behaviour is the "
+            "cause of η → 1; that at high speed real bodies deform instead; those on other models "
+            "and experiments in section I (two are among the [slips](#slips))."
+        ),
+        "Were its figures compared point by point?": (
+            "No. This report knows the paper's text, formulas and captions; verdicts are on the "
+            "numbers and words in them. Our figures show the same quantities, for readers who "
+            "have the paper beside them."
+        ),
+        "Over which ranges did it fit?": (
+            "It does not say, neither for C = 0.66 nor for the slopes of figure 6. One decade is "
+            "taken for all of them, from 0.01 to 0.1 v*: its slowest speed is 0.008 v*, and its "
+            "text speaks of v ≪ 1. The halves of that decade, and going on to the "
+            "fastest speed computed, tell how much depends on it."
+        ),
+    }
+
+
+def beyond(measured: Measurements, flights: tuple[FreeFlight, ...]) -> dict[str, str]:
+    """Return what the measurements say on questions that the paper does not ask."""
+    return {
+        "Does dissipation vanish in long chains at some speed v₀ > 0?": _answer(
+            lj_lengths.long_chains, measured
+        ),
+        "What becomes of C in the limit n → ∞?": _answer(slow_chains.infinite_chain, measured),
+        "Where does the lost energy sit?": mode_spectra.lost_energy(flights),
+        "When do lj chains break?": breaking_and_two_restitutions.breaking(flights),
+        "Which restitution is meant?": restitution_curves.both_restitutions(measured),
+    }

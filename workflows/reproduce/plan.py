@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.scene import DEFAULT_HARMONIC_VELOCITY, Scene
 
 # The paper's five speeds of its figure of 1 - eta against n, in units of v*.
 PAPER_SIZE_SPEEDS = (0.780, 0.390, 0.160, 0.078, 0.008)
@@ -51,6 +51,30 @@ class Plan:
     pair_speeds: tuple[float, ...]  #: Speeds of the chain of two, for alpha.
     #: Changes every scene before it is run; for trying out whether the verdicts notice.
     alter: Callable[[Scene], Scene] | None = None
+
+
+@dataclass(frozen=True)
+class Study:
+    """Scenes that belong together."""
+
+    key: str  #: Name, such as ``curves``.
+    title: str  #: For the progress bar and the table of times.
+    scenes: tuple[Scene, ...]  #: Run by LAMMPS and in-house.
+    in_house: tuple[Scene, ...] = ()  #: Run in-house only: too long for LAMMPS in this plan.
+    #: Harmonic chains of 20 particles or more, by the echo of their free end.
+    echoed: tuple[Scene, ...] = ()
+
+    @property
+    def all_scenes(self) -> tuple[Scene, ...]:
+        """All of them, however run."""
+        return (*self.scenes, *self.in_house, *self.echoed)
+
+
+def harmonic_scene(
+    particles: int, tolerance: float, velocity: float = DEFAULT_HARMONIC_VELOCITY
+) -> Scene:
+    """Return a harmonic chain's scene, the same for all studies: what is equal is run once."""
+    return Scene(potential="harmonic", particles=particles, velocity=velocity, tolerance=tolerance)
 
 
 def _speeds(first: float, last: float, count: int, *more: float) -> tuple[float, ...]:

@@ -3,27 +3,30 @@
 import json
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from chaincor.analysis.atomic_write import write_whole
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.workflows.documents import DOCUMENTS
 from chaincor.workflows.json_output import finite, stamped
 from chaincor.workflows.pages.page import data_uri, page_environment
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce import paper
 from chaincor.workflows.reproduce.claims import ABOUT, ROUGHLY, Judgement, Verdict
-from chaincor.workflows.reproduce.drawing import Figure, point_record
+from chaincor.workflows.reproduce.drawing import Figure, point_records
 from chaincor.workflows.reproduce.figures.slow_chains import slopes_by_bond
 from chaincor.workflows.reproduce.free_flight import FreeFlight
-from chaincor.workflows.reproduce.measurements import Measurements
-from chaincor.workflows.reproduce.questions import beyond, readings
-from chaincor.workflows.reproduce.slips import read_slips
+from chaincor.workflows.reproduce.measurements import Measurements, Point
+from chaincor.workflows.reproduce.plan import Study
 from chaincor.workflows.reproduce.trust import examine_points
 
 # Folder of the figures and their data.
 DRAWINGS = "figures"
+# What the page of slips says of an entry that was suspected, and is right.
+RIGHT = "right as printed"
 _BOND_FORMULAS = {
     "lj": "U = (x^(−12) − 2 x^(−6) + 1)/72",
     "toda": "U = (e^(−bs) − 1)/b² + s/b, b = 10",
@@ -45,7 +48,7 @@ def gather(
 ) -> dict[str, Any]:
     """Judge the claims and gather what ``report.json`` holds; `seconds` are those of this run."""
     verdicts = [_verdict(claim.judge(claim.found(measured))) for claim in paper.CLAIMS]
-    count, slips = read_slips()
+    slip_count, slips = read_slips()
     settings = {name: value for name, value in asdict(measured.plan).items() if name != "alter"}
     return {
         "plan": measured.plan.name,
@@ -53,18 +56,18 @@ def gather(
         "settings": settings,
         "versions": _versions_of(measured),
         "verdicts": verdicts,
-        "curves": [point_record(p) for p in measured.points["curves"]],
+        "curves": point_records(measured.points["curves"]),
         "about": ABOUT,
         "roughly": ROUGHLY,
         "counts": {str(v): sum(x["verdict"] == v for x in verdicts) for v in Verdict},
         "health": examine_points(measured),
         "bonds": [_bond(name) for name in _BOND_FORMULAS],
         "fits": paper.fits(measured),
-        "readings": _answered(readings(measured)),
-        "beyond": _answered(beyond(measured, flights)),
+        "readings": _answered(paper.readings(measured)),
+        "beyond": _answered(paper.beyond(measured, flights)),
         "slopes": slopes_by_bond(measured),
-        "slips": [asdict(slip) for slip in slips],
-        "slip_count": count,
+        "slips": slips,
+        "slip_count": slip_count,
         "figures": [
             {
                 "key": f.key,
@@ -76,14 +79,7 @@ def gather(
             }
             for number, f in enumerate(figures, start=1)
         ],
-        "work": [
-            {
-                "study": study.title,
-                "points": len(study.all_scenes),
-                **measured.seconds(study.key),
-            }
-            for study in measured.studies
-        ],
+        "work": [_work(measured, study) for study in measured.studies],
         "dearest": _dearest(measured),
         "seconds": seconds,
         "seeds": "none: nothing here is random",
@@ -110,7 +106,7 @@ def _verdict(judgement: Judgement) -> dict[str, Any]:
         "is_trend": claim.margin.is_trend,
         "in_brief": _in_brief(judgement),
         "points": len(finding.points),
-        "unchecked": finding.unchecked,
+        "unchecked": sum(point.agrees is None for point in finding.points),
         "verdict": str(judgement.verdict),
         "reason": judgement.reason,
         "class": _CLASS[judgement.verdict],
@@ -152,16 +148,31 @@ def _in_brief(judgement: Judgement) -> str:
     return f"{number}, {100.0 * (finding.value / margin.paper - 1.0):+.2g} %".replace("-", "−")
 
 
-def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
-    """Return the runs that took longest, each with its share of all computing time."""
-    runs = [
+def _runs(points: Iterable[Point]) -> list[tuple[float, str, Point]]:
+    """Return the runs of points: seconds of computing, engine and point."""
+    return [
         (answer.result["seconds_total"], engine, point)
-        for point in measured.all_points()
+        for point in points
         for engine, answer in (("LAMMPS", point.lammps), ("in-house", point.in_house))
         if answer is not None and answer.result
     ]
+
+
+def _work(measured: Measurements, study: Study) -> dict[str, Any]:
+    """Return how many points a study has, and the seconds that each engine took for them."""
+    runs = _runs(measured.points[study.key])
+    return {
+        "study": study.title,
+        "points": len(study.all_scenes),
+        "lammps": sum(seconds for seconds, engine, _ in runs if engine == "LAMMPS"),
+        "in_house": sum(seconds for seconds, engine, _ in runs if engine == "in-house"),
+    }
+
+
+def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
+    """Return the runs that took longest, each with its share of all computing time."""
+    runs = _runs(measured.all_points())
     total = sum(seconds for seconds, _, _ in runs) or 1.0
-    longest = sorted(runs, key=lambda run: -run[0])[:count]
     return [
         {
             "engine": engine,
@@ -171,7 +182,7 @@ def _dearest(measured: Measurements, count: int = 8) -> list[dict[str, Any]]:
             "seconds": seconds,
             "share": seconds / total,
         }
-        for seconds, engine, point in longest
+        for seconds, engine, point in sorted(runs, key=lambda run: -run[0])[:count]
     ]
 
 
@@ -179,10 +190,37 @@ def _versions_of(measured: Measurements) -> dict[str, str]:
     """Return the versions that made the results: several where a store was carried on with."""
     found: dict[str, set[str]] = {}
     for point in measured.all_points():
-        for result in point.results:
-            for name, version in result["versions"].items():
+        for answer in point.answers:
+            for name, version in answer.result["versions"].items():
                 found.setdefault(name, set()).add(version)
     return {name: " and ".join(sorted(versions)) for name, versions in found.items()}
+
+
+def read_slips() -> tuple[str, list[dict[str, str]]]:
+    """
+    Read the paper's slips from the page ``paper_slips.md``, which their tests write.
+
+    Returns how many there are, in a sentence, and the slips in the paper's order: the place in the
+    paper, what it prints, what is correct (empty where the print is right), ``slip`` or what else
+    the entry is, what follows from it (a dash for entries that are none) and the check.
+    """
+    page = (DOCUMENTS / "paper_slips.md").read_text(encoding="utf-8")
+    head, *entries = re.split(r"\n## \d+\. ", page)
+    return head.strip().rpartition("\n")[2].removesuffix("."), [_slip(entry) for entry in entries]
+
+
+def _slip(entry: str) -> dict[str, str]:
+    where, *lines = entry.splitlines()
+    said = dict(line[2:].split(": ", 1) for line in lines if line.startswith("- "))
+    kind = said.get("Kind", "slip")
+    return {
+        "where": where,
+        "printed": said["Printed"],
+        "correct": "" if kind == RIGHT else said["Correct"],
+        "kind": kind,
+        "matters": said.get("Matters", "–"),
+        "evidence": said["Evidence"],
+    }
 
 
 def write_figures(folder: Path, figures: tuple[Figure, ...]) -> dict[str, str]:

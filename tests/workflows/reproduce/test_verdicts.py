@@ -7,8 +7,7 @@ import pytest
 from chaincor.lammps_inputs.bonds.user_bond import UserBond
 from chaincor.workflows.campaign.work import collide_scenes
 from chaincor.workflows.reproduce.claims import Verdict
-from chaincor.workflows.reproduce.measurements import Answer
-from chaincor.workflows.reproduce.measuring import measure
+from chaincor.workflows.reproduce.measurements import Answer, measure
 from chaincor.workflows.reproduce.paper import CLAIMS, studies
 from chaincor.workflows.reproduce.plan import QUICK
 from chaincor.workflows.reproduce.trust import examine_points

@@ -1,9 +1,11 @@
 """LAMMPS against the in-house engine, point by point, beside what LAMMPS alone tells."""
 
+from typing import Any
+
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
-from chaincor.workflows.reproduce.drawing import Canvas, Figure, point_record
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
+from chaincor.workflows.reproduce.drawing import Axes, Figure, point_records
 from chaincor.workflows.reproduce.measurements import Measurements
 
 _FLOOR = 1e-14
@@ -19,6 +21,25 @@ def figure(measured: Measurements) -> Figure:
     found = np.abs([p.difference or 0.0 for p in points])
     allowed = np.array([p.allowed_difference or 0.0 for p in points])
     worst = max(found / allowed, default=float("nan"))
+
+    def draw(ax: Axes) -> None:
+        agree = found <= allowed
+        for chosen, color, label in ((agree, BLUE, "agree"), (~agree, VERMILION, "differ")):
+            if np.any(chosen):
+                looks: dict[str, Any] = {
+                    "markersize": 3.2,
+                    "color": color,
+                    "label": label,
+                    "alpha": 0.8,
+                }
+                ax.plot(allowed[chosen], np.maximum(found[chosen], _FLOOR), "o", **looks)
+        if allowed.size:
+            line = np.array([allowed.min(), allowed.max()])
+            ax.plot(line, line, color=BLACK, linewidth=0.9)
+        ax.set(xscale="log", yscale="log", ylabel=r"$|\eta_{\rm LAMMPS}-\eta_{\rm in-house}|$")
+        ax.set_xlabel("what LAMMPS's own runs leave open, and the in-house bar")
+        ax.legend(loc="upper left")
+
     return Figure(
         key="agreement",
         title="LAMMPS against the in-house engine",
@@ -30,30 +51,11 @@ def figure(measured: Measurements) -> Figure:
             "the line they agree. LAMMPS's error bar is shorter, and has no part in this: it holds "
             "the distance to an in-house run ([how far to trust this](#trust))."
         ),
-        records=[point_record(p) for p in measured.all_points()],
-        draw=lambda: _draw(found, allowed),
         alt=(
             "Nearly all differences are a hundredth to a ten-thousandth of what LAMMPS's own runs "
             "differ by, which is between 1e-9 and 1e-2."
         ),
+        draw=draw,
+        records=point_records(list(measured.all_points())),
+        size=(6.4, 4.0),
     )
-
-
-def _draw(found: np.ndarray, allowed: np.ndarray) -> Canvas:
-    canvas, ax = new_figure(figsize=(6.4, 4.0))
-    for chosen, color, label in (
-        (found <= allowed, BLUE, "agree"),
-        (found > allowed, VERMILION, "differ"),
-    ):
-        if np.any(chosen):
-            y = np.maximum(found[chosen], _FLOOR)
-            ax.plot(allowed[chosen], y, "o", markersize=3.2, color=color, label=label, alpha=0.8)
-    if allowed.size:
-        line = np.array([allowed.min(), allowed.max()])
-        ax.plot(line, line, color=BLACK, linewidth=0.9)
-    ax.set(
-        xscale="log", yscale="log", xlabel="what LAMMPS's own runs leave open, and the in-house bar"
-    )
-    ax.set_ylabel(r"$|\eta_{\rm LAMMPS}-\eta_{\rm in-house}|$")
-    ax.legend(loc="upper left")
-    return canvas

@@ -1,11 +1,12 @@
 """Beyond the paper: chains that break, and the two coefficients of restitution."""
 
+from functools import partial
 from itertools import groupby
 
 import numpy as np
 
-from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS, new_figure
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Canvas, Figure
+from chaincor.analysis.figures.style import CYCLE, GREEN, GREY, MARKERS
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure
 from chaincor.workflows.reproduce.free_flight import LAST, MOMENTS, FreeFlight
 
 
@@ -28,6 +29,11 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             "there the count is undetermined. Bottom: e = √η, the ratio of speeds that others call "
             "the coefficient of restitution, beside the paper's η."
         ),
+        alt=(
+            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
+            "their number grows with time and is least certain near 1.5 v*."
+        ),
+        draw=partial(_draw, flights),
         records=[
             {
                 "speed": f.point.speed,
@@ -40,11 +46,8 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             for f in flights
             for time in f.times
         ],
-        draw=lambda: _draw(flights),
-        alt=(
-            "Chains between 0.75 and 7.5 v* are in pieces after 40 crossings, up to 8 at 1.5 v*; "
-            "their number grows with time and is least certain near 1.5 v*."
-        ),
+        size=(6.4, 8.4),
+        panels=(1.0, 1.0, 1.0),
     )
 
 
@@ -108,10 +111,9 @@ def _when(moment: float) -> str:
     return f"after {moment:g} crossing{'s' if moment != 1.0 else ''}"
 
 
-def _draw(flights: tuple[FreeFlight, ...]) -> Canvas:
-    canvas, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 8.4))
+def _draw(flights: tuple[FreeFlight, ...], above: Axes, middle: Axes, below: Axes) -> None:
     if not flights:
-        return canvas
+        return
     speeds = [f.point.speed for f in flights]
     for moment, color, marker in zip(MOMENTS, CYCLE, MARKERS, strict=False):
         fewest, most = np.array([f.pieces_at(moment) for f in flights]).T
@@ -120,17 +122,16 @@ def _draw(flights: tuple[FreeFlight, ...]) -> Canvas:
     above.legend(loc="upper left", fontsize=8)
     above.set(xscale="log", xlabel=IMPACT_SPEED, ylabel="pieces")
     above.set_ylim(bottom=0.0)
-    above.yaxis.get_major_locator().set_params(integer=True)
-    _draw_times(canvas, middle, flights)
+    above.locator_params("y", integer=True)
+    _draw_times(middle, flights)
     eta = [f.point.restitution for f in flights]
     below.plot(speeds, [x**0.5 for x in eta], "s-", color=GREEN, linewidth=0.9, label="$e$")
     below.plot(speeds, eta, color=GREY, linewidth=0.9, label=r"$\eta$")
     below.legend(loc="lower right", fontsize=8)
     below.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution")
-    return canvas
 
 
-def _draw_times(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
+def _draw_times(ax: Axes, flights: tuple[FreeFlight, ...]) -> None:
     """Draw the larger count as a colour over speed and time, and dots where it is not sure."""
     from matplotlib.colors import BoundaryNorm
 
@@ -154,5 +155,5 @@ def _draw_times(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> No
     ax.grid(False)
     ax.set(xscale="log", yscale="log", xlabel=IMPACT_SPEED)
     ax.set_ylabel("time after the last\ncontact / crossing")
-    bar = canvas.colorbar(mesh, ax=ax, label="pieces")
+    bar = ax.figure.colorbar(mesh, ax=ax, label="pieces")
     bar.set_ticks((0.5 * (levels[1:] + levels[:-1])).astype(int).tolist())

@@ -1,15 +1,18 @@
 """Contacts and restitution against speed (NH figure 7), and the limit of hard spheres."""
 
+from fractions import Fraction
+from typing import Any
+
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION, new_figure
+from chaincor.analysis.figures.style import BLACK, BLUE, VERMILION
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
-    Canvas,
+    Axes,
     Figure,
     draw_points,
-    point_record,
+    point_records,
 )
 from chaincor.workflows.reproduce.figures.restitution_curves import (
     FALL,
@@ -17,8 +20,7 @@ from chaincor.workflows.reproduce.figures.restitution_curves import (
     describe_bars,
     describe_open,
 )
-from chaincor.workflows.reproduce.hard_spheres import HardSphereRun, run_hard_spheres
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
 
 _KEY = "contacts_and_restitution"
 _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
@@ -26,18 +28,65 @@ _RISE = (0.16, "0.16, by which f(n)/n of lj chains rises (here)")
 _AROUND_SCALE = (0.9, 1.1)
 
 
-def _hard_spheres_run(measured: Measurements) -> tuple[HardSphereRun, str]:
-    run = run_hard_spheres(measured.plan.curve_particles)
-    return run, (
-        f"exact event-driven run in rational numbers, n = {run.particles}: {run.contacts} "
-        f"contacts, {run.exchanges} exchanges, energy of vibration {run.vibration}"
+def run_hard_spheres(
+    particles: int, gap: Fraction = Fraction(1, 7)
+) -> tuple[list[Fraction], int, int]:
+    """
+    Follow hard spheres from event to event until none can come, in exact arithmetic.
+
+    Spheres of diameter 1 - gap start at distance 1 from one another with velocity -1, the first
+    one at the wall. Between events everything flies freely; at an event two neighbours exchange
+    their velocities, or sphere 1 reverses its own. Positions, velocities and times are rational,
+    so nothing is rounded.
+
+    Returns the velocities in the end, the number of contacts with the wall, and that of exchanges.
+    """
+    # Shrunk to points: position i less i diameters.
+    positions = [gap * i for i in range(particles)]
+    velocities = [Fraction(-1)] * particles
+    contacts = exchanges = 0
+    while True:
+        # Event i is between i - 1 and i; event 0 is the wall.
+        waits = {}
+        if velocities[0] < 0:
+            waits[0] = -positions[0] / velocities[0]
+        for i in range(1, particles):
+            closing = velocities[i - 1] - velocities[i]
+            if closing > 0:
+                waits[i] = (positions[i] - positions[i - 1]) / closing
+        if not waits:
+            return velocities, contacts, exchanges
+        wait = min(waits.values())
+        positions = [x + v * wait for x, v in zip(positions, velocities, strict=True)]
+        for event in (i for i, due in waits.items() if due == wait):
+            if event == 0:
+                velocities[0] = -velocities[0]
+                contacts += 1
+            else:
+                velocities[event - 1 : event + 1] = velocities[event - 1 : event + 1][::-1]
+                exchanges += 1
+
+
+def _hard_spheres_run(measured: Measurements) -> tuple[Fraction, Fraction, str]:
+    """Return eta and f/n of hard spheres, and how they were found."""
+    n = measured.plan.curve_particles
+    velocities, contacts, exchanges = run_hard_spheres(n)
+    mean = sum(velocities, Fraction(0)) / n
+    vibration = sum(((v - mean) ** 2 for v in velocities), Fraction(0)) / 2
+    return (
+        mean * mean,
+        Fraction(contacts, n),
+        (
+            f"exact event-driven run in rational numbers, n = {n}: {contacts} "
+            f"contacts, {exchanges} exchanges, energy of vibration {vibration}"
+        ),
     )
 
 
 @claim("section III", "hard spheres: η = 1 exactly", exact(1.0), "hard spheres lose nothing")
 def _hard_spheres(measured: Measurements) -> Finding:
-    run, text = _hard_spheres_run(measured)
-    return Finding(float(run.restitution), 0.0, text)
+    eta, _, text = _hard_spheres_run(measured)
+    return Finding(float(eta), 0.0, text)
 
 
 @claim(
@@ -48,8 +97,8 @@ def _hard_spheres(measured: Measurements) -> Finding:
     key="hard-sphere contacts",
 )
 def _hard_sphere_contacts(measured: Measurements) -> Finding:
-    run, text = _hard_spheres_run(measured)
-    return Finding(run.contacts / run.particles, 0.0, text)
+    _, share, text = _hard_spheres_run(measured)
+    return Finding(float(share), 0.0, text)
 
 
 @claim(
@@ -66,12 +115,12 @@ def _rise_of_both(measured: Measurements) -> Finding:
     if not below or not above:
         raise NoNumber("no points on both sides of v*")
     slow, fast = below[-1], above[0]
-    share = [p.contacts_per_particle for p in points]
+    share = column(points, "contacts_per_particle")
     rising = (
         fast.contacts > slow.contacts,
         fast.restitution - slow.restitution > fast.error + slow.error,
     )
-    lowest, low = min(share), int(np.argmin([p.restitution for p in points]))
+    lowest, low = float(min(share)), int(np.argmin(column(points, "restitution")))
     onset = next(p.speed for p in points[::-1] if p.contacts_per_particle == lowest)
     full = [p.speed for p in points if p.contacts == p.particles]
     return Finding(
@@ -128,6 +177,17 @@ def figure(measured: Measurements) -> Figure:
     """Return f(n)/n and eta of the lj chain against speed, on the paper's one axis."""
     points = measured.select("curves", "lj")
     full = min((p.speed for p in points if p.contacts == p.particles), default=float("nan"))
+
+    def draw(ax: Axes) -> None:
+        label = r"restitution $\eta$"
+        draw_points(ax, points, "speed", "restitution", color=BLUE, label=label, line=True)
+        label = r"contacts per particle $f(n)/n$"
+        looks: dict[str, Any] = {"color": VERMILION, "marker": "s", "label": label}
+        draw_points(ax, points, "speed", "contacts_per_particle", errors=0.0, **looks)
+        ax.axhline(1.0, color=BLACK, linewidth=0.6)
+        ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"$\eta$ and $f(n)/n$")
+        ax.legend(loc="lower left")
+
     return Figure(
         key=_KEY,
         title="Contacts per particle and restitution against speed",
@@ -137,23 +197,10 @@ def figure(measured: Measurements) -> Figure:
             f"{full:.3g} v*; η rises with it, and goes on rising. Error bars of η are smaller than "
             f"the symbols{describe_bars(points)}; f is a whole number."
         ),
-        records=[point_record(p) for p in points],
-        draw=lambda: _draw(points),
         alt=(
             "f/n falls from 0.87 to 0.84 and rises from 0.7 v* on to 1 at 1.8 v*; η has its "
             "minimum at 0.82 v*, rises steeply from 1.1 to 3 v*, and ends near 1."
         ),
+        draw=draw,
+        records=point_records(points),
     )
-
-
-def _draw(points: list[Point]) -> Canvas:
-    canvas, ax = new_figure(figsize=(6.4, 3.9))
-    u, eta = [p.speed for p in points], [p.restitution for p in points]
-    draw_points(ax, points, u, eta, color=BLUE, label=r"restitution $\eta$", line=True)
-    share, none = [p.contacts_per_particle for p in points], [0.0] * len(points)
-    label = r"contacts per particle $f(n)/n$"
-    draw_points(ax, points, u, share, color=VERMILION, marker="s", label=label, errors=none)
-    ax.axhline(1.0, color=BLACK, linewidth=0.6)
-    ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"$\eta$ and $f(n)/n$")
-    ax.legend(loc="lower left")
-    return canvas

@@ -7,28 +7,13 @@ import numpy as np
 
 from chaincor.analysis.contacts import contact_statistics
 from chaincor.analysis.theory import basile_dumont_energies
-from chaincor.workflows.reproduce.claims import (
-    Claim,
-    Finding,
-    Margin,
-    claim,
-    digits,
-    exact,
-    words,
-)
-from chaincor.workflows.reproduce.measurements import (
-    Answer,
-    Measurements,
-    NoNumber,
-    Point,
-    Study,
-    harmonic_scene,
-)
-from chaincor.workflows.reproduce.plan import Plan
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.workflows.reproduce.claims import Claim, Finding, Margin, claim, digits, exact, words
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point, column
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
 
 # The paper's numbers in brackets are from a chain of this length.
 PAPER_CHAIN = 500
-_THEIR_MEAN = (1.0, "their mean")
 
 
 def study(plan: Plan) -> Study:
@@ -41,18 +26,16 @@ def study(plan: Plan) -> Study:
     )
 
 
-def _velocities(measured: Measurements) -> tuple[list[Point], list[Point], str]:
-    """Return all points, LAMMPS's, and what they are."""
+def _by_lammps(measured: Measurements) -> tuple[list[Point], str]:
+    """Return LAMMPS's chains at many velocities, and what they are."""
     points = measured.select("harmonic_velocities", "harmonic")
     ours = [p for p in points if p.source == "lammps"]
     if len(ours) < 2:
         raise NoNumber("fewer than two velocities")
     velocities = [p.scene.impact_velocity for p in ours]
-    return (
-        points,
-        ours,
+    return ours, (
         f"between {len(ours)} velocities from {min(velocities):g} to {max(velocities):g} speeds of "
-        f"sound, n = {ours[0].particles}, LAMMPS",
+        f"sound, n = {ours[0].particles}, LAMMPS"
     )
 
 
@@ -63,12 +46,12 @@ def _velocities(measured: Measurements) -> tuple[list[Point], list[Point], str]:
     "harmonic η does not depend on v₀",
 )
 def _independence_of_v0(measured: Measurements) -> Finding:
-    points, ours, where = _velocities(measured)
+    ours, where = _by_lammps(measured)
     return Finding(
-        float(np.ptp([p.restitution for p in ours])),
+        float(np.ptp(column(ours, "restitution"))),
         2.0 * max(p.error for p in ours),
         f"largest difference of η {where}",
-        points,
+        measured.select("harmonic_velocities", "harmonic"),
     )
 
 
@@ -79,7 +62,7 @@ def _independence_of_v0(measured: Measurements) -> Finding:
     "its contact time does not either",
 )
 def _independence_of_contact_time(measured: Measurements) -> Finding:
-    def contact_time(point: Point, answer: Answer) -> np.ndarray:
+    def contact_time(point: Point, answer: Answer) -> Array:
         return np.array([answer.result["last_contact_time"] / (point.particles - 1.0)])
 
     return compare_velocities(measured, contact_time, "t_c/τ")
@@ -92,40 +75,22 @@ def _independence_of_contact_time(measured: Measurements) -> Finding:
     "nor its shares of the modes",
 )
 def _independence_of_modes(measured: Measurements) -> Finding:
-    def shares(point: Point, answer: Answer) -> np.ndarray:
+    def shares(point: Point, answer: Answer) -> Array:
         energy = 0.5 * point.particles * point.scene.impact_velocity**2
-        return np.asarray(answer.arrays["mode_energies"])[1:] / energy
+        return answer.arrays["mode_energies"][1:] / energy
 
     return compare_velocities(measured, shares, "E_j/E of any mode")
 
 
 def compare_velocities(
-    measured: Measurements, quantity: Callable[[Point, Answer], np.ndarray], name: str
+    measured: Measurements, quantity: Callable[[Point, Answer], Array], name: str
 ) -> Finding:
     """
-    Compare one chain at many velocities.
+    Return the largest difference of what should be the same for one chain at all velocities.
 
-    Parameters
-    ----------
-    measured : Measurements
-        With the study of this module.
-    quantity : callable
-        Of a point and an answer, what should be the same; without an error bar of its own: the
-        engines' difference stands for it.
-    name : str
-        What it is.
-
-    Returns
-    -------
-    Finding
-        The largest difference.
-
-    Raises
-    ------
-    NoNumber
-        If fewer than two velocities have both engines' answers.
+    It has no error bar of its own: the engines' difference stands for it.
     """
-    _, ours, where = _velocities(measured)
+    ours, where = _by_lammps(measured)
     both = [[quantity(p, a) for a in p.answers] for p in ours if len(p.answers) == 2]
     if len(both) < 2:
         raise NoNumber("no in-house result to compare with")
@@ -138,20 +103,24 @@ def compare_velocities(
     )
 
 
+def paper_chain(measured: Measurements) -> Point:
+    """Return the chain that the paper's numbers in brackets are from; NoNumber without a result."""
+    missing = f"no result at n = {PAPER_CHAIN}"
+    return measured.select("harmonic_sizes", "harmonic", 1, missing, particles=PAPER_CHAIN)[0]
+
+
 def _contacts(point: Point, answer: Answer) -> dict[str, float]:
     """Return what is asked of the contacts of a chain, in units of 1/omega and v0."""
-    arrays, velocity = answer.arrays, point.scene.impact_velocity
-    numbers = contact_statistics(
-        arrays["contact_times"], arrays["contact_speeds"], point.particles, velocity
-    )
+    n, velocity = point.particles, point.scene.impact_velocity
+    times, coming = answer.arrays["contact_times"], answer.arrays["contact_speeds"]
+    numbers = contact_statistics(times, coming, n, velocity)
     assert numbers.mean_interval is not None
     assert numbers.median_interval is not None
     assert numbers.mean_speed is not None
-    intervals = np.diff(arrays["contact_times"])
-    speeds = np.asarray(arrays["contact_speeds"]) / velocity
+    intervals, speeds = np.diff(times), coming / velocity
     return {
-        "count": float(numbers.count),
-        "intervals": float(intervals.size),
+        "count": numbers.count,
+        "intervals": intervals.size,
         "share": numbers.per_particle,
         "interval": numbers.mean_interval,
         "median": numbers.median_interval,
@@ -162,39 +131,34 @@ def _contacts(point: Point, answer: Answer) -> dict[str, float]:
         "last_speed": float(speeds[-1]),
         "long": float(np.sum(intervals > np.pi)),
         "frequency": float(2.0 * np.pi / np.mean(intervals)),
-        "highest": float(2.0 * np.sin(0.5 * np.pi * (point.particles - 1) / point.particles)),
+        "highest": float(2.0 * np.sin(0.5 * np.pi * (n - 1) / n)),
     }
 
 
-def paper_chain(measured: Measurements) -> Point:
-    """Return the chain that the paper's numbers in brackets are from; NoNumber without a result."""
-    missing = f"no result at n = {PAPER_CHAIN}"
-    wanted = {"particles": PAPER_CHAIN}
-    return measured.select("harmonic_sizes", "harmonic", 1, missing, **wanted)[0]
-
-
-def _of_paper_chain(measured: Measurements, name: str, text: str) -> Finding:
-    """Return a number of the paper's chain; contacts have no bar: the engines' difference is it."""
-    point = paper_chain(measured)
-    ours = _contacts(point, point.answer)
-    both = [_contacts(point, answer)[name] for answer in point.answers]
-    where = f"n = {PAPER_CHAIN}, {point.engine_name}"
-    # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
-    momentum = (1.0 + point.restitution**0.5) / (2.0 * ours["share"])
-    return Finding(
-        ours[name],
-        abs(both[0] - both[1]) if len(both) == 2 else np.nan,
-        text.format(**ours, where=where, momentum=momentum, printed=0.867 * PAPER_CHAIN),
-        [point],
-    )
-
-
 def number_of_paper_chain(
-    name: str, found: str, where: str, text: str, margin: Margin, brief: str, key: str, **more: Any
+    name: str, found: str, where: str, text: str, margin: Margin, brief: str, **more: Any
 ) -> Claim:
-    """Return a claim on one number of the paper's chain; `found` says how it was found."""
-    made = claim(where, text, margin, brief, key=key, **more)
-    return made(lambda measured: _of_paper_chain(measured, name, found))
+    """
+    Return a claim on one number of the paper's chain; `found` says how it was found.
+
+    Contacts have no error bar: the engines' difference stands for it.
+    """
+
+    def find(measured: Measurements) -> Finding:
+        point = paper_chain(measured)
+        ours = _contacts(point, point.answer)
+        both = [_contacts(point, answer)[name] for answer in point.answers]
+        where = f"n = {PAPER_CHAIN}, {point.engine_name}"
+        # By momentum alone: what comes and goes is n v0 (1 + e), a contact gives 2 v.
+        momentum = (1.0 + point.restitution**0.5) / (2.0 * ours["share"])
+        return Finding(
+            ours[name],
+            abs(both[0] - both[1]) if len(both) == 2 else np.nan,
+            found.format(**ours, where=where, momentum=momentum, printed=0.867 * PAPER_CHAIN),
+            [point],
+        )
+
+    return claim(where, text, margin, brief, **more)(find)
 
 
 _constant_intervals, _constant_speeds = (
@@ -204,9 +168,9 @@ _constant_intervals, _constant_speeds = (
         f"engines differ by; the last is {{last_{one}:.2f}}{unit}",
         "section II, before eq. (7)",
         f"{symbol} constant in good approximation: deviation 0",
-        words(0.0, *_THEIR_MEAN),
+        words(0.0, 1.0, "their mean"),
         f"constant {words_for_it}",
-        f"constant {what}",
+        key=f"constant {what}",
     )
     for what, counted, words_for_it, one, unit, symbol in (
         ("intervals", "intervals", "intervals", "interval", "", "Δt"),
@@ -250,7 +214,7 @@ _interval = number_of_paper_chain(
     "Δt = 2.31/ω at n = 500",
     digits("2.31"),
     "Δt = 2.31/ω",
-    "interval",
+    key="interval",
     correction="the mean interval is {value:.3f}",
 )
 
@@ -277,7 +241,7 @@ _contacts_per_particle = number_of_paper_chain(
     "f(n)/n = 0.867 at n = 500",
     digits("0.867"),
     "f(n)/n = 0.867",
-    "contacts per particle",
+    key="contacts per particle",
     correction="there are a few more contacts: {value:.3f}",
 )
 
@@ -303,7 +267,7 @@ _incoming_speed = number_of_paper_chain(
     "v = 1.15 v₀ at n = 500",
     digits("1.15"),
     "v = 1.15 v₀",
-    "incoming speed",
+    key="incoming speed",
 )
 
 

@@ -1,23 +1,18 @@
 """The increase of dissipation with speed for bonds of order 3, 4 and 5 (NH figure 6, eq. 20)."""
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import CYCLE, MARKERS, new_figure
+from chaincor.analysis.figures.style import CYCLE, MARKERS
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import Claim, Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
 from chaincor.workflows.reproduce.fits import fit_rows
 from chaincor.workflows.reproduce.low_speed import FIT_RANGE, Increase, increase_of
-from chaincor.workflows.reproduce.measurements import (
-    Measurements,
-    NoNumber,
-    Study,
-    harmonic_scene,
-)
-from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
+from chaincor.workflows.reproduce.plan import PAPER_ORDERS, Plan, Study, harmonic_scene
 
 _KEY = "increase"
 # The slopes that the paper prints in figure 6, by the order r of the lowest anharmonic term.
@@ -61,81 +56,81 @@ def fits(measured: Measurements) -> list[dict[str, Any]]:
     ]
 
 
-def _for_order(
-    order: int, find: Callable[[Increase, int], Finding]
-) -> Callable[[Measurements], Finding]:
-    def found(measured: Measurements) -> Finding:
-        increase = increases(measured).get(order)
-        if increase is None:
-            raise NoNumber("no points")
-        return find(increase, order)
-
-    return found
-
-
-def _shortening(increase: Increase, order: int) -> Finding:
-    return increase.of_contact_times().limit_finding(
-        order,
-        f"what t_c of U = s²/2 + c s^{order}, n = {increase.baseline.particles}, is shorter by "
-        "than that of the harmonic chain,",
-    )
+def _increase(measured: Measurements, order: int) -> Increase:
+    found = increases(measured)
+    if order not in found:
+        raise NoNumber("no points")
+    return found[order]
 
 
 def _contact_time(order: int) -> Claim:
-    return claim(
+    @claim(
         "before eq. (20)",
         f"contact time shortens as v₀^(r−2), r = {order}",
         words(order - 2.0),
         f"contact time shortens as v₀^(r−2), r = {order}",
         key=f"contact time r = {order}",
-    )(_for_order(order, _shortening))
+    )
+    def power(measured: Measurements) -> Finding:
+        increase = _increase(measured, order)
+        return increase.of_contact_times().limit_finding(
+            order,
+            f"what t_c of U = s²/2 + c s^{order}, n = {increase.baseline.particles}, is shorter by "
+            "than that of the harmonic chain,",
+        )
+
+    return power
 
 
 def _power(order: int) -> Claim:
-    return claim(
+    @claim(
         "eq. (20)",
         f"increase ∝ (v₀/v*)^(r−2), r = {order}, agrees at low speed",
         words(order - 2.0),
         f"dissipation grows as v₀^(r−2), r = {order}",
         key=f"power r = {order}",
         figure=_KEY,
-    )(_for_order(order, Increase.limit_finding))
+    )
+    def power(measured: Measurements) -> Finding:
+        return _increase(measured, order).limit_finding(order)
+
+    return power
 
 
 def _printed_power(order: int) -> Claim:
-    slope = _PAPER_SLOPES[order]
-    return claim(
+    @claim(
         "figure 6",
-        f"fitted slope {slope} for r = {order}",
-        digits(slope),
-        f"slope {slope} of figure 6",
+        f"fitted slope {_PAPER_SLOPES[order]} for r = {order}",
+        digits(_PAPER_SLOPES[order]),
+        f"slope {_PAPER_SLOPES[order]} of figure 6",
         key=f"printed power r = {order}",
         correction="{value:.2f} from 0.01 to 0.1 v*",
         unsaid="over which range of speeds",
         figure=_KEY,
-    )(_for_order(order, _fitted_slope))
-
-
-def _fitted_slope(increase: Increase, _order: int) -> Finding:
-    fit, *others = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
-    within = increase.within(*FIT_RANGE)
-    contacts = sorted({int(p.contacts) for p in within})
-    kinks = (
-        f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, the "
-        "increase has a kink, and no power is the right one"
-        if len(contacts) > 1
-        else ""
     )
-    return Finding(
-        fit.exponent,
-        fit.exponent_error,
-        f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all low-"
-        "speed fits here; over its halves and carried on "
-        + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
-        + f".{kinks}",
-        within,
-        (min(f.exponent for f in fits), max(f.exponent for f in fits)) if others else None,
-    )
+    def slope(measured: Measurements) -> Finding:
+        increase = _increase(measured, order)
+        fit, *others = fits = increase.fits() or [increase.fit(*FIT_RANGE)]
+        within = increase.within(*FIT_RANGE)
+        contacts = sorted({int(p.contacts) for p in within})
+        kinks = (
+            f" Where the number of contacts changes, from {contacts[-1]} down to {contacts[0]}, "
+            "the increase has a kink, and no power is the right one"
+            if len(contacts) > 1
+            else ""
+        )
+        return Finding(
+            fit.exponent,
+            fit.exponent_error,
+            f"fit to {fit.points} points, {fit.first:.3g} to {fit.last:.3g} v*, the range of all "
+            "low-speed fits here; over its halves and carried on "
+            + ", ".join(f"{o.exponent:.2f} ({o.first:.2g} to {o.last:.2g} v*)" for o in others)
+            + f".{kinks}",
+            within,
+            (min(f.exponent for f in fits), max(f.exponent for f in fits)) if others else None,
+        )
+
+    return slope
 
 
 CLAIMS = tuple(make(r) for make in (_contact_time, _power, _printed_power) for r in PAPER_ORDERS)
@@ -163,12 +158,15 @@ def figure(measured: Measurements) -> Figure:
             "The largest error "
             f"bar is {100 * worst:.2g} % of the increase it belongs to."
         ),
-        records=increase_records(found, "power_order"),
-        draw=lambda: _draw(found),
         alt=(
             "Three nearly straight lines of slopes near 1, 2 and 3; below, their local powers "
             "begin at 1, 2 and 3 and leave them above 0.02 to 0.1 v*."
         ),
+        draw=partial(_draw, found),
+        records=increase_records(found, "power_order"),
+        size=(6.4, 6.0),
+        panels=(1.6, 1.0),
+        sharex=True,
     )
 
 
@@ -189,15 +187,12 @@ def increase_records(found: dict[int, Increase], name: str) -> list[dict[str, An
     ]
 
 
-def _draw(found: dict[int, Increase]) -> Canvas:
-    canvas, (ax, below) = new_figure(
-        2, 1, figsize=(6.4, 6.0), sharex=True, height_ratios=(1.6, 1.0)
-    )
+def _draw(found: dict[int, Increase], ax: Axes, below: Axes) -> None:
     for (order, increase), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
         fit, slope = increase.fit(*FIT_RANGE), float(_PAPER_SLOPES[order])
         label = rf"$r={order}$: fitted {fit.exponent:.2f}, paper {slope}"
-        x, y, bars = increase.speeds, increase.values, increase.errors
-        draw_points(ax, increase.points, x, y, errors=bars, color=color, marker=marker, label=label)
+        looks: dict[str, Any] = {"color": color, "marker": marker, "label": label}
+        draw_points(ax, increase.points, "speed", increase.values, errors=increase.errors, **looks)
         u = np.array(FIT_RANGE)
         ax.plot(u, fit.at(u), color=color, linewidth=0.9)
         centre = float(np.sqrt(u[0] * u[1]))
@@ -208,4 +203,3 @@ def _draw(found: dict[int, Increase]) -> Canvas:
     ax.set(xscale="log", yscale="log", ylabel=r"$\eta_{\rm harmonic}-\eta$")
     ax.legend(loc="upper left")
     below.set(ylim=(0.0, None), ylabel=r"local power", xlabel=IMPACT_SPEED)
-    return canvas

@@ -1,17 +1,11 @@
 """Beyond the paper: in which modes and in what form the lost energy is, across the speeds."""
 
+from functools import partial
+
 import numpy as np
 
-from chaincor.analysis.figures.style import (
-    BLACK,
-    BLUE,
-    CYCLE,
-    GREEN,
-    MARKERS,
-    VERMILION,
-    new_figure,
-)
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Canvas, Figure
+from chaincor.analysis.figures.style import BLACK, BLUE, CYCLE, GREEN, MARKERS, VERMILION
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure
 from chaincor.workflows.reproduce.free_flight import AVERAGED_OVER, LAST, FreeFlight
 
 _DECADES = 6.0
@@ -40,16 +34,18 @@ def figure(flights: tuple[FreeFlight, ...]) -> Figure:
             f"at worst {_worst_harmonic(flights)}, and is not drawn: a stretched bond holds less "
             "than a spring, and harmonic energies of a broken chain mean nothing."
         ),
+        alt=(
+            "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
+            "lost above 1 v*, about half is motion of pieces apart."
+        ),
+        draw=partial(_draw, flights),
         records=[
             {"speed": f.point.speed, "mode": j, "kinetic_share": float(share)}
             for f in flights
             for j, share in enumerate(f.kinetic)
         ],
-        draw=lambda: _draw(flights),
-        alt=(
-            "Slow chains keep energy in long waves, faster ones in all wavelengths; of what is "
-            "lost above 1 v*, about half is motion of pieces apart."
-        ),
+        size=(6.4, 10.2),
+        panels=(1.0, 1.0, 1.0),
     )
 
 
@@ -122,18 +118,15 @@ def _nearest(flights: tuple[FreeFlight, ...]) -> list[FreeFlight]:
     return list(chosen.values())
 
 
-def _draw(flights: tuple[FreeFlight, ...]) -> Canvas:
-    canvas, (above, middle, below) = new_figure(3, 1, figsize=(6.4, 10.2))
-    if not flights:
-        return canvas
-    top = _draw_map(canvas, above, flights)
-    _draw_curves(middle, _nearest(flights), top)
-    middle.set_xlim(above.get_xlim())
-    _draw_forms(below, flights)
-    return canvas
+def _draw(flights: tuple[FreeFlight, ...], above: Axes, middle: Axes, below: Axes) -> None:
+    if flights:
+        top = _draw_map(above, flights)
+        _draw_curves(middle, _nearest(flights), top)
+        middle.set_xlim(above.get_xlim())
+        _draw_forms(below, flights)
 
 
-def _draw_map(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
+def _draw_map(ax: Axes, flights: tuple[FreeFlight, ...]) -> float:
     """Draw the shares of all modes at all speeds; returns the largest share."""
     from matplotlib.colors import LogNorm
 
@@ -153,7 +146,7 @@ def _draw_map(canvas: Canvas, ax: Axes, flights: tuple[FreeFlight, ...]) -> floa
     ax.grid(False)
     # On top, so that the axes of modes line up.
     label = "kinetic energy / energy at impact"
-    canvas.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
+    ax.figure.colorbar(mesh, ax=ax, location="top", label=label, pad=0.02)
     return top
 
 

@@ -1,24 +1,25 @@
 """Restitution against speed for three bonds (NH figure 4): minimum, collapse, low-speed limit."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS, new_figure
+from chaincor.analysis.figures.style import CYCLE, GREY, MARKERS
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.pages.typesetting import format_value
 from chaincor.workflows.reproduce.claims import Finding, claim, words
 from chaincor.workflows.reproduce.drawing import (
     IMPACT_SPEED,
-    Canvas,
+    Axes,
     Figure,
     draw_points,
-    point_record,
+    point_records,
 )
 from chaincor.workflows.reproduce.fits import Minimum, find_minimum, limit_at_zero
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, Study
-from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
+from chaincor.workflows.reproduce.plan import PAPER_SIZE_SPEEDS, Plan, Study
 
 # Of differences and limits: how much eta changes along our curve of lj chains.
 FALL = (0.26, "0.26, by which η of lj chains falls (here)")
@@ -47,7 +48,7 @@ def curves(measured: Measurements) -> dict[str, list[Point]]:
 def minima(measured: Measurements) -> dict[str, Minimum]:
     """Return the minimum of eta(v) of each bond."""
     return {
-        name: find_minimum([p.speed for p in points], [p.restitution for p in points])
+        name: find_minimum(column(points, "speed"), column(points, "restitution"))
         for name, points in curves(measured).items()
     }
 
@@ -81,13 +82,10 @@ def _low_speed_limit(measured: Measurements) -> Finding:
 
 def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
     """Return the harmonic chain's eta less that of others at v0 -> 0, and its error."""
-    speeds = np.array([p.speed for p in points])
-    gaps = np.array([harmonic.restitution - p.restitution for p in points])
+    speeds, gaps = column(points, "speed"), harmonic.restitution - column(points, "restitution")
     limit, change = limit_at_zero(speeds, gaps, 2)
-    design = np.vander(speeds, 3)
-    weights = np.abs(np.linalg.pinv(design)[2])
-    allowed = float(weights @ np.array([p.error for p in points])) + harmonic.error
-    return limit, change + allowed
+    weights = np.abs(np.linalg.pinv(np.vander(speeds, 3))[2])
+    return limit, change + (float(weights @ column(points, "error")) + harmonic.error)
 
 
 @claim(
@@ -101,24 +99,19 @@ def _limit(harmonic: Point, points: list[Point]) -> tuple[float, float]:
 def _place_of_the_minimum(measured: Measurements) -> Finding:
     every, lows = curves(measured), minima(measured)
     places = [low.place for low in lows.values()]
-    described = "; ".join(
-        f"{name}: η = {low.value:.4f} at {low.place:.2f} v*{_above_minimum(low, every[name])}"
-        for name, low in lows.items()
-    )
+    described = []
+    for name, low in lows.items():
+        at_scale = [p.restitution for p in every[name] if p.speed == 1.0]
+        higher = f" ({at_scale[0] - low.value:.3f} higher at v* itself)" if at_scale else ""
+        described.append(f"{name}: η = {low.value:.4f} at {low.place:.2f} v*{higher}")
     return Finding(
         float(np.mean(places)),
         float(max(low.place_error for low in lows.values())),
         f"mean of three potentials, each by a parabola through the three lowest points; ± what "
-        f"a parabola through five changes; {described}",
+        f"a parabola through five changes; {'; '.join(described)}",
         [p for points in every.values() for p in points],
         (min(places), max(places)),
     )
-
-
-def _above_minimum(low: Minimum, points: list[Point]) -> str:
-    """Say how little higher eta is at v* itself."""
-    at_scale = [p.restitution for p in points if p.speed == 1.0]
-    return f" ({at_scale[0] - low.value:.3f} higher at v* itself)" if at_scale else ""
 
 
 @claim(
@@ -165,38 +158,27 @@ def _gap(pair: tuple[Point, Point]) -> float:
 
 def unit_of_speed(measured: Measurements) -> str:
     """Say why v0 is taken as v0/v* throughout."""
-    lows, every = minima(measured), curves(measured)
-    places = [
-        lows[name].place * points[0].scene.impact_velocity / points[0].speed
-        for name, points in every.items()
-        if points
-    ]
-    answer = (
+    lj = measured.select("curves", "lj", 1)
+    natural = {name: Scene(potential=name, speed=1.0).impact_velocity for name in _BONDS}
+    lows = {name: low.place for name, low in minima(measured).items()}
+    absolute = [u / natural["lj"] for u in PAPER_SIZE_SPEEDS]
+    lost = np.interp(np.log(absolute), np.log(column(lj, "speed")), column(lj, "dissipation"))
+    return (
         'Section III begins with "we discuss the velocity dependence on the scale of v*", but '
         "captions print v₀ = 0.780 and text v = 1. Read as v₀/v*: minima of the three potentials "
-        f"are at {_span([low.place for low in lows.values()])} v*, but they are at "
-        f"{_span(places)} speeds of sound: only in v* are the minima at nearly the "
-        "same place, and are lj and toda one curve. "
+        f"are at {_span(lows.values())} v*, but they are at "
+        f"{_span(place * natural[name] for name, place in lows.items())} speeds of sound: only in "
+        "v* are the minima at nearly the same place, and are lj and toda one curve. "
+        "Read as speeds of sound, the five speeds of figure 5 would be "
+        f"{', '.join(f'{u:.2g}' for u in absolute)} v*, where 1 − η of lj chains "
+        f"(n = {lj[0].particles}) is {', '.join(f'{y:.3f}' for y in lost)}: the fastest would lose "
+        "least, against the text, which has a constant there. So v₀ is taken as v₀/v* throughout."
     )
-    lj = every["lj"]
-    if lj:
-        scale = lj[0].scene.impact_velocity / lj[0].speed
-        absolute = [u / scale for u in PAPER_SIZE_SPEEDS]
-        speeds = np.log([p.speed for p in lj])
-        lost = np.interp(np.log(absolute), speeds, [p.dissipation for p in lj])
-        answer += (
-            "Read as speeds of sound, the five speeds of figure 5 would be "
-            + ", ".join(f"{u:.2g}" for u in absolute)
-            + f" v*, where 1 − η of lj chains (n = {lj[0].particles}) is "
-            + ", ".join(f"{y:.3f}" for y in lost)
-            + ": the fastest would lose least, against the text, which has a constant there. So v₀ "
-            "is taken as v₀/v* throughout."
-        )
-    return answer
 
 
-def _span(values: list[float]) -> str:
-    return f"{min(values):.2f} to {max(values):.2f}" if values else "–"
+def _span(values: Iterable[float]) -> str:
+    ordered = sorted(values)
+    return f"{ordered[0]:.2f} to {ordered[-1]:.2f}"
 
 
 def both_restitutions(measured: Measurements) -> str:
@@ -213,7 +195,27 @@ def both_restitutions(measured: Measurements) -> str:
 def figure(measured: Measurements) -> Figure:
     """Return eta against v0/v* for lj, toda and log chains."""
     every = curves(measured)
-    harmonic = measured.select("harmonic_velocities", "harmonic")
+
+    def draw(ax: Axes) -> None:
+        for chain in measured.select("harmonic_velocities", "harmonic")[:1]:
+            dashed: dict[str, Any] = {
+                "color": GREY,
+                "linestyle": "--",
+                "linewidth": 1.0,
+                "label": "harmonic",
+            }
+            ax.axhline(chain.restitution, **dashed)
+        for (name, points), color, marker in zip(every.items(), CYCLE, MARKERS, strict=False):
+            looks: dict[str, Any] = {
+                "color": color,
+                "marker": marker,
+                "label": _BONDS[name],
+                "line": True,
+            }
+            draw_points(ax, points, "speed", "restitution", **looks)
+        ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution $\eta = K_r/K_i$")
+        ax.legend(loc="lower left")
+
     return Figure(
         key=_KEY,
         title="Restitution against speed for lj, toda and log chains",
@@ -223,12 +225,13 @@ def figure(measured: Measurements) -> Figure:
             "ratio of energies. Dashed: the harmonic chain, which all three approach at low speed. "
             f"Error bars are smaller than the symbols{describe_bars(measured.points['curves'])}."
         ),
-        records=[point_record(p) for p in measured.points["curves"]],
-        draw=lambda: _draw(every, harmonic),
         alt=(
             "η of three bonds against speed: 0.97 when slow, a minimum of about 0.7 near 0.8 v*, 1 "
             "when fast; log rises earlier than the other two, which are one curve."
         ),
+        draw=draw,
+        records=point_records(measured.points["curves"]),
+        size=(6.4, 4.2),
     )
 
 
@@ -266,12 +269,7 @@ def describe_bars(points: Sequence[Point]) -> str:
     seen = [p for p in points if p.error > 0.0025]
     if not seen:
         return ""
-    names = ", ".join(
-        f"{p.scene.label} at {p.speed:.3g} v*"
-        + (f", η = {p.restitution:.4f} at the last contact seen" if p.is_open else "")
-        + _apart(p)
-        for p in seen
-    )
+    names = ", ".join(f"{p.scene.label} at {p.speed:.3g} v*{_left_open(p)}" for p in seen)
     return (
         f", but where a later contact could still come (dotted: what it could change; {names})"
         if all(p.is_open for p in seen)
@@ -279,26 +277,15 @@ def describe_bars(points: Sequence[Point]) -> str:
     )
 
 
-def _apart(point: Point) -> str:
-    """Say what the engines have at the last contact, and how far a later one could take it."""
-    if not point.is_open or point.difference is None:
+def _left_open(point: Point) -> str:
+    """Say what an open end has at the last contact, and how far a later one could take it."""
+    if not point.is_open:
         return ""
-    low, high = point.restitution - point.error, point.restitution + point.error
+    eta, bar = point.restitution, point.error
+    text = f", η = {eta:.4f} at the last contact seen"
+    if point.difference is None:
+        return text
     return (
-        f", where the engines are {abs(point.difference):.1g} apart, between {low:.3f} and "
-        f"{high:.3f} in the limit of all time"
+        f"{text}, where the engines are {abs(point.difference):.1g} apart, between {eta - bar:.3f} "
+        f"and {eta + bar:.3f} in the limit of all time"
     )
-
-
-def _draw(every: dict[str, list[Point]], harmonic: list[Point]) -> Canvas:
-    canvas, ax = new_figure(figsize=(6.4, 4.2))
-    if harmonic:
-        ax.axhline(
-            harmonic[0].restitution, color=GREY, linestyle="--", linewidth=1.0, label="harmonic"
-        )
-    for (name, points), color, marker in zip(every.items(), CYCLE, MARKERS, strict=False):
-        u, eta = [p.speed for p in points], [p.restitution for p in points]
-        draw_points(ax, points, u, eta, color=color, marker=marker, label=_BONDS[name], line=True)
-    ax.set(xscale="log", xlabel=IMPACT_SPEED, ylabel=r"restitution $\eta = K_r/K_i$")
-    ax.legend(loc="lower left")
-    return canvas

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, new_figure
-from chaincor.workflows.reproduce.drawing import Canvas, Figure
+from chaincor.analysis.figures.style import BLACK, BLUE, GREY, SKY, VERMILION
+from chaincor.workflows.reproduce.drawing import Axes, Figure
+from chaincor.workflows.reproduce.measurements import Measurements
 
 _PARTICLES = 6
 
 
-def figure() -> Figure:
+def figure(_measured: Measurements) -> Figure:
     """Return the figure, a drawing without data."""
     return Figure(
         key="schematic",
@@ -19,14 +20,13 @@ def figure() -> Figure:
             "touches it, and reverses its velocity. The paper prints the order of the particles "
             "both ways round; this is the one of its initial conditions."
         ),
-        records=(),
-        draw=_draw,
         alt="A row of particles 1 to n, joined by springs, flies to the left at a wall at x = 0.",
+        draw=_draw,
+        size=(6.4, 1.9),
     )
 
 
-def _draw() -> Canvas:
-    figure, ax = new_figure(figsize=(6.4, 1.9))
+def _draw(ax: Axes) -> None:
     from matplotlib.patches import Rectangle
 
     ax.add_patch(Rectangle((-0.5, -0.7), 0.5, 1.4, facecolor="#D9D9D9", hatch="///", linewidth=0))
@@ -54,7 +54,6 @@ def _draw() -> Canvas:
     ax.set_xlim(-0.6, 7.5)
     ax.set_ylim(-1.3, 0.8)
     ax.set_axis_off()
-    return figure
 
 
 def _spring(start: float, end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -5,24 +5,18 @@ from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, CYCLE, MARKERS, new_figure
+from chaincor.analysis.figures.style import BLACK, CYCLE, MARKERS
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.bonds.potentials import LennardJones
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.reproduce.claims import TREND, Finding, claim, digits, words
-from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Canvas, Figure, draw_points
+from chaincor.workflows.reproduce.drawing import IMPACT_SPEED, Axes, Figure, draw_points
 from chaincor.workflows.reproduce.figures.increase import increase_records
 from chaincor.workflows.reproduce.fits import fit_rows
-from chaincor.workflows.reproduce.low_speed import (
-    FIT_RANGE,
-    RANGES,
-    Increase,
-    increase_of,
-    lj_increases,
-)
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Study, harmonic_scene
-from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.reproduce.low_speed import FIT_RANGE, RANGES, Increase, increase_of
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
 
 _KEY = "slope"
 # What the paper prints for the shortening of the interval of two lj particles, and for C.
@@ -52,7 +46,7 @@ def study(plan: Plan) -> Study:
     )
 
 
-def theoretical_slope() -> float:
+def _theory() -> float:
     """Return the C that follows from the paper's theory for lj, 4 alpha."""
     return low_speed_dissipation_slope(pair_interval_slope(LennardJones()))
 
@@ -77,24 +71,31 @@ def _printed_constant(measured: Measurements) -> Finding:
 )
 def _theoretical_slope(measured: Measurements) -> Finding:
     return Finding(
-        theoretical_slope(),
+        _theory(),
         0.0,
         "4α: eq. (7) with v² = (π²/8) v₀² kept, as the 0.652 of the harmonic law has it; see "
         "eqs. (16), (18) among the [slips](#slips)",
     )
 
 
-def _lj_increases(measured: Measurements) -> dict[int, Increase]:
-    found = lj_increases(measured)
-    if not found:
-        raise NoNumber("no points")
+def _increases(measured: Measurements) -> dict[int, Increase]:
+    """Return the increase of lj chains for each length."""
+    found = {}
+    for n in sorted({p.particles for p in measured.points["slopes"]}):
+        chains = measured.select("slopes", "lj", particles=n)
+        increase = increase_of(chains, measured.select("slopes", "harmonic", particles=n))
+        if increase is not None:
+            found[n] = increase
     return found
 
 
 def _all_slopes(found: dict[int, Increase]) -> list[float]:
     """Return C of all lengths over all ranges."""
     slopes = [increase.slope(*ends).prefactor for increase in found.values() for ends in RANGES]
-    return [value for value in slopes if np.isfinite(value)]
+    known = [value for value in slopes if np.isfinite(value)]
+    if not known:
+        raise NoNumber("no points")
+    return known
 
 
 @claim(
@@ -107,10 +108,9 @@ def _all_slopes(found: dict[int, Increase]) -> list[float]:
     figure=_KEY,
 )
 def _simulated_slope(measured: Measurements) -> Finding:
-    found = _lj_increases(measured)
-    shortest = found[min(found)]
+    found = _increases(measured)
+    known, shortest = _all_slopes(found), found[min(found)]
     fit, used = shortest.slope(*FIT_RANGE), shortest.within(*FIT_RANGE)
-    known = _all_slopes(found)
     lengths = ", ".join(f"{i.slope(*FIT_RANGE).prefactor:.2f} (n = {n})" for n, i in found.items())
     ends = f"{used[0].speed:.3g} to {used[-1].speed:.3g} v*" if used else "no points"
     return Finding(
@@ -120,7 +120,7 @@ def _simulated_slope(measured: Measurements) -> Finding:
         "other ranges see [the fits](#fits); for n → ∞ see "
         "[the curve of slow chains](#slow_chains)",
         used,
-        (min(known), max(known)) if known else None,
+        (min(known), max(known)),
     )
 
 
@@ -132,10 +132,8 @@ def _simulated_slope(measured: Measurements) -> Finding:
     figure=_KEY,
 )
 def _not_in_accord(measured: Measurements) -> Finding:
-    slopes = _all_slopes(_lj_increases(measured))
-    if not slopes:
-        raise NoNumber("no points")
-    theory = theoretical_slope()
+    slopes = _all_slopes(_increases(measured))
+    theory = _theory()
     return Finding(
         float(min(_PAPER_SLOPE, theory) > max(slopes)),
         0.0,
@@ -153,7 +151,9 @@ def _not_in_accord(measured: Measurements) -> Finding:
     figure=_KEY,
 )
 def _power_lj(measured: Measurements) -> Finding:
-    found = _lj_increases(measured)
+    found = _increases(measured)
+    if not found:
+        raise NoNumber("no points")
     limit = found[min(found)].limit_finding(3)
     return replace(limit, text=f"n = {min(found)}: {limit.text}")
 
@@ -184,7 +184,7 @@ def _power_of_other_types(measured: Measurements) -> Finding:
 def fits(measured: Measurements) -> list[dict[str, Any]]:
     """Return the rows of the table of fits."""
     rows = []
-    for n, increase in lj_increases(measured).items():
+    for n, increase in _increases(measured).items():
         slopes = [increase.slope(*ends) for ends in RANGES]
         known = [slope for slope in slopes if slope.points > 1]
         judged = int(slopes[0].points > 1)
@@ -194,8 +194,20 @@ def fits(measured: Measurements) -> list[dict[str, Any]]:
 
 def figure(measured: Measurements) -> Figure:
     """Return the increase divided by the speed for lj chains: constant where 1 - eta is C v0/v*."""
-    found = lj_increases(measured)
+    found = _increases(measured)
     compared = max((n for n, i in found.items() if i.points[0].agrees is not None), default=0)
+
+    def draw(ax: Axes) -> None:
+        for (n, i), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
+            looks: dict[str, Any] = {"color": color, "marker": marker, "label": f"$n={n}$"}
+            over_speed, bars = i.values / i.speeds, i.errors / i.speeds
+            draw_points(ax, i.points, "speed", over_speed, errors=bars, line=True, **looks)
+        label = "paper, simulation: 0.66"
+        ax.axhline(0.66, color=BLACK, linewidth=1.0, linestyle="--", label=label)
+        ax.set(xscale="log", ylim=(0.0, 1.1), xlabel=IMPACT_SPEED)
+        ax.set_ylabel(r"$(\eta_{\rm harmonic}-\eta)\,/\,(v_0/v^*)$")
+        ax.legend(loc="lower right", ncols=2)
+
     return Figure(
         key=_KEY,
         title="The constant C of the low-speed law, against speed and length",
@@ -203,37 +215,15 @@ def figure(measured: Measurements) -> Figure:
             "(η_harmonic − η)/(v₀/v*) of lj chains (filled: LAMMPS; open: in-house): a law "
             "1 − η = C v₀/v* would be a horizontal line. The paper prints 0.66 from its simulation "
             "and 2.61 from its theory, and says that they disagree: the theory with its dropped "
-            f"factor put back gives {theoretical_slope():.2f}, further still from every value "
+            f"factor put back gives {_theory():.2f}, further still from every value "
             f"here. C depends on the speed and on n. Chains beyond {compared} are by the in-house "
             "engine alone. On what it depends is known, see [the curve of slow chains]"
             "(#slow_chains)."
         ),
-        records=increase_records(found, "length"),
-        draw=lambda: _draw(found),
         alt=(
             "Curves mostly rise with speed, to 0.6 at n = 100 and 0.85 at n = 2000, and fall again "
             "beyond a tenth of v*; the paper's line is at 0.66."
         ),
+        draw=draw,
+        records=increase_records(found, "length"),
     )
-
-
-def _draw(found: dict[int, Increase]) -> Canvas:
-    canvas, ax = new_figure(figsize=(6.4, 3.9))
-    for (n, i), color, marker in zip(found.items(), CYCLE, MARKERS, strict=False):
-        u, y, bars = i.speeds, i.values / i.speeds, i.errors / i.speeds
-        draw_points(
-            ax,
-            i.points,
-            u,
-            y,
-            errors=bars,
-            color=color,
-            marker=marker,
-            label=f"$n={n}$",
-            line=True,
-        )
-    ax.axhline(0.66, color=BLACK, linewidth=1.0, linestyle="--", label="paper, simulation: 0.66")
-    ax.set(xscale="log", ylim=(0.0, 1.1), xlabel=IMPACT_SPEED)
-    ax.set_ylabel(r"$(\eta_{\rm harmonic}-\eta)\,/\,(v_0/v^*)$")
-    ax.legend(loc="lower right", ncols=2)
-    return canvas

@@ -1,11 +1,12 @@
 """Beyond the paper: what slow long chains lose, on one curve of kappa v0 n^(2/3)."""
 
+from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS, new_figure
+from chaincor.analysis.figures.style import BLACK, CYCLE, GREY, MARKERS
 from chaincor.analysis.pair_theory import pair_interval_slope
 from chaincor.analysis.slow_chains.curve import (
     FRONT_LEAD,
@@ -18,17 +19,16 @@ from chaincor.analysis.slow_chains.curve import (
 )
 from chaincor.analysis.theory import low_speed_dissipation_slope
 from chaincor.lammps_inputs.scene import Scene
-from chaincor.workflows.reproduce.drawing import Axes, Canvas, Figure
-from chaincor.workflows.reproduce.measurements import Measurements, Point, Study
-from chaincor.workflows.reproduce.plan import Plan
+from chaincor.workflows.reproduce.drawing import Axes, Figure
+from chaincor.workflows.reproduce.measurements import Measurements, NoNumber, Point, column
+from chaincor.workflows.reproduce.plan import Plan, Study
 
 _KEY = "slow_chains"
-_STIFFNESSES = (3.0, 10.0, 30.0)
-_BONDS: tuple[dict[str, Any], ...] = (
-    {"potential": "lj"},
-    *({"potential": "toda", "toda_b": b} for b in _STIFFNESSES),
-    {"potential": "log"},
-)
+_BONDS: dict[str, dict[str, Any]] = {
+    "lj": {"potential": "lj"},
+    **{f"toda, b = {b:g}": {"potential": "toda", "toda_b": b} for b in (3.0, 10.0, 30.0)},
+    "log": {"potential": "log"},
+}
 _SHORTEST = 30
 # The table of the curve ends there.
 _LAST = 30.0
@@ -41,7 +41,7 @@ _PAPER_SLOPES = {"lj": (0.66, 2.61)}
 def study(plan: Plan) -> Study:
     """Return chains of five bonds at the same values of kappa v0 n^(2/3), in-house."""
     scenes = []
-    for bond, n, variable in product(_BONDS, plan.slow_sizes, plan.slow_variables):
+    for bond, n, variable in product(_BONDS.values(), plan.slow_sizes, plan.slow_variables):
         scene = Scene(**bond, particles=n, velocity=1e-3, tolerance=plan.tolerance)
         velocity = float(f"{variable / slow_chain_variable(scene.bond, n, 1.0):.6g}")
         if variable <= _FASTEST * n ** (2.0 / 3.0):
@@ -63,31 +63,26 @@ def slow_long_chains(measured: Measurements) -> dict[str, list[Point]]:
         for name in ("lj", "toda", "log")
         for point in measured.select(key, name)
     }
-    found: dict[str, list[Point]] = {_name(Scene(**bond, velocity=1e-3)): [] for bond in _BONDS}
-    for point in points.values():
+    found: dict[str, list[Point]] = {name: [] for name in _BONDS}
+    for scene, point in points.items():
         variable, n = variable_of(point), point.particles
         if n >= _SHORTEST and variable <= min(_LAST, _FASTEST * n ** (2.0 / 3.0)):
-            found[_name(point.scene)].append(point)
+            b = scene.toda_b or 10.0
+            found[f"toda, b = {b:g}" if scene.label == "toda" else scene.label].append(point)
     return found
-
-
-def _name(scene: Scene) -> str:
-    return f"toda, b = {scene.toda_b or 10.0:g}" if scene.label == "toda" else scene.label
 
 
 def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
     """Return C of long chains, bond by bond: derived, that of our longest chain, the paper's."""
     rows = []
-    every = slow_long_chains(measured)
-    for name, group in every.items():
+    for name, group in slow_long_chains(measured).items():
         steep = [p for p in group if variable_of(p) >= 8.0]
         if not steep:
             continue
         longest = max(steep, key=lambda p: (p.particles, variable_of(p)))
-        bond = longest.scene.bond
+        scene, bond = longest.scene, longest.scene.bond
         derived = long_chain_slope(bond)
         simulated, theory = _PAPER_SLOPES.get(name, (None, None))
-        scene, speed = longest.scene, longest.speed
         loss = slow_chain_dissipation(bond, scene.particles, scene.impact_velocity)
         rows.append(
             {
@@ -95,10 +90,10 @@ def slopes_by_bond(measured: Measurements) -> list[dict[str, Any]]:
                 "steepness": derived / STEEP_LIMIT,
                 "slope": derived,
                 "error": derived * STEEP_LIMIT_ERROR / STEEP_LIMIT,
-                "measured": longest.dissipation / speed,
+                "measured": longest.dissipation / longest.speed,
                 "particles": scene.particles,
                 "variable": variable_of(longest),
-                "expected": loss / speed,
+                "expected": loss / longest.speed,
                 "paper_simulation": simulated,
                 "paper_theory": theory,
                 "corrected_theory": low_speed_dissipation_slope(pair_interval_slope(bond)),
@@ -111,7 +106,7 @@ def infinite_chain(measured: Measurements) -> str:
     """Say what becomes of C as n goes to infinity."""
     rows = slopes_by_bond(measured)
     if not rows:
-        return "Too few long chains to say."
+        raise NoNumber("Too few long chains to say.")
     # Toda chains have the same C at any b.
     slopes = {row["bond"].partition(",")[0]: f"{row['slope']:.2f}" for row in rows}
     return (
@@ -147,36 +142,43 @@ def figure(measured: Measurements) -> Figure:
             "long chains (line), less what falls faster; dots at one length differ by the phase of "
             f"the last contacts. {len(checked)} of the chains are by LAMMPS as well."
         ),
-        records=[
-            {
-                "bond": name,
-                "particles": p.particles,
-                "velocity": p.scene.impact_velocity,
-                "variable": variable_of(p),
-                "scaled_loss": p.dissipation * p.particles ** (2.0 / 3.0),
-                "error": p.error * p.particles ** (2.0 / 3.0),
-                "limit": float(limiting_loss(variable_of(p))),
-            }
-            for name, group in groups.items()
-            for p in group
-        ],
-        draw=lambda: _draw(groups),
         alt=(
             "Above, chains of five bonds lie along one curve, constant at first and then a "
             "straight line, short ones above it when slow and below it when fast. Below, the "
             "distance times the cube root of n rises from about 0 at 30 particles to between 1.1 "
             "and 1.9 at 1000 to 3000, below the line at 1.99."
         ),
+        draw=partial(_draw, groups),
+        records=[
+            {
+                "bond": name,
+                "particles": p.particles,
+                "velocity": p.scene.impact_velocity,
+                "variable": variable_of(p),
+                "scaled_loss": p.scaled_dissipation,
+                "error": p.error * p.particles ** (2.0 / 3.0),
+                "limit": float(limiting_loss(variable_of(p))),
+            }
+            for name, group in groups.items()
+            for p in group
+        ],
+        size=(6.4, 7.4),
+        panels=(1.5, 1.0),
     )
 
 
-def _draw(groups: dict[str, list[Point]]) -> Canvas:
-    canvas, (above, below) = new_figure(2, 1, figsize=(6.4, 7.4), height_ratios=(1.5, 1.0))
+def _draw(groups: dict[str, list[Point]], above: Axes, below: Axes) -> None:
     y = np.geomspace(0.1, _LAST, 120)
     above.plot(y, limiting_loss(y), color=BLACK, linewidth=1.0, label=r"theory, $n\to\infty$")
     below.axhline(2.0 * FRONT_LEAD, color=BLACK, linewidth=1.0, label=r"$2\beta$")
     for (name, group), color, marker in zip(groups.items(), CYCLE, MARKERS, strict=False):
-        _draw_bond(above, below, name, group, color, marker)
+        looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
+        n, scaled = column(group, "particles"), column(group, "scaled_dissipation")
+        y = np.array([variable_of(p) for p in group])
+        above.plot(y, scaled, marker, label=name, **looks)
+        slow = y <= 5.0
+        distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
+        below.plot(n[slow], distance[slow], marker, **looks)
     above.set(xscale="log", yscale="log", xlim=(0.1, 40.0))
     above.set(xlabel=r"$y=\kappa v_0\,n^{2/3}$", ylabel=r"$n^{2/3}(1-\eta)$")
     below.axhline(0.0, color=GREY, linewidth=0.6)
@@ -184,17 +186,3 @@ def _draw(groups: dict[str, list[Point]]) -> Canvas:
     below.set_ylabel(r"$n^{1/3}\,[n^{2/3}(1-\eta)-h(y)]$")
     for ax in (above, below):
         ax.legend(loc="best", fontsize=8)
-    return canvas
-
-
-def _draw_bond(
-    above: Axes, below: Axes, name: str, group: list[Point], color: str, marker: str
-) -> None:
-    looks: dict[str, Any] = {"color": color, "markerfacecolor": "none", "markersize": 4.0}
-    n = np.array([p.particles for p in group], dtype=float)
-    y = np.array([variable_of(p) for p in group])
-    scaled = n ** (2.0 / 3.0) * np.array([p.dissipation for p in group])
-    above.plot(y, scaled, marker, label=name, **looks)
-    slow = y <= 5.0
-    distance = n ** (1.0 / 3.0) * (scaled - limiting_loss(y) if y.size else scaled)
-    below.plot(n[slow], distance[slow], marker, **looks)

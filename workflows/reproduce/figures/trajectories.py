@@ -1,25 +1,37 @@
-"""Trajectories of the harmonic chain (NH figure 2): n = 19 of the text, n = 20 of the caption."""
+"""Trajectories of the harmonic chain (NH figure 2), and the order and orbits of its particles."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 
-from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION, new_figure
+from chaincor.analysis.figures.style import BLUE, GREY, ORANGE, VERMILION
+from chaincor.analysis.theory import basile_dumont_energies
+from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.numerics import Numerics
 from chaincor.lammps_inputs.scene import Scene
 from chaincor.workflows.engines.lammps import engine as lammps
 from chaincor.workflows.engines.outcome import Outcome
-from chaincor.workflows.reproduce.claims import Finding, claim, words
-from chaincor.workflows.reproduce.drawing import Axes, Canvas, Figure
-from chaincor.workflows.reproduce.measurements import Measurements, NoNumber
+from chaincor.workflows.reproduce.claims import TREND, Finding, claim, exact, words
+from chaincor.workflows.reproduce.drawing import Axes, Figure
+from chaincor.workflows.reproduce.figures.harmonic_contacts import compare_velocities, paper_chain
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, NoNumber, Point
+from chaincor.workflows.reproduce.plan import Plan, Study, harmonic_scene
 
+_KEY = "trajectories"
 # Fast enough that the compression is seen in the drawing; eta does not depend on it.
-VELOCITY = 0.4
+_VELOCITY = 0.4
 _NUMERICS = Numerics(scheme="order8", timestep=0.1)
 _FRAME_INTERVAL = 0.1
 # In crossings of sound: the contacts and what follows at once.
 _SHOWN = 2.25
+# In speeds of sound. Bonds are pressed by v0, and more where the front swings beyond it.
+_FAST = (0.6, 0.7, 0.8, 1.0)
+
+
+def study(plan: Plan) -> Study:
+    """Return fast harmonic chains, in-house: coordinates of LAMMPS may cross as well."""
+    scenes = tuple(harmonic_scene(plan.curve_particles, plan.tolerance, v) for v in _FAST)
+    return Study("order", "fast harmonic chains, for the order of particles", (), scenes)
 
 
 @claim(
@@ -27,7 +39,7 @@ _SHOWN = 2.25
     "contact time t_c is almost 2τ for large n",
     words(2.0),
     "contact time 2τ",
-    figure="trajectories",
+    figure=_KEY,
 )
 def _contact_time(measured: Measurements) -> Finding:
     points = measured.select("harmonic_sizes", "harmonic")
@@ -46,57 +58,146 @@ def _contact_time(measured: Measurements) -> Finding:
 
 
 @cache
-def followed(particles: int) -> Outcome:
-    """Run a chain in LAMMPS and keep its frames; its speed is `VELOCITY`."""
-    scene = Scene(potential="harmonic", particles=particles, velocity=VELOCITY)
+def _followed(particles: int) -> Outcome:
+    """Run a chain in LAMMPS and keep its frames; its speed is `_VELOCITY`."""
+    scene = Scene(potential="harmonic", particles=particles, velocity=_VELOCITY)
     return lammps.run(scene, _NUMERICS, _FRAME_INTERVAL)
 
 
-def figure(measured: Measurements) -> Figure:
-    """Run the chains of 19 and 20 in LAMMPS and return the figure; it uses no measurements."""
-    runs = {n: followed(n) for n in (19, 20)}
+@claim(
+    "section II",
+    "the order of the particles is always kept",
+    TREND,
+    "harmonic chains keep the order of their particles",
+)
+def _order_of_particles(measured: Measurements) -> Finding:
+    points = measured.select("order", "harmonic", 1)
+    crossed = {p.scene.impact_velocity: bool(p.answer.result["crossed"]) for p in points}
+    kept = [v for v, is_crossed in crossed.items() if not is_crossed]
+    passed = [v for v, is_crossed in crossed.items() if is_crossed]
+    return Finding(
+        float(not passed),
+        0.0,
+        f"harmonic, n = {points[0].particles}: particles pass through each other at v₀ = "
+        f"{', '.join(f'{v:g}' for v in passed) or 'none'} speeds of sound, and not at "
+        f"{', '.join(f'{v:g}' for v in kept) or 'none'}. A spring does not know that its length "
+        "cannot be negative; slow chains keep the order",
+        points,
+        brief=f"not from {min(passed):g} speeds of sound on" if passed else "",
+    )
+
+
+@claim(
+    "section II",
+    '"similar orbits" at all v₀: differences of u_j/v₀ of any particle are 0',
+    exact(0.0, 1.0),  # the way of v₀ in a unit of time
+    "orbits at all speeds are similar",
+)
+def _similar_orbits(measured: Measurements) -> Finding:
+    def orbits(point: Point, answer: Answer) -> Array:
+        return answer.arrays["displacements"] / point.scene.impact_velocity
+
+    return compare_velocities(measured, orbits, "u_j/v₀ at the last contact")
+
+
+@claim(
+    "section II",
+    "of the vibration under pressure, particle 1 has the largest amplitude",
+    TREND,
+    "particle 1 has the largest amplitude",
+    figure=_KEY,
+)
+def _largest_amplitude(measured: Measurements) -> Finding:
+    n = 20
+    frames = _followed(n).frames
+    assert frames is not None
+    # The front passes particle n/4 before n/2, and has not come back to it at 3n/2.
+    pressed = (frames.times > 0.75 * n) & (frames.times < 1.25 * n)
+    near = frames.displacements[pressed][:, : n // 4]
+    amplitudes = np.std(near, axis=0) / _VELOCITY
+    return Finding(
+        float(np.argmax(amplitudes) == 0),
+        0.0,
+        "standard deviations of the positions of particles 1, 2, … between 0.75 n and 1.25 n, "
+        f"while the wall presses, over v₀: {', '.join(f'{a:.3f}' for a in amplitudes)} (n = {n}, "
+        'LAMMPS). What "amplitude" means is our reading',
+    )
+
+
+@claim(
+    "eqs. (7)–(10)",
+    "the energies E_j of the modes are eq. (7) with Δt, f and v of eqs. (8)–(10): difference 0",
+    words(0.0, 1.0, "1, all energy of vibration"),
+    "the spectrum of eq. (7)",
+)
+def _spectrum(measured: Measurements) -> Finding:
+    point = paper_chain(measured)
+    if "mode_energies" not in point.answer.arrays:
+        raise NoNumber("no energies of modes")
+
+    def energies(answer: Answer) -> Array:
+        return answer.arrays["mode_energies"][1:] / point.scene.impact_velocity**2
+
+    n, found = point.particles, energies(point.answer)
+    formula = basile_dumont_energies(n)
+    apart = float(np.sum(np.abs(formula - found)) / np.sum(found))
+    half = int(np.searchsorted(np.cumsum(found), 0.5 * np.sum(found))) + 1
+    low = np.arange(1, n) <= half
+    low_apart = float(np.sum(np.abs(formula - found)[low]) / np.sum(found[low]))
+    both = [energies(answer) for answer in point.answers]
+    error = float(np.sum(np.abs(both[0] - both[-1])) / np.sum(found))
+    return Finding(
+        apart,
+        error,
+        f"sum over j of |E_j of the formula − E_j of the chain| over the sum of the latter, n = "
+        f"{n}, {point.engine_name}; of modes 1 to {half}, which have half of the energy, "
+        f"{low_apart:.2f}; of all energy of vibration the formula has "
+        f"{float(np.sum(formula) / np.sum(found)):.2f}; ± what the engines differ by",
+        [point],
+    )
+
+
+def figure(_measured: Measurements) -> Figure:
+    """Run the chains of 19 and 20 in LAMMPS and return the figure."""
+    runs = {n: _followed(n) for n in (19, 20)}
     etas = "; ".join(
-        f"n = {n}: η = {float(np.mean(outcome.velocities) / VELOCITY) ** 2:.6f}"
+        f"n = {n}: η = {float(np.mean(outcome.velocities) / _VELOCITY) ** 2:.6f}"
         for n, outcome in runs.items()
     )
+    positions = [
+        {"particles": n, "time": float(time), "particle": i + 1, "position": float(i + u)}
+        for n, outcome in runs.items()
+        if outcome.frames is not None
+        for time, row in zip(outcome.frames.times, outcome.frames.displacements, strict=True)
+        for i, u in enumerate(row)
+    ]
+
+    def draw(above: Axes, below: Axes) -> None:
+        for ax, (n, outcome) in zip((above, below), runs.items(), strict=True):
+            _draw_one(ax, n, outcome)
+        below.set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
+
     return Figure(
-        key="trajectories",
+        key=_KEY,
         title="Trajectories of harmonic chains of 19 and 20 particles",
         caption=(
             "The paper's figure 2, whose text says n = 19 and whose caption says n = 20. LAMMPS, "
-            f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {VELOCITY} speeds of sound. "
+            f"steps of order 8 and length {_NUMERICS.timestep}, v₀ = {_VELOCITY} speeds of sound. "
             "Blue: particle 1; grey: the others. Dots are contacts; "
             "the dashed line is sound, in the material, to the free end and back: contact ends "
             f"near 2τ. {etas}."
         ),
-        records=_records(runs),
-        draw=lambda: _draw(runs),
         alt=(
             "Distances from the wall against time: the chain is compressed from the wall end to "
             "the free end while particle 1 hits the wall again and again, and leaves after about "
             "two crossings of sound."
         ),
+        draw=draw,
+        records=positions,
+        size=(6.4, 7.0),
+        panels=(1.0, 1.0),
+        sharex=True,
     )
-
-
-def _records(runs: dict[int, Outcome]) -> list[dict[str, Any]]:
-    records = []
-    for n, outcome in runs.items():
-        assert outcome.frames is not None
-        for time, row in zip(outcome.frames.times, outcome.frames.displacements, strict=True):
-            records += [
-                {"particles": n, "time": float(time), "particle": i + 1, "position": float(i + u)}
-                for i, u in enumerate(row)
-            ]
-    return records
-
-
-def _draw(runs: dict[int, Outcome]) -> Canvas:
-    canvas, panels = new_figure(len(runs), 1, figsize=(6.4, 7.0), sharex=True)
-    for ax, (n, outcome) in zip(panels, runs.items(), strict=True):
-        _draw_one(ax, n, outcome)
-    panels[-1].set_xlabel(r"time / $\tau$,  $\tau = (n-1)\,\ell/c_l$")
-    return canvas
 
 
 def _draw_one(ax: Axes, n: int, outcome: Outcome) -> None:

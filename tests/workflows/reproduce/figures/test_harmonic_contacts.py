@@ -10,9 +10,13 @@ from chaincor.analysis.theory import (
     harmonic_dissipation_limit,
 )
 from chaincor.workflows.reproduce.claims import Verdict, claims_of
-from chaincor.workflows.reproduce.figures import harmonic_contacts, harmonic_lengths, order, pair
-from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point
-from chaincor.workflows.reproduce.measuring import by_echo
+from chaincor.workflows.reproduce.figures import (
+    harmonic_contacts,
+    harmonic_lengths,
+    pair,
+    trajectories,
+)
+from chaincor.workflows.reproduce.measurements import Answer, Measurements, Point, by_echo
 from chaincor.workflows.reproduce.plan import QUICK
 
 
@@ -36,7 +40,7 @@ def found():
         },
     )
     claims = (
-        *claims_of(order)[-1:],
+        *claims_of(trajectories)[-1:],
         *claims_of(harmonic_contacts),
         *claims_of(pair)[:1],
         *claims_of(harmonic_lengths),
@@ -102,13 +106,13 @@ def test_orbits_are_similar_and_fast_chains_lose_their_order():
     answers = [Answer(r.to_dict(), r.arrays()) for r in map(collide, scenes)]
     points = tuple(map(Point, scenes, (None, None), answers))
     measured = Measurements(QUICK, (), {"order": points})
-    found = claims_of(order)[0].found(measured)
+    found = claims_of(trajectories)[1].found(measured)
     assert found.value == 0.0
     assert "pass through each other at v₀ = 1 speeds of sound, and not at 0.3" in found.text
     both = tuple(map(Point, scenes, answers, answers))
     velocities = Measurements(QUICK, (), {"harmonic_velocities": both})
     # u/v0 is of the order of 1 and known to some 1e-13 of the length of the chain.
-    assert claims_of(order)[1].found(velocities).value < 1e-10
+    assert claims_of(trajectories)[2].found(velocities).value < 1e-10
 
 
 def test_estimates_from_two_particles(found):

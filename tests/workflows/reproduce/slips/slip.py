@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from chaincor.workflows.reproduce.slips import RIGHT as RIGHT_AS_PRINTED
+from chaincor.workflows.reproduce.report import RIGHT as RIGHT_AS_PRINTED
 
 
 class Kind(StrEnum):

@@ -13,7 +13,7 @@ import pytest
 
 from chaincor.analysis import pair_theory, restitution, theory
 from chaincor.workflows.reproduce.paper import CLAIMS
-from chaincor.workflows.reproduce.slips import read_slips
+from chaincor.workflows.reproduce.report import read_slips
 from tests.workflows.reproduce.slips import harmonic_chains, nonlinear_chains
 from tests.workflows.reproduce.slips.slip import Kind, Matters, Slip
 
@@ -101,8 +101,8 @@ def test_report_reads_the_page_as_it_was_written():
     assert count == count_slips(all_slips())
     names = ("where", "printed", "correct", "kind", "evidence")
     for ours, theirs in zip(all_slips(), read, strict=True):
-        assert [getattr(theirs, name) for name in names] == [getattr(ours, name) for name in names]
-        assert theirs.matters == (ours.matters if ours.kind is Kind.SLIP else "–")
+        assert [theirs[name] for name in names] == [getattr(ours, name) for name in names]
+        assert theirs["matters"] == (ours.matters if ours.kind is Kind.SLIP else "–")
 
 
 def test_what_is_right_or_undecided_is_no_slip():

@@ -1,0 +1,22 @@
+"""Hard spheres, event by event, against what sorting velocities must give."""
+
+from fractions import Fraction
+
+import pytest
+
+from chaincor.analysis.theory import hard_sphere_limit
+from chaincor.workflows.reproduce.figures.contacts_and_restitution import run_hard_spheres
+
+
+@pytest.mark.parametrize("particles", [1, 2, 3, 8, 21])
+def test_counts_are_those_of_sorting(particles):
+    _, contacts, exchanges = run_hard_spheres(particles)
+    # Every sphere's velocity must turn at the wall once, and pass every other one once.
+    assert contacts == particles
+    assert exchanges == particles * (particles - 1) // 2
+    assert contacts + exchanges == hard_sphere_limit(particles).exchanges
+
+
+def test_velocities_are_reversed_in_exact_arithmetic():
+    """So that the restitution is 1, and nothing vibrates."""
+    assert run_hard_spheres(12, gap=Fraction(3, 11))[0] == [1] * 12
