@@ -1,11 +1,8 @@
 """What limits the numbers got from a dump, in sentences."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from chaincor.analysis.dumps.chain_frames import DISPLACEMENT_COLUMN, ChainLayout
-from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.contact_detection import DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
 from chaincor.analysis.followed import Followed
@@ -22,77 +19,22 @@ _UNUSUAL_BOND = 1e-3
 _ROUNDINGS = 1e-13
 
 
-@dataclass(frozen=True, eq=False)
-class Ending:
-    """How a dump ends."""
-
-    seen: Followed  #: What its frames show.
-    bond: Potential | None  #: The bonds' potential, if known.
-    argument: str | None  #: ``proved`` or ``argued``: how it is known that no contact follows.
-
-    @property
-    def parting(self) -> bool:
-        """Whether the chain recedes."""
-        return self.seen.last.separation(self.seen.masses) > 0.0
-
-    @property
-    def alone(self) -> bool:
-        """Whether each body is one particle, which meets no other twice."""
-        return all(m.size == 1 for m in self.seen.masses)
-
-    @property
-    def sound_returns(self) -> float:
-        """Time that sound needs to cross the longer body and come back."""
-        stiffness = 1.0 if self.bond is None else self.bond.stiffness
-        # Long waves see the mean mass and are the fastest.
-        return max(
-            2.0 * m.size * float(np.mean(m)) ** 0.5 / stiffness**0.5 for m in self.seen.masses
-        )
-
-    @property
-    def finished(self) -> bool:
-        """
-        Whether the collision is over in the last frame as far as can be told.
-
-        That is where the chain recedes, and that no contact follows is proved, argued, or has been
-        shown by silence for longer than sound needs to cross the chain and come back.
-        """
-        known = self.alone or self.argument is not None
-        return self.parting and (known or self.seen.since_contact > self.sound_returns)
-
-
 def collect_caveats(
-    reading: CollisionFrames,
-    ending: Ending,
-    *,
-    drifts: tuple[float, float] | None,
-    truncated: bool,
+    seen: Followed, *, drifts: tuple[float, float] | None, truncated: bool
 ) -> list[str]:
     """
     Say what a reader of the results must know: nothing for a dump without blemish.
 
-    Parameters
-    ----------
-    reading : CollisionFrames
-        The frames, read to the end.
-    ending : Ending
-        What they show, and how they end.
-    drifts : tuple of float or None
-        Relative changes of the energy from the first frame to the first after the last contact, and
-        to the last; None where the bond is not known.
-    truncated : bool
-        Whether the last frame is cut short.
-
-    Returns
-    -------
-    list of str
-        Sentences.
+    `drifts` are relative changes of the energy from the first frame to the first after the last
+    contact, and to the last; None where the bond is not known. `truncated` says whether the last
+    frame is cut short.
     """
-    layout, caveats = reading.layout, []
+    reading, layout, bond = seen.reading, seen.reading.layout, seen.reading.known.bond
+    caveats = []
     if truncated:
         caveats.append(
             f"the last frame of the dump is cut short and was left out; the last whole one is "
-            f"that of step {ending.seen.last.step}"
+            f"that of step {seen.last.step}"
         )
     if layout.particle_order is not None and not layout.targets:
         caveats.append(
@@ -101,16 +43,16 @@ def collect_caveats(
         )
     digits = reading.digits
     half = float(np.max(reading.last.resolution("vx", digits)))
-    resolution = half / ending.seen.velocity
+    resolution = half / reading.velocity
     caveats += _precision_caveats(layout, reading.first, digits, resolution)
-    if reading.start.kind == "late":
+    if reading.start == "late":
         caveats.append(
             "the first frame lies inside the collision: contacts before it are not seen, and "
             "times are counted from the first one that is"
         )
-    caveats += _ending_caveats(ending)
-    caveats += _contact_caveats(ending.seen.detection, ending.bond)
-    if ending.bond is None:
+    caveats += _ending_caveats(seen)
+    caveats += _contact_caveats(seen.detection, bond)
+    if bond is None:
         caveats.append(
             "the bond is not known: no energy balance, and mode energies assume stiffness 1; "
             "give it (--potential)"
@@ -220,25 +162,26 @@ def _drift_caveats(before: float, after: float) -> list[str]:
     return caveats
 
 
-def _ending_caveats(ending: Ending) -> list[str]:
-    since = f"the dump ends {ending.seen.since_contact:.3g} after the last contact"
-    if not ending.parting:
-        other = "target" if len(ending.seen.masses) > 1 else "wall"
+def _ending_caveats(seen: Followed) -> list[str]:
+    since = f"the dump ends {seen.since_contact:.3g} after the last contact"
+    two = len(seen.reading.masses) > 1
+    if not seen.parting:
+        other = "target" if two else "wall"
         return [
             f"the chain still moves towards the {other} in the last frame: the collision is not "
             "over and restitution is not the final one"
         ]
-    if ending.argument == "proved" or ending.alone:
+    if seen.argument == "proved" or seen.alone:
         return []
-    if ending.argument == "argued":
+    if seen.argument == "argued":
         return [
             "energy alone does not rule out a contact after the last frame; it would take an "
             "unlikely gathering of energy in one bond"
         ]
-    if ending.seen.since_contact <= ending.sound_returns:
-        longer = "the longer body" if len(ending.seen.masses) > 1 else "the chain"
+    if seen.since_contact <= seen.sound_returns:
+        longer = "the longer body" if two else "the chain"
         return [
-            f"{since}; sound needs {ending.sound_returns:.3g} to cross {longer} and come back, so "
+            f"{since}; sound needs {seen.sound_returns:.3g} to cross {longer} and come back, so "
             "a later contact cannot be ruled out"
         ]
     return [f"{since}; nothing but this silence shows that no later one comes"]

@@ -1,18 +1,18 @@
-"""What the frames of a collision show, in one pass and constant memory."""
+"""What the frames of a collision show, in one pass and constant memory, and how well."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from chaincor.analysis.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.chain_state import ChainState
-from chaincor.analysis.dumps.collision_frames import CollisionFrames
 from chaincor.analysis.dumps.contact_detection import ContactDetector, DetectedContacts
 from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.masses import mass_resolution
 from chaincor.analysis.history import Record
-from chaincor.analysis.known import Known
+from chaincor.analysis.modes import are_equal
 from chaincor.analysis.restitution import bond_strains
-from chaincor.lammps_inputs.arrays import Array
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.errors import InputError
 
@@ -22,50 +22,62 @@ _SIDEWAYS = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """What the frames of a collision show, from the first to the last."""
+    """What the frames of a collision show, from the first to the last, and how they end."""
 
-    masses: Sequence[Array]  #: Of the chain, and of a free target, from the contact outward.
-    velocity: float  #: Impact speed v0.
-    #: In the first frame, in the first after the last contact, in the last.
-    opening: ChainState
-    parted: ChainState  #: See ``opening``.
-    last: ChainState  #: See ``opening``.
+    reading: CollisionFrames  #: The frames, read to the end.
+    parted: ChainState  #: The state in the first frame after the last contact.
+    last: ChainState  #: The state in the last frame.
     since_contact: float  #: Time from the last contact to the last frame.
     detection: DetectedContacts  #: The contacts.
     records: list[Record]  #: All states in short, of each body.
 
+    @property
+    def parting(self) -> bool:
+        """Whether the chain recedes."""
+        return self.last.separation(self.reading.masses) > 0.0
 
-def follow(
-    reading: CollisionFrames, masses: Sequence[Array], velocity: float, known: Known
-) -> Followed:
-    """
-    Read all frames of a collision.
+    @property
+    def alone(self) -> bool:
+        """Whether each body is one particle, which meets no other twice."""
+        return all(m.size == 1 for m in self.reading.masses)
 
-    Parameters
-    ----------
-    reading : CollisionFrames
-        The frames, of which the first has been read.
-    masses : sequence of ndarray
-        Of the chain, and of a free target.
-    velocity : float
-        Impact speed v0.
-    known : Known
-        The bond, and what meets.
+    @property
+    def sound_returns(self) -> float:
+        """Time that sound needs to cross the longer body and come back."""
+        root = self.reading.known.stiffness**0.5
+        # Long waves see the mean mass and are the fastest.
+        return max(2.0 * m.size * float(np.mean(m)) ** 0.5 / root for m in self.reading.masses)
 
-    Returns
-    -------
-    Followed
-        What they show.
+    @cached_property
+    def argument(self) -> str | None:
+        """Why no contact with a hard wall follows: ``proved``, ``argued``, or None."""
+        known, masses, last = self.reading.known, self.reading.masses[0], self.last
+        ask, bond = known.end_argument, known.bond
+        if bond is None or ask is None or known.targets or known.soft or not are_equal(masses):
+            return None
+        # A mass of 1 is taken there: in units of sqrt(m/k) the motion is the same.
+        root = float(np.sqrt(masses[0]))
+        strains, since = bond_strains(last.displacements), self.since_contact / root
+        return ask(last.gap, strains, root * last.velocities, since, bond)
 
-    Raises
-    ------
-    InputError
-        If they hold no contact, or what cannot be.
-    """
-    bond, bodies = known.bond, known.bodies
-    detector = ContactDetector(velocity, masses, bond, reading.resolution, bodies.soft)
-    records = [Record(each, bond) for each in masses]
-    first = None if bodies.soft else reading.first_contact(masses, velocity)
+    @property
+    def finished(self) -> bool:
+        """
+        Whether the collision is over in the last frame as far as can be told.
+
+        That is where the chain recedes, and that no contact follows is proved, argued, or has been
+        shown by silence for longer than sound needs to cross the chain and come back.
+        """
+        known = self.alone or self.argument is not None
+        return self.parting and (known or self.since_contact > self.sound_returns)
+
+
+def follow(reading: CollisionFrames) -> Followed:
+    """Read all frames of a collision; InputError if they hold no contact, or what cannot be."""
+    known, masses, velocity = reading.known, reading.masses, reading.velocity
+    detector = ContactDetector(velocity, masses, known.bond, reading.resolution, known.soft)
+    records = [Record(each, known.bond) for each in masses]
+    first = None if known.soft else reading.first_contact()
     state = parted = reading.opening
     touched = None
     for state in reading.states():
@@ -73,7 +85,7 @@ def follow(
             detector.add_known(state.time, first[0])
             state = first[1]
         for record, each in zip(records, state.bodies, strict=True):
-            _refuse_impossible_bonds(each, bond)
+            _refuse_impossible_bonds(each, known.bond)
             record.feed(each)
         detector.feed(state)
         if detector.last_time != touched:
@@ -83,13 +95,47 @@ def follow(
     if touched is None:
         raise InputError(
             "the momentum of the chain never rises in the dump: no contact with the "
-            f"{'target' if bodies.targets else 'wall'} is in it; dump the run from before the "
+            f"{'target' if known.targets else 'wall'} is in it; dump the run from before the "
             "first contact to after the last"
         )
-    since = state.time - touched
-    return Followed(
-        masses, velocity, reading.opening, parted, state, since, detector.result(), records
-    )
+    return Followed(reading, parted, state, state.time - touched, detector.result(), records)
+
+
+def restitution_precision(seen: Followed, e: float) -> float:
+    """
+    Return a bound on the error of eta that the few digits of a dump cause.
+
+    Half-units of printed numbers are propagated into it; `e` is the ratio of speeds.
+    """
+    reading, state = seen.reading, seen.last
+    masses, digits, known = reading.masses, reading.digits, reading.known
+    epsilon = float(np.finfo(float).eps)
+
+    def off(frame: DumpFrame, steps: int) -> float:
+        """Return how far the relative velocity in a frame may be off."""
+        half = reading.layout.by_body(frame.resolution("vx", digits))
+        printed = sum(
+            float(np.sum(m * h)) / float(np.sum(m)) for m, h in zip(masses, half, strict=True)
+        )
+        # The run itself goes on to at most one frame more, each step rounding every velocity, and
+        # LAMMPS adds up n products in an order of its own, each addition rounding.
+        sizes = zip(masses, state.bodies, strict=True)
+        return printed + sum(
+            (m.size + steps) * epsilon * float(np.sum(m * np.abs(body.velocities))) / np.sum(m)
+            for m, body in sizes
+        )
+
+    read = 0.0
+    # A speed that was given is exact, before a wall.
+    if known.targets:
+        read = off(reading.first, 0)
+    elif known.impact_velocity is None:
+        read = float(np.max(reading.first.resolution("vx", digits)))
+    error = 2.0 * abs(e) * (off(reading.last, reading.last_interval) + abs(e) * read)
+    uncertain = mass_resolution(reading.first, reading.layout, masses[0])
+    miss = np.abs(state.velocities / reading.velocity - e)
+    total = float(np.sum(masses[0]))
+    return error / reading.velocity + 2.0 * abs(e) * float(uncertain @ miss) / total
 
 
 def _refuse_sideways(frame: DumpFrame, impact_velocity: float) -> None:

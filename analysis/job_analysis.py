@@ -7,21 +7,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from chaincor.analysis.dumps.chain_frames import ChainLayout
-from chaincor.analysis.dumps.data_file import DeclaredMasses
+from chaincor.analysis.dumps.chain_frames import BODY_COLUMN, ChainLayout
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
-from chaincor.analysis.dumps.masses import find_masses
-from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
+from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.frame_analysis import analyze_frames
-from chaincor.analysis.job_dump import bodies_of, open_dump, view_of
 from chaincor.analysis.job_folder import Job, count_atoms, count_bonds
-from chaincor.analysis.known import CHAIN_AND_WALL, EndArgument, Known
+from chaincor.analysis.known import EndArgument, Known
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.lammps_inputs.bonds.potential import Potential
 from chaincor.lammps_inputs.bonds.potentials import Harmonic
 from chaincor.lammps_inputs.errors import InputError
-from chaincor.lammps_inputs.units.unit_system import UnitSystem
+
+# Two printed velocities of the default six digits may differ by this and mean the same.
+_SAME_SPEED = 1e-5
 
 
 def analyze_job(
@@ -63,7 +62,7 @@ def analyze_job(
         dump, else the chain's own, with the wall at 0 below the chain.
     target_particles : int, optional
         So many particles, those at the lowest x where the dump has no column ``mol``, are a free
-        target; by default as :func:`~chaincor.analysis.job_dump.bodies_of` tells it.
+        target; by default as ``scene.toml`` or the dump says.
 
     Returns
     -------
@@ -82,29 +81,35 @@ def analyze_job(
     >>> analyze_job(find_job(".")).contacts
     9
     """
-    view = view or view_of(job)
-    units = view.units
+    view = view or job.view
+    units, scene = view.units, job.told_scene
     _refuse_other_units(job, units.style)
-    dump = open_dump(job, view)
+    dump = job.frames(view)
     first = dump.first()
-    bodies = bodies_of(job, first, target_particles)
-    layout = ChainLayout.from_frame(first, bodies.targets)
-    told = Known(
+    layout = ChainLayout.from_frame(first, target_particles_of(job, first, target_particles))
+    by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
+    known = Known(
         bond=bond,
         impact_velocity=None if impact_velocity is None else impact_velocity / units.speed,
         timestep=None if timestep is None else timestep / units.time,
         masses=None if masses is None else np.asarray(masses, dtype=float) / units.mass,
-        bodies=bodies,
+        declared=replace(job.masses, by_type=by_type),
+        targets=layout.targets,
+        soft=scene is not None and scene.contact_duration > 0.0,
         end_argument=end_argument,
     )
-    known, notes = _with_scene(told, job, layout)
-    if job.scene is None and (view.wall != 0.0 or view.upwards):
+    known, notes = _with_scene(known, job, layout)
+    if scene is None and (view.wall != 0.0 or view.upwards):
         side = "+x" if view.upwards else "-x"
         notes.append(f"the wall is taken to be at x = {view.wall:g}, met by a chain along {side}")
-    known = replace(known, declared=_declared_masses(job, units))
-    if job.data is not None and bodies == CHAIN_AND_WALL:
+    if job.data is not None and not known.targets and not known.soft:
         _refuse_other_chain(job.data, layout.particles, job.dump)
-    notes += _unknown_masses(known, job, first, layout)
+    _, told = masses_of_bodies(first, layout, given=known.masses, declared=known.declared)
+    if scene is None and not told:
+        notes.append(
+            "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives "
+            "them"
+        )
     if job.commands.stock_wall:
         notes.append(
             "the run used fix wall/reflect: each contact then costs an error of first order in "
@@ -112,16 +117,48 @@ def analyze_job(
             "hardly show"
         )
     if known.timestep is None and not layout.time_known:
-        found, said = _timestep_of(job, dump, layout, units)
-        known, notes = replace(known, timestep=found), notes + said
-    return analyze_frames(dump.frames(progress), known, notes, lambda: dump.truncated)
+        step = job.commands.timestep
+        if step is not None:
+            step /= units.time
+        else:
+            step = infer_timestep(dump, layout)
+            if step is not None:
+                notes.append(
+                    f"the dump does not carry the time; a step was found to be {step:.6g} long "
+                    "from the flight of the last particle; --timestep gives it exactly"
+                )
+        known = replace(known, timestep=step)
+    return analyze_frames(dump, known, notes, progress)
+
+
+def target_particles_of(job: Job, first: DumpFrame, given: int | None = None) -> int:
+    """
+    Return how many particles are a free target's; 0 for a wall.
+
+    That is told by `given`, by ``scene.toml``, or by the first frame of the dump, whose column
+    ``mol`` is 1 in the chain and 2 in the target. Raises InputError where these differ.
+    """
+    scene = job.told_scene
+    told: dict[str, int] = {}
+    if given is not None:
+        told["--target-particles"] = given
+    if scene is not None and scene.target_particles is not None:
+        told[str(job.scene)] = scene.target_particles
+    if BODY_COLUMN in first.columns:
+        numbers = first.column(BODY_COLUMN)
+        if set(numbers.tolist()) == {1.0, 2.0}:
+            told[f"column {BODY_COLUMN} of the dump"] = int(np.sum(numbers == 2.0))
+    if len(set(told.values())) > 1:
+        shown = ", ".join(f"{source} {count}" for source, count in told.items())
+        raise InputError(f"the free target has {shown} particles; expected one number: drop one")
+    return next(iter(told.values()), 0)
 
 
 def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list[str]]:
     """Complete what a user told by the scene of the job, or by the springs of its script."""
     scene = job.told_scene
     if scene is None or job.scene is None:
-        if told.bond is not None or job.setup.spring is None:
+        if told.bond is not None or job.commands.setup.spring is None:
             return told, []
         note = "script or log says bond_style harmonic: energies are those of such bonds"
         return replace(told, bond=Harmonic()), [note]
@@ -131,7 +168,7 @@ def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list
             f"energies are those of {told.bond.name} bonds, as asked for, where {job.scene.name} "
             f"has {scene.label} ones"
         )
-    _expect_count(scene.all_particles, job.scene, layout.by_ids.particles, job.dump)
+    _expect_count(scene.all_particles, job.scene, layout.all_particles, job.dump)
     known = replace(
         told,
         bond=told.bond or scene.bond,
@@ -140,44 +177,31 @@ def _with_scene(told: Known, job: Job, layout: ChainLayout) -> tuple[Known, list
     return known, notes
 
 
-def _declared_masses(job: Job, units: UnitSystem) -> DeclaredMasses:
-    """Return the masses that the files of a job declare, in the chain's units."""
-    by_type = {kind: mass / units.mass for kind, mass in job.masses.by_type.items()}
-    return replace(job.masses, by_type=by_type)
+def infer_timestep(dump: Frames, layout: ChainLayout) -> float | None:
+    """
+    Return the simulated time of a step as seen in the flight of the last particle.
 
-
-def _unknown_masses(known: Known, job: Job, first: DumpFrame, layout: ChainLayout) -> list[str]:
-    """Say where masses are taken to be 1; InputError where they differ and are not known."""
-    given = None if known.bodies.targets else known.masses  # which are refused then
-    found = find_masses(first, layout.by_ids, given=given, declared=known.declared)
-    if job.scene is not None or found is not None:
-        return []
-    return [
-        "nothing tells the masses: particles are taken to be alike, of mass 1; --masses gives them"
-    ]
-
-
-def _timestep_of(
-    job: Job, dump: Frames, layout: ChainLayout, units: UnitSystem
-) -> tuple[float | None, list[str]]:
-    """Return the timestep that log, script or the flight of the last particle tells."""
-    timestep = read_timestep(job.commands)
-    if timestep is not None:
-        return timestep / units.time, []
-    timestep = infer_timestep(dump, layout)
-    if timestep is None:
-        return None, []
-    return timestep, [
-        f"the dump does not carry the time; a step was found to be {timestep:.6g} long from the "
-        "flight of the last particle; --timestep gives it exactly"
-    ]
+    Until sound has crossed the chain the particle farthest from the wall flies freely, so its
+    distance, its speed and the steps between frames give the time of a step. Frames are read only
+    as far as the flight goes; None if no two of them show it.
+    """
+    first = timestep = None
+    for frame in dump:
+        x, velocity = layout.displacements(frame)[-1], layout.velocities(frame)[-1]
+        if first is None:
+            first = frame.step, x, velocity
+        if velocity == 0.0 or not np.isclose(velocity, first[2], rtol=_SAME_SPEED, atol=0.0):
+            break
+        if frame.step > first[0]:
+            timestep = float((x - first[1]) / (first[2] * (frame.step - first[0])))
+    return timestep if timestep is not None and timestep > 0.0 else None
 
 
 def _refuse_other_units(job: Job, style: str) -> None:
     for path, commands in job.commands.files.items():
-        said = [c.words[1] for c in commands if c.words[0] == "units" and len(c.words) > 1]
-        other = next((found for found in said if found != style), None)
-        if other is not None and "$" not in other:
+        units = (c for c in commands if c.words[0] == "units" and not c.computed)
+        other = next((word for c in units for word in c.words[1:2] if word != style), None)
+        if other is not None:
             raise InputError(
                 f"{path} sets units {other}; expected units {style}: --units, --length, --mass and "
                 "--stiffness say what the chain's own are in those of the dump"

@@ -3,23 +3,28 @@
 import gzip
 import re
 import zlib
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from chaincor.analysis.dumps.data_file import DeclaredMasses, declared_masses
-from chaincor.analysis.dumps.declared_setup import DeclaredSetup, declared_setup
-from chaincor.analysis.dumps.other_trajectories import is_other_trajectory
+from chaincor.analysis.dumps.frame import Frames
+from chaincor.analysis.dumps.other_trajectories import is_other_trajectory, open_trajectory
 from chaincor.analysis.dumps.run_commands import RunCommands
+from chaincor.analysis.dumps.view import DumpView, ViewedDump
 from chaincor.lammps_inputs.errors import InputError
 from chaincor.lammps_inputs.scene import Scene
+from chaincor.lammps_inputs.units.unit_system import UNITS_FILE, UnitSystem
 
 _HEAD = 4096
 _ATOM_COUNT = re.compile(rb"^\s*(\d+)\s+atoms\s*$", re.MULTILINE)
 _BOND_COUNT = re.compile(rb"^\s*(\d+)\s+bonds\s*$", re.MULTILINE)
 _DATA_SECTION = re.compile(rb"^\s*(Atoms|Masses)\b", re.MULTILINE)
 _SCRIPT_COMMAND = re.compile(rb"^\s*(units|atom_style|read_data|run)\s", re.MULTILINE)
+# Also within a command such as ``if``.
+_DUMP_COMMAND = re.compile(r"^[^#\n]*\b(write_dump\s+\S+|dump\s+\S+\s+\S+)\s+custom", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -44,14 +49,43 @@ class Job:
         return RunCommands.read(self.logs, self.scripts)
 
     @cached_property
-    def setup(self) -> DeclaredSetup:
-        """What these say of units, springs and walls."""
-        return declared_setup(self.commands)
-
-    @cached_property
     def masses(self) -> DeclaredMasses:
         """What these and the data file say of masses, in the units of the dump."""
         return declared_masses(self.data, self.commands)
+
+    @cached_property
+    def view(self) -> DumpView:
+        """
+        How to see its dump, by what lies beside it.
+
+        Units are those of ``units.toml``; without one, and without a scene, those in which its
+        springs and masses are 1. The wall is that of ``fix wall/reflect``; of two, the chain flies
+        to one.
+        """
+        path, setup = self.dump.parent / UNITS_FILE, self.commands.setup
+        units = UnitSystem()
+        if path.exists():
+            units = UnitSystem.from_file(path)
+        elif self.scene is None:
+            units = setup.units(next(iter(self.masses.by_type.values()), None))
+        faces = [*setup.walls]
+        if not faces:
+            return DumpView(units)
+        first = open_trajectory(self.dump).first()
+        upwards = faces == ["xhi"]
+        if len(faces) > 1 and "vx" in first.columns:
+            upwards = bool(np.mean(first.column("vx")) > 0.0)
+        place = setup.walls["xhi" if upwards else "xlo"]
+        try:
+            wall = float(first.bounds[0, int(upwards)] if place == "EDGE" else place)
+        except ValueError:
+            return DumpView(units)
+        return DumpView(units, wall, upwards)
+
+    def frames(self, view: DumpView) -> Frames:
+        """Open its dump, in the chain's units; exactly as it is where it is in them."""
+        source = open_trajectory(self.dump)
+        return source if view == DumpView() else ViewedDump(source, view)
 
 
 def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None = None) -> Job:
@@ -82,7 +116,8 @@ def find_job(folder: Path | str, *, data: Path | None = None, dump: Path | None 
     >>> find_job(".").dump.name
     'motion.dump'
     """
-    return _job_of(Path(folder), _files_by_kind(Path(folder)), data, dump)
+    folder = Path(folder)
+    return _job_of(folder, _files_by_kind(folder), data, dump)
 
 
 def find_jobs(
@@ -100,46 +135,37 @@ def find_jobs(
     :func:`find_job` does.
     """
     folder = Path(folder)
-    given = None if scene is None else _existing(Path(scene))
-    if data is not None or dump is not None:
-        named = (None if path is None else Path(path) for path in (data, dump))
-        job = _job_of(folder, _files_by_kind(folder), *named)
-        return replace(job, scene=given or job.scene), ()
-    kinds = _files_by_kind(folder)
-    folders = sorted(path for path in folder.rglob("*") if path.is_dir())
-    below = tuple(
-        _job_of(path, found, None, None)
-        for path in folders
-        if (found := _files_by_kind(path))["dump"]
-    )
-    below = tuple(replace(job, scene=given or job.scene) for job in below)
-    if below and not kinds["dump"]:
-        return None, below
-    job = _job_of(folder, kinds, None, None)
-    return replace(job, scene=given or job.scene), below
-
-
-def _existing(path: Path) -> Path:
-    if not path.is_file():
-        raise InputError(f"cannot read {path}: no such file; expected the scene of the job")
-    return path
+    if scene is not None and not Path(scene).is_file():
+        raise InputError(f"cannot read {scene}: no such file; expected the scene of the job")
+    data, dump = (None if path is None else Path(path) for path in (data, dump))
+    kinds, below = _files_by_kind(folder), []
+    if data is None and dump is None:
+        for path in sorted(path for path in folder.rglob("*") if path.is_dir()):
+            found = _files_by_kind(path)
+            if found["dump"]:
+                below.append(_job_of(path, found))
+    jobs = [] if below and not kinds["dump"] else [_job_of(folder, kinds, data, dump)]
+    if scene is not None:
+        jobs, below = ([replace(job, scene=Path(scene)) for job in each] for each in (jobs, below))
+    return jobs[0] if jobs else None, tuple(below)
 
 
 def _job_of(
-    folder: Path, kinds: dict[str, list[Path]], data: Path | None, dump: Path | None
+    folder: Path,
+    kinds: dict[str, list[Path]],
+    data: Path | None = None,
+    dump: Path | None = None,
 ) -> Job:
-    dump, data = (_beside(folder, path) for path in (dump, data))
+    # A file that is named is where the name says, else in the folder.
+    dump, data = (
+        path if path is None or path.exists() or not (folder / path).exists() else folder / path
+        for path in (dump, data)
+    )
     if dump is None:
         dump = _only_one(kinds["dump"], "dump", folder)
-    if dump is None:
-        empty = [path.name for path in _empty_dumps(folder)]
-        hint = f" ({', '.join(empty)} is empty)" if empty else ""
-        raise InputError(
-            f"{folder} holds no LAMMPS dump of style custom, and no trajectory that ASE or "
-            f"MDAnalysis read{hint}; write one with "
-            "'dump ID all custom N FILE id x vx', or name it (--dump)"
-        )
     scene = folder / "scene.toml"
+    if dump is None:
+        raise InputError(_why_no_dump(folder, kinds["script"], scene))
     return Job(
         dump=dump,
         data=data or _only_one(kinds["data"], "data", folder),
@@ -149,26 +175,41 @@ def _job_of(
     )
 
 
-def _beside(folder: Path, path: Path | None) -> Path | None:
-    """Return a file that is named: where the name says, else in the folder."""
-    if path is None or path.exists() or not (folder / path).exists():
-        return path
-    return folder / path
+def _why_no_dump(folder: Path, scripts: list[Path], scene: Path) -> str:
+    """Say that a folder has no dump, and how it gets one."""
+    found = f"{folder} holds no LAMMPS dump of style custom, and no trajectory that ASE or "
+    found += "MDAnalysis read"
+    empty = [
+        path.name
+        for path in sorted(folder.iterdir())
+        if path.is_file() and path.stat().st_size == 0 and re.search("dump|lammpstrj", path.name)
+    ]
+    if empty:
+        found += f" ({', '.join(empty)} is empty)"
+    for script in scripts:
+        if _DUMP_COMMAND.search(script.read_text(errors="replace")):
+            return (
+                f"{found}; {script.name} writes one: run it, (cd {folder} && lmp -in {script.name})"
+            )
+    if scripts and scene.exists():
+        return (
+            f"{found}, and its script writes none; 'chaincor run {scene} --dump "
+            f"{folder / 'chain.dump'}' writes one, as does a job of 'chaincor inputs {scene} "
+            "--frames', once it is run"
+        )
+    return f"{found}; write one with 'dump ID all custom N FILE id x vx', or name it (--dump)"
 
 
 def _files_by_kind(folder: Path) -> dict[str, list[Path]]:
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder; expected the folder of a LAMMPS job")
-    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": []}
-    others = []
-    for path in sorted(folder.iterdir()):
-        kind = _recognise(path) if path.is_file() else None
+    kinds: dict[str, list[Path]] = {"dump": [], "data": [], "script": [], "log": [], "other": []}
+    for path in sorted(path for path in folder.iterdir() if path.is_file()):
+        kind = _recognise(path)
         if kind is not None:
             kinds[kind].append(path)
-        elif path.is_file() and is_other_trajectory(path):
-            others.append(path)
     # Beside a dump they are copies of it, with fewer digits.
-    kinds["dump"] = kinds["dump"] or others
+    kinds["dump"] = kinds["dump"] or kinds["other"]
     return kinds
 
 
@@ -211,15 +252,7 @@ def _recognise(path: Path) -> str | None:
         return "log"
     if path.suffix != ".toml" and len(_SCRIPT_COMMAND.findall(head)) >= 2:
         return "script"
-    return None
-
-
-def _empty_dumps(folder: Path) -> Iterable[Path]:
-    return [
-        path
-        for path in sorted(folder.iterdir())
-        if path.is_file() and path.stat().st_size == 0 and re.search("dump|lammpstrj", path.name)
-    ]
+    return "other" if is_other_trajectory(path) else None
 
 
 def _only_one(paths: list[Path], kind: str, folder: Path) -> Path | None:

@@ -14,17 +14,6 @@ from chaincor.lammps_inputs.errors import InputError
 EndArgument = Callable[[float, Array, Array, float, Potential], str | None]
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """What meets: a chain and a hard wall, unless it is said otherwise."""
-
-    targets: int = 0  #: Particles of a free target; 0 for a wall.
-    soft: bool = False  #: Whether the bodies overlap when they meet.
-
-
-CHAIN_AND_WALL = Bodies()
-
-
 @dataclass(frozen=True, eq=False)
 class Known:
     """What is known of a collision, in the chain's units; None where it is not."""
@@ -34,11 +23,13 @@ class Known:
     impact_velocity: float | None = None  #: v0; that of the first frame by default.
     timestep: float | None = None  #: Simulated time per step, for dumps that do not carry the time.
     #: Particle masses from the wall outwards, repeated along the chain; see
-    #: :func:`~chaincor.analysis.dumps.masses.find_masses`. Those of the dump, else 1, by default.
+    #: :func:`~chaincor.analysis.dumps.masses.masses_of_bodies`. Those of the dump, else 1, by
+    #: default.
     masses: ArrayLike | None = None
     #: Masses by type, from the files of the job.
     declared: DeclaredMasses = field(default_factory=DeclaredMasses)
-    bodies: Bodies = CHAIN_AND_WALL  #: What meets.
+    targets: int = 0  #: Particles of a free target; 0 for a wall.
+    soft: bool = False  #: Whether the bodies overlap when they meet.
     #: ``f(u_1, strains, velocities, time_since_contact, bond)`` returning why no contact can
     #: follow, or None; asked where all masses are alike. Without it only the time since the last
     #: contact speaks.

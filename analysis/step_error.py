@@ -8,7 +8,6 @@ import numpy as np
 
 from chaincor.analysis.caveats import find_contradictions
 from chaincor.analysis.dumps.printed import printed_error
-from chaincor.analysis.dumps.timestep import read_first_timestep
 from chaincor.analysis.job_analysis import analyze_job
 from chaincor.analysis.job_folder import Job, find_jobs
 from chaincor.analysis.results import CollisionAnalysis
@@ -34,7 +33,7 @@ class SteppedRun:
     @property
     def step(self) -> float | None:
         """Step of the run; None where neither log nor script tells it."""
-        return read_first_timestep(self.job.commands)
+        return self.job.commands.first_timestep
 
     @property
     def order(self) -> int | None:

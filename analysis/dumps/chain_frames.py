@@ -111,10 +111,9 @@ class ChainLayout:
         return [chain] if self.target_rows is None else [chain, values[self.target_rows]]
 
     @property
-    def by_ids(self) -> "ChainLayout":
-        """The layout of all particles in the order of ids, whichever body they are of."""
-        count = self.particles + self.targets
-        return ChainLayout(count, self.displacement_column, None, self.time_known)
+    def all_particles(self) -> int:
+        """Number of particles of both bodies."""
+        return self.particles + self.targets
 
     def state(self, frame: DumpFrame, timestep: float | None) -> ChainState:
         """
@@ -123,7 +122,7 @@ class ChainLayout:
         `timestep` is the simulated time per step, for dumps that do not carry the time. Raises
         InputError if the number of particles has changed.
         """
-        found, expected = frame.column("vx").size, self.particles + self.targets
+        found, expected = frame.column("vx").size, self.all_particles
         if found != expected:
             raise InputError(
                 f"the frame of step {frame.step} holds {found} particles, the first "

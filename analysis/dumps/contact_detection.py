@@ -11,7 +11,7 @@ whether there was only one, is found in one of the two ways of ``contact_times``
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -55,28 +55,55 @@ class DetectedContacts:
     largest_fall: float = 0.0
 
 
-@dataclass
 class ContactDetector:
-    """Collects contacts while frames stream by."""
+    """
+    Collects contacts while frames stream by.
 
-    impact_velocity: float  #: Impact speed v0.
-    masses: Sequence[Array]  #: Of the chain, and of a free target, each from the contact outward.
-    bond: Potential | None = None  #: The bonds' potential, if known.
-    #: Half-width of the interval that a printed velocity of the size of v0 stands for.
-    velocity_resolution: float = 0.0
-    #: Whether the bodies overlap when they meet: then only the momentum is watched.
-    soft: bool = False
-    last_time: float | None = None
-    _previous: ChainState | None = None
-    _times: list[float] = field(default_factory=list)
-    _speeds: list[float] = field(default_factory=list)
-    _unresolved: int = 0
-    _worst_miss: float = 0.0
-    _largest_gap: float = 0.0
-    _unexplained: int = 0
-    _momentum: float = 0.0
-    _peak: float = 0.0
-    _largest_fall: float = 0.0
+    Parameters
+    ----------
+    impact_velocity : float
+        Impact speed v0.
+    masses : sequence of ndarray
+        Of the chain, and of a free target, each from the contact outward.
+    bond : Potential, optional
+        The bonds' potential, if known.
+    velocity_resolution : float
+        Half-width of the interval that a printed velocity of the size of v0 stands for.
+    soft : bool
+        Whether the bodies overlap when they meet: then only the momentum is watched.
+
+    Attributes
+    ----------
+    last_time : float or None
+        When the last contact was.
+    """
+
+    def __init__(
+        self,
+        impact_velocity: float,
+        masses: Sequence[Array],
+        bond: Potential | None = None,
+        velocity_resolution: float = 0.0,
+        soft: bool = False,
+    ):
+        self._velocity, self._masses, self._bond, self._soft = impact_velocity, masses, bond, soft
+        # Mass of particle 1, or its reduced mass with the target's that it meets.
+        contact_mass = float(masses[0][0])
+        for target in masses[1:]:
+            contact_mass /= 1.0 + contact_mass / target[0]
+        self._contact_mass = contact_mass
+        # The momentum at impact, in units of the contact's mass.
+        self._initial = float(np.sum(masses[0])) / contact_mass * impact_velocity
+        # Rounding errors of n velocities in two frames add up like a random walk.
+        spread = np.sqrt(np.sum((masses[0] / contact_mass) ** 2))
+        self._rounding = velocity_resolution, spread, np.floor(np.log10(impact_velocity))
+        self._previous: ChainState | None = None
+        self.last_time: float | None = None
+        self._times: list[float] = []
+        self._speeds: list[float] = []
+        self._unresolved = self._unexplained = 0
+        self._worst_miss = self._largest_gap = self._largest_fall = 0.0
+        self._momentum = self._peak = 0.0
 
     def add_known(self, time: float, speed: float) -> None:
         """Record a contact that is known without detection, with its incoming speed."""
@@ -90,14 +117,14 @@ class ContactDetector:
         if before is None:
             return
         # In units of the contact's mass: what the closing speed must have changed by.
-        change = float(np.sum(self.masses[0] * (state.velocities - before.velocities)))
-        given = change / self.contact_mass
+        change = float(np.sum(self._masses[0] * (state.velocities - before.velocities)))
+        given = change / self._contact_mass
         slack = self._threshold(before, state)
         self._watch_for_falls(given, slack)
         if given <= slack:
             return
         duration = state.time - before.time
-        if self.soft:
+        if self._soft:
             self.last_time = state.time
             return
         # A frame written right after a contact shows when it was, and how fast.
@@ -107,7 +134,7 @@ class ContactDetector:
             return
         self._largest_gap = max(self._largest_gap, duration)
         self._unexplained += _out_of_reach(before, state, speed)
-        if self.bond is None or duration <= 0.0:
+        if self._bond is None or duration <= 0.0:
             self._interpolate(before, state, speed)
         else:
             self._reintegrate(before, state, given)
@@ -117,7 +144,7 @@ class ContactDetector:
         return DetectedContacts(
             np.array(self._times),
             np.array(self._speeds),
-            "none" if self.soft else "interpolation" if self.bond is None else "reintegration",
+            "none" if self._soft else "interpolation" if self._bond is None else "reintegration",
             self._unresolved,
             self._worst_miss,
             self._largest_gap,
@@ -125,31 +152,20 @@ class ContactDetector:
             self._largest_fall,
         )
 
-    @property
-    def contact_mass(self) -> float:
-        """Mass of particle 1, or its reduced mass with the target's that it meets."""
-        own = float(self.masses[0][0])
-        for target in self.masses[1:]:
-            own /= 1.0 + own / target[0]
-        return own
-
     def _threshold(self, before: ChainState, after: ChainState) -> float:
         # Digits that are printed stand for more where velocities have a decade more than v0.
         largest = max(np.max(np.abs(before.velocities)), np.max(np.abs(after.velocities)))
-        decades = np.floor(np.log10(max(largest, self.impact_velocity)))
-        coarser = 10.0 ** (decades - np.floor(np.log10(self.impact_velocity)))
-        # Rounding errors of n velocities in two frames add up like a random walk.
-        spread = np.sqrt(np.sum((self.masses[0] / self.contact_mass) ** 2))
-        rounding = 8.0 * coarser * self.velocity_resolution * spread
-        return max(2.0 * _SMALLEST_SPEED * self.impact_velocity, float(rounding))
+        resolution, spread, usual = self._rounding
+        coarser = 10.0 ** (np.floor(np.log10(max(largest, self._velocity))) - usual)
+        rounding = 8.0 * coarser * resolution * spread
+        return max(2.0 * _SMALLEST_SPEED * self._velocity, float(rounding))
 
     def _watch_for_falls(self, given: float, slack: float) -> None:
         self._momentum += given
         self._peak = max(self._peak, self._momentum)
         fall = self._peak - self._momentum
         if fall > slack:
-            total = float(np.sum(self.masses[0])) / self.contact_mass * self.impact_velocity
-            self._largest_fall = max(self._largest_fall, fall / total)
+            self._largest_fall = max(self._largest_fall, fall / self._initial)
 
     def _interpolate(self, before: ChainState, after: ChainState, speed: float) -> None:
         duration = after.time - before.time
@@ -163,16 +179,16 @@ class ContactDetector:
         self.add_known(float(np.clip(time, before.time, after.time)), speed)
 
     def _reintegrate(self, before: ChainState, after: ChainState, given: float) -> None:
-        assert self.bond is not None
+        assert self._bond is not None
         # A frame written at a contact may hold either side of it: look a little beyond, and let
         # the momentum say which contacts at the very end belong to this pair of frames.
         margin = _MARGIN * (after.time - before.time + abs(after.time))
-        times, speeds = reintegrate_contacts(before, after.time + margin, self.bond, self.masses)
+        times, speeds = reintegrate_contacts(before, after.time + margin, self._bond, self._masses)
         doubtful = sum(time > after.time - margin for time in times)
         counts = range(len(times) - doubtful, len(times) + 1)
         count = min(counts, key=lambda k: abs(2.0 * sum(speeds[:k]) - given))
         times, speeds = times[:count], speeds[:count]
-        miss = abs(2.0 * sum(speeds) - given) / self.impact_velocity
+        miss = abs(2.0 * sum(speeds) - given) / self._velocity
         self._worst_miss = max(self._worst_miss, miss)
         if not times or not miss < _LARGEST_MISS:
             self._interpolate(before, after, 0.5 * given)

@@ -37,71 +37,49 @@ def declared_masses(data: Path | None, commands: RunCommands = NO_COMMANDS) -> D
     sections = {} if data is None else _read_sections(data, ("Masses", "Atoms"))
     in_data = _masses_section(sections.get("Masses", ("", []))[1], data)
     files, expanded = commands.named("mass", "set", "read_data", "atom_style")
-    read = [_MassCommands.of(each, path, expanded=expanded) for path, each in files.items()]
-    found = [each.apply(in_data) for each in read] or [in_data]
-    unclear = next((each.unclear for each in read if each.unclear), None)
-    if any(masses != found[0] for masses in found):
+    read = [_masses_after(each, in_data, path.name, expanded) for path, each in files.items()]
+    found = read[0][0] if read else in_data
+    unclear = next((why for _, why in read if why), None)
+    if any(masses != found for masses, _ in read):
         unclear = f"{' and '.join(path.name for path in files)} set different masses"
     hint, rows = sections.get("Atoms", ("", []))
-    style = hint or next((each.atom_style for each in read if each.atom_style), "")
-    source = "the job" if data is None or found[0] != in_data else str(data)
-    return DeclaredMasses(found[0], _types_by_id(rows, style), source, unclear)
+    said = (c.words for each in files.values() for c in each if not c.computed)
+    styles = [words[1] for words in said if words[0] == "atom_style" and len(words) > 1]
+    source = "the job" if data is None or found != in_data else str(data)
+    return DeclaredMasses(found, _types_by_id(rows, hint or "".join(styles[-1:])), source, unclear)
 
 
-@dataclass
-class _MassCommands:
-    """The commands of one file that decide masses, in order."""
-
-    masses: list[tuple[str, float] | None] = field(default_factory=list)  # None: read_data
-    atom_style: str = ""
-    unclear: str | None = None
-
-    @classmethod
-    def of(cls, commands: Sequence[Command], path: Path, *, expanded: bool) -> "_MassCommands":
-        found = cls()
-        for command in commands:
-            words, said = command.words, f"'{command.line.strip()}' in {path.name}"
-            if command.computed and words[0] in ("mass", "set"):
-                # A log repeats the line with what variables stand for.
-                if not expanded and _sets_masses(words):
-                    found.unclear = f"{said} sets masses by a variable"
-            elif words[0] == "read_data":
-                found.masses.append(None)
-            elif words[0] == "atom_style":
-                found.atom_style = words[1] if len(words) > 1 else ""
-            elif words[0] == "set" and _sets_masses(words):
-                found.unclear = f"{said} changes masses or types"
-            elif words[0] == "mass":
-                found._add_mass(words, said)
-        return found
-
-    def _add_mass(self, words: list[str], said: str) -> None:
-        try:
-            _type_range(words[1])
-            self.masses.append((words[1], float(words[2])))
-        except (ValueError, IndexError):
-            self.unclear = f"{said} cannot be read"
-
-    def apply(self, in_data: dict[int, float]) -> dict[int, float]:
-        """Return the masses after all commands; ``read_data`` brings those of the data file."""
-        masses = {} if None in self.masses else dict(in_data)
-        for command in self.masses:
-            if command is None:
-                masses.update(in_data)
-                continue
-            low, high = _type_range(command[0])
-            known = {*in_data, *masses}
-            last = max(known, default=low) if high is None else high
-            masses.update(dict.fromkeys(range(low, max(last, low) + 1), command[1]))
-        return masses
+def _masses_after(
+    commands: Sequence[Command], in_data: dict[int, float], name: str, expanded: bool
+) -> tuple[dict[int, float], str | None]:
+    """Return masses by type after the commands of a file, and why they cannot be relied on."""
+    reads_data = any(command.words[0] == "read_data" for command in commands)
+    masses, unclear = {} if reads_data else dict(in_data), None
+    for command in commands:
+        words, said = command.words, f"'{command.line.strip()}' in {name}"
+        if words[0] == "read_data":
+            masses.update(in_data)
+        elif words[0] == "atom_style" or not _sets_masses(words):
+            continue
+        elif command.computed:
+            # A log repeats the line with what variables stand for.
+            unclear = unclear if expanded else f"{said} sets masses by a variable"
+        elif words[0] == "set":
+            unclear = f"{said} changes masses or types"
+        else:
+            try:
+                masses.update(_masses_of_types(words, {*in_data, *masses}))
+            except (ValueError, IndexError):
+                unclear = f"{said} cannot be read"
+    return masses, unclear
 
 
-def _type_range(word: str) -> tuple[int, int | None]:
-    """Read the first argument of ``mass``: ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
-    if "*" not in word:
-        return int(word), int(word)
-    low, high = word.split("*")
-    return int(low or 1), int(high) if high else None
+def _masses_of_types(words: list[str], known: set[int]) -> dict[int, float]:
+    """Return what ``mass TYPES M`` sets; TYPES is ``3``, ``*``, ``2*``, ``*4`` or ``2*4``."""
+    low, star, high = words[1].partition("*")
+    first = int(low or 1)
+    last = int(high) if high else max(known, default=first) if star else first
+    return dict.fromkeys(range(first, max(last, first) + 1), float(words[2]))
 
 
 def _sets_masses(words: list[str]) -> bool:
@@ -118,20 +96,16 @@ def _read_sections(path: Path, wanted: Sequence[str]) -> dict[str, tuple[str, li
     except (OSError, EOFError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read {path}: {error}; expected a LAMMPS data file") from None
     sections: dict[str, tuple[str, list[list[str]]]] = {}
-    rows: list[list[str]] | None = None
+    rows: list[list[str]] = []
     for line in text.splitlines()[1:]:
         body, _, comment = line.partition("#")
         words = body.split()
-        if not words:
-            continue
-        if words[0][0].isalpha() and len(words) <= 3 and not words[-1][-1].isdigit():
-            name = " ".join(words)
-            rows = [] if name in wanted else None
-            if rows is not None:
-                sections[name] = (comment.strip(), rows)
-        elif rows is not None:
+        if words and words[0][0].isalpha() and len(words) <= 3 and not words[-1][-1].isdigit():
+            rows = []
+            sections[" ".join(words)] = (comment.strip(), rows)
+        elif words:
             rows.append(words)
-    return sections
+    return {name: found for name, found in sections.items() if name in wanted}
 
 
 def _masses_section(rows: list[list[str]], path: Path | None) -> dict[int, float]:

@@ -14,15 +14,68 @@ MASS_COLUMN = "mass"
 TYPE_COLUMN = "type"
 # Given masses and those of the default format of dumps agree to its six digits.
 _SAME_MASS = 1e-5
+_NONE_DECLARED = DeclaredMasses()
 
 
-def repeat_masses(masses: ArrayLike, particles: int) -> Array:
+def masses_of_bodies(
+    frame: DumpFrame,
+    layout: ChainLayout,
+    *,
+    given: ArrayLike | None = None,
+    declared: DeclaredMasses = _NONE_DECLARED,
+) -> tuple[list[Array], bool]:
     """
-    Repeat k masses along the chain: particle k + 1 has the first again.
+    Return the masses of the chain, and of a free target, each from the contact outward.
 
-    Raises InputError if there is none, one is not positive and finite, or there are more than
-    particles.
+    The column ``mass`` of the dump counts first, then the particles' types with the masses that
+    the job declares for them, then those given, which are repeated along a chain and must not
+    contradict the others. They are 1 where nothing tells them: the second value says whether
+    anything does. Raises InputError if types differ and their masses are not known, if the masses
+    given are not those of the job, or if they are given beside a free target.
     """
+    if given is not None and layout.targets:
+        raise InputError(
+            "masses are given, and there is a free target; expected the masses of both bodies in a "
+            "column 'mass' of the dump, or in the data file: drop --masses"
+        )
+    found, why = _by_id(frame, layout.all_particles, declared)
+    if given is None:
+        if found is None and why:
+            raise InputError(
+                f"the masses of the particles are not known: {why}; give them from the wall "
+                "outwards (--masses 1,2 or --masses FILE), or dump a column 'mass'"
+            )
+        known = np.ones(layout.all_particles) if found is None else found
+        return layout.by_body(known), found is not None
+    masses = _repeated(given, layout.particles)
+    if found is not None:
+        (found,) = layout.by_body(found)
+        if not np.allclose(masses, found, rtol=_SAME_MASS, atol=0.0):
+            i = int(np.argmax(np.abs(masses / found - 1.0)))
+            raise InputError(
+                f"--masses gives particle {i + 1} from the wall the mass {masses[i]:g}, {why} "
+                f"{found[i]:g}; expected the masses of the run: drop --masses"
+            )
+    return [masses], True
+
+
+def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Array:
+    """
+    Return how far masses may be off because a dump prints few digits of them.
+
+    Half a unit of the last digit; 0 where the masses are not those of a column, or all alike, which
+    restitution does not depend on.
+    """
+    if MASS_COLUMN in frame.columns and not are_equal(masses):
+        printed = layout.by_body(frame.column(MASS_COLUMN))[0]
+        if np.array_equal(masses, printed):
+            half = frame.resolution(MASS_COLUMN, frame.significant_digits())
+            return layout.by_body(half)[0]
+    return np.zeros(masses.size)
+
+
+def _repeated(masses: ArrayLike, particles: int) -> Array:
+    """Repeat k masses along the chain: particle k + 1 has the first again."""
     given = np.atleast_1d(np.asarray(masses, dtype=float))
     wrong = given[~((given > 0.0) & (given < np.inf))]
     if given.size == 0 or wrong.size:
@@ -36,88 +89,10 @@ def repeat_masses(masses: ArrayLike, particles: int) -> Array:
     return np.resize(given, particles)
 
 
-def find_masses(
-    frame: DumpFrame,
-    layout: ChainLayout,
-    *,
-    given: ArrayLike | None = None,
-    declared: DeclaredMasses | None = None,
-) -> Array | None:
-    """
-    Return the masses of the particles of a dump, particle 1 first.
-
-    The column ``mass`` of the dump counts first, then the particles' types with the masses that
-    the job declares for them, then those given, which must not contradict the others.
-
-    None where nothing is known of them and nothing says that they differ. Raises InputError if
-    types differ and their masses are not known, or the masses given are not those of the job.
-    """
-    found, why = _find(frame, layout, declared or DeclaredMasses())
-    if given is None:
-        if found is None and why:
-            raise InputError(
-                f"the masses of the particles are not known: {why}; give them from the wall "
-                "outwards (--masses 1,2 or --masses FILE), or dump a column 'mass'"
-            )
-        return found
-    masses = repeat_masses(given, layout.particles)
-    if found is not None and not np.allclose(masses, found, rtol=_SAME_MASS, atol=0.0):
-        i = int(np.argmax(np.abs(masses / found - 1.0)))
-        raise InputError(
-            f"--masses gives particle {i + 1} from the wall the mass {masses[i]:g}, {why} "
-            f"{found[i]:g}; expected the masses of the run: drop --masses"
-        )
-    return masses
-
-
-def masses_of_bodies(
-    frame: DumpFrame,
-    layout: ChainLayout,
-    *,
-    given: ArrayLike | None = None,
-    declared: DeclaredMasses | None = None,
-) -> list[Array]:
-    """
-    Return the masses of the chain, and of a free target, each from the contact outward.
-
-    As :func:`find_masses` finds them, 1 where nothing tells them. Raises InputError as that does,
-    and where masses are given beside a free target.
-    """
-    if not layout.targets:
-        found = find_masses(frame, layout, given=given, declared=declared)
-        return [np.ones(layout.particles) if found is None else found]
-    if given is not None:
-        raise InputError(
-            "masses are given, and there is a free target; expected the masses of both bodies in a "
-            "column 'mass' of the dump, or in the data file: drop --masses"
-        )
-    found = find_masses(frame, layout.by_ids, declared=declared)
-    return layout.by_body(np.ones(layout.by_ids.particles) if found is None else found)
-
-
-def mass_resolution(frame: DumpFrame, layout: ChainLayout, masses: Array) -> Array:
-    """
-    Return how far masses may be off because a dump prints few digits of them.
-
-    Half a unit of the last digit; 0 where the masses are not those of a column, or all alike, which
-    restitution does not depend on.
-    """
-    if MASS_COLUMN not in frame.columns or are_equal(masses):
-        return np.zeros(masses.size)
-    printed = layout.from_the_wall(frame.column(MASS_COLUMN))
-    if not np.array_equal(masses, printed):
-        return np.zeros(masses.size)
-    return layout.from_the_wall(frame.resolution(MASS_COLUMN, frame.significant_digits()))
-
-
-def _find(
-    frame: DumpFrame, layout: ChainLayout, declared: DeclaredMasses
-) -> tuple[Array | None, str]:
+def _by_id(frame: DumpFrame, n: int, declared: DeclaredMasses) -> tuple[Array | None, str]:
     """Return masses and who says so; or None and why not, empty if nothing says they differ."""
-    n = layout.particles
     if MASS_COLUMN in frame.columns:
-        printed = layout.from_the_wall(frame.column(MASS_COLUMN))
-        return repeat_masses(printed, n), f"column '{MASS_COLUMN}' of the dump"
+        return _repeated(frame.column(MASS_COLUMN), n), f"column '{MASS_COLUMN}' of the dump"
     if declared.unclear is not None:
         return None, declared.unclear
     types = frame.column(TYPE_COLUMN) if TYPE_COLUMN in frame.columns else declared.types
@@ -130,10 +105,10 @@ def _find(
         return None, f"{declared.source} declares no mass for type {missing[0]}"
     used = {declared.by_type[kind] for kind in kinds} or set(declared.by_type.values())
     if len(used) == 1:
-        return repeat_masses([*used], n), declared.source
+        return _repeated([*used], n), declared.source
     if types is None:
         return None, f"{declared.source} declares several, and the dump has no column 'type'"
     if types.size != n:
         return None, f"{declared.source} has {types.size} atoms, the dump {n}"
     by_particle = [declared.by_type[int(kind)] for kind in types]
-    return repeat_masses(layout.from_the_wall(np.array(by_particle)), n), declared.source
+    return _repeated(by_particle, n), declared.source

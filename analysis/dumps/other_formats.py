@@ -11,7 +11,7 @@ from chaincor.analysis.atomic_write import written_aside
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.chain_state import ChainState
 from chaincor.analysis.dumps.frame import DumpFrame, Frames
-from chaincor.analysis.dumps.masses import find_masses
+from chaincor.analysis.dumps.masses import masses_of_bodies
 from chaincor.analysis.dumps.other_trajectories import open_trajectory
 from chaincor.lammps_inputs.arrays import Array
 
@@ -187,9 +187,8 @@ def _opened(dump: Path | str | Frames) -> Frames:
 
 
 def _masses(first: DumpFrame, given: ArrayLike | None) -> Array:
-    layout = ChainLayout.from_frame(first)
-    found = find_masses(first, layout, given=given)
-    return np.ones(layout.particles) if found is None else found
+    masses, _ = masses_of_bodies(first, ChainLayout.from_frame(first), given=given)
+    return masses[0]
 
 
 def _along_x(values: np.ndarray) -> np.ndarray:

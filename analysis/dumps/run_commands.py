@@ -1,15 +1,22 @@
-"""The commands of a run, as its logs echo them and its scripts hold them, each file read once."""
+"""What the scripts and logs of a run say: its commands, units, springs, walls and steps."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
+
+from chaincor.lammps_inputs.errors import SceneError
+from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
 # What anything is told by; logs have many other lines.
 _TOLD = (
     *("units", "lattice", "atom_style", "pair_style", "bond_style", "bond_coeff"),
     *("read_data", "mass", "set", "fix", "timestep"),
 )
+_SETUP = ("units", "bond_style", "bond_coeff", "pair_style", "lattice", "fix")
+_NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 
 
 class Command(NamedTuple):
@@ -25,8 +32,30 @@ class Command(NamedTuple):
 
 
 @dataclass(frozen=True)
+class DeclaredSetup:
+    """What can be told of a run by its commands."""
+
+    style: str = "lj"  #: Of the units.
+    #: K and r0 of ``bond_style harmonic``, the only force; None for others.
+    spring: tuple[float, float] | None = None
+    #: Place of each face (``xlo``, ``xhi``) of ``fix wall/reflect``, as it is written.
+    walls: dict[str, str] = field(default_factory=dict)
+
+    def units(self, mass: float | None) -> UnitSystem:
+        """Return the chain's units in those of the run, by its springs and a particle's mass."""
+        mass = 1.0 if self.style == "lj" else mass
+        if self.spring is None or mass is None:
+            return CHAIN_UNITS
+        fields = {"length": self.spring[1], "mass": mass, "stiffness": 2.0 * self.spring[0]}
+        try:
+            return UnitSystem.from_fields(fields | {"style": self.style})
+        except SceneError:
+            return CHAIN_UNITS
+
+
+@dataclass(frozen=True)
 class RunCommands:
-    """The commands of one run."""
+    """The commands of one run, as its logs echo them and its scripts hold them."""
 
     #: By file, in order. Logs repeat a command with what its variables stand for.
     logs: dict[Path, list[Command]] = field(default_factory=dict)
@@ -52,6 +81,11 @@ class RunCommands:
         return (echoed, True) if echoed else (of_scripts, False)
 
     @property
+    def files(self) -> dict[Path, list[Command]]:
+        """All commands by file, scripts first."""
+        return self.scripts | self.logs
+
+    @property
     def stock_wall(self) -> bool:
         """Whether the run had the stock wall, ``fix wall/reflect``."""
         return any(
@@ -61,15 +95,38 @@ class RunCommands:
         )
 
     @property
-    def files(self) -> dict[Path, list[Command]]:
-        """All commands by file, scripts first."""
-        return self.scripts | self.logs
+    def timestep(self) -> float | None:
+        """
+        The step of all motion; None where steps do not tell the time.
 
-    def timesteps(self) -> tuple[Sequence[str], bool]:
-        """Return what follows ``timestep``, and whether variables stand for their values."""
+        That is where no ``timestep`` command is found, a script computes it, or it changes.
+        """
+        steps = set(self._timesteps())
+        return _positive(steps.pop()) if len(steps) == 1 else None
+
+    @property
+    def first_timestep(self) -> float | None:
+        """
+        The step that a run was set up with; None where nothing tells it.
+
+        Runs that stop at contacts set other steps on the way; the first is that of the motion.
+        """
+        return _positive(next(iter(self._timesteps()), None))
+
+    def _timesteps(self) -> list[float | None]:
+        """Return the steps that are set, in order; None where a script computes one."""
         found, expanded = self.named("timestep")
-        words = [c.words[1] for commands in found.values() for c in commands if len(c.words) > 1]
-        return words, expanded
+        words = [w for commands in found.values() for c in commands for w in c.words[1:2]]
+        kept = [w for w in words if _NUMBER.fullmatch(w) or ("$" in w and not expanded)]
+        return [None if "$" in word else float(word) for word in kept]
+
+    @property
+    def setup(self) -> DeclaredSetup:
+        """Units, springs and walls; nothing is taken that several files say differently."""
+        found, _ = self.named(*_SETUP)
+        setups = [_setup_of([c.words for c in each if not c.computed]) for each in found.values()]
+        alike = setups and all(each == setups[0] for each in setups)
+        return setups[0] if alike else DeclaredSetup()
 
 
 NO_COMMANDS = RunCommands()
@@ -82,3 +139,28 @@ def _commands(path: Path) -> list[Command]:
         if words and words[0] in _TOLD:
             found.append(Command(words, line))
     return found
+
+
+def _positive(step: float | None) -> float | None:
+    return step if step is not None and step > 0.0 else None
+
+
+def _setup_of(commands: Sequence[list[str]]) -> DeclaredSetup:
+    last = {words[0]: words[1:] for words in commands}
+    walls: dict[str, str] = {}
+    for words in commands:
+        if words[0] == "fix" and words[3:4] == ["wall/reflect"]:
+            walls |= dict(pairwise(words[4:]))
+    walls = {face: place for face, place in walls.items() if face in ("xlo", "xhi")}
+    springs = {tuple(words[2:4]) for words in commands if words[0] == "bond_coeff"}
+    alone = last.get("pair_style", ["none"])[0] in ("none", "zero")
+    spring = None
+    if last.get("bond_style") == ["harmonic"] and len(springs) == 1 and alone:
+        try:
+            stiffness, length = map(float, springs.pop())
+            spring = stiffness, length
+        except ValueError:
+            spring = None
+    style = last.get("units", ["lj"])
+    # With a lattice, places may be in units of it.
+    return DeclaredSetup(style[0] if style else "lj", spring, {} if "lattice" in last else walls)

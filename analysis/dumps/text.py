@@ -35,7 +35,7 @@ class TextFrames:
             return None
         step, time, particles, columns, box = header
         body = list(itertools.islice(stream, particles))
-        if len(body) < particles or not body[-1].endswith(b"\n"):
+        if len(body) < particles or (body and not body[-1].endswith(b"\n")):
             raise TruncatedFrameError
         words = b"".join(body).split()
         width = len(columns)
@@ -79,7 +79,7 @@ class TextFrames:
                     raise ValueError
                 if words[1] == b"ATOMS":
                     columns = tuple(word.decode() for word in words[2:])
-                    if step is None or particles is None or particles < 1 or not columns:
+                    if step is None or particles is None or not columns:
                         raise ValueError
                     return step, time, particles, columns, box
                 if words[1] == b"TIMESTEP":
@@ -132,8 +132,13 @@ def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:
     """
     Return the rows in order of id, or None where they are in it already.
 
-    Raises InputError if an id comes twice.
+    Raises InputError if there is none, or an id comes twice.
     """
+    if not ids.size:
+        raise InputError(
+            f"{name}: the frame of step {step} holds no atoms; expected a dump of the chain: its "
+            "group may be empty, or LAMMPS has lost all atoms"
+        )
     order = np.argsort(ids, kind="stable")
     if np.any(np.diff(ids[order]) == 0):
         raise InputError(f"{name}: the frame of step {step} holds an id twice; it is damaged")

@@ -14,8 +14,7 @@ TIMES = np.arange(0.0, 90.0, 1.0)
 
 
 def analyze(path, **known):
-    dump = Dump(path)
-    return analyze_frames(dump, Known(**known), is_truncated=lambda: dump.truncated)
+    return analyze_frames(Dump(path), Known(**known))
 
 
 def has_caveat(analysis, words):

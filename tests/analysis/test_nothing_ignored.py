@@ -87,6 +87,12 @@ def test_other_units_are_refused(harmonic20, dump_writer):
     (path.parent / "in.mine").write_text("units metal\natom_style bond\nrun 1\n")
     with pytest.raises(InputError, match="sets units metal"):
         analyze_job(find_job(path.parent))
+    # A log repeats a command with what its variable stands for; a script alone does not tell.
+    (path.parent / "in.mine").write_text("units ${u}\natom_style bond\nrun 1\n")
+    assert analyze_job(find_job(path.parent)).restitution == pytest.approx(ETA20, abs=1e-11)
+    (path.parent / "log.lammps").write_text("LAMMPS (22 Jul 2025)\nunits ${u}\nunits real\n")
+    with pytest.raises(InputError, match=r"log\.lammps sets units real; expected units lj"):
+        analyze_job(find_job(path.parent))
 
 
 def test_motion_sideways_is_refused(harmonic20, dump_writer):

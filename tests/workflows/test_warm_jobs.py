@@ -86,12 +86,12 @@ def test_without_its_bond_nothing_is_known_of_what_a_warm_chain_may_gain(tmp_pat
 
     path = tmp_path / "dump.lammpstrj"
     collide(WARM.replace(particles=10, tolerance=1e-7, dump=path))
-    found = analyze_frames(Dump(path).frames(), Known(impact_velocity=0.05))
+    found = analyze_frames(Dump(path), Known(impact_velocity=0.05))
     assert found.restitution > 1.0
     assert found.restitution_bound is None
     assert found.contradictions == ()
     # Taken for faster than it was, its first frame is no start.
-    late = analyze_frames(Dump(path).frames(), Known(impact_velocity=0.04, bond=WARM.bond))
+    late = analyze_frames(Dump(path), Known(impact_velocity=0.04, bond=WARM.bond))
     assert late.contacts is None
 
 

@@ -125,7 +125,6 @@ def analyze(
     """
     from chaincor.analysis.analysis_files import to_json_object, write_report
     from chaincor.analysis.dumps.other_formats import write_extended_xyz
-    from chaincor.analysis.job_dump import open_dump
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS
     from chaincor.workflows.job_analysis.analyze import analyze_found
     from chaincor.workflows.job_analysis.description import (
@@ -149,7 +148,7 @@ def analyze(
     if animation is not None:
         _animate(analysis, animation)
     if xyz is not None:
-        seen = open_dump(job, see(job))
+        seen = job.frames(see(job))
         both = [analysis.masses, *([analysis.target.masses] if analysis.target else [])]
         write_extended_xyz(seen, xyz, analysis.timestep or 1.0, *both)
     if output is not None:
@@ -178,10 +177,9 @@ def analyze(
 def _view(job: "Job", options: dict[str, Any]) -> "DumpView":
     """Return how to see a dump: as the options say, or as the file beside it does."""
     from chaincor.analysis.dumps.other_trajectories import open_trajectory
-    from chaincor.analysis.job_dump import view_of
     from chaincor.lammps_inputs.units.unit_system import CHAIN_UNITS, UnitSystem
 
-    view = view_of(job)
+    view = job.view
     wall, direction = options["wall"], options["direction"]
     wanted = {name: options[name] for name in ("length", "mass", "stiffness")}
     wanted["style"] = options["units"]

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from chaincor.analysis.dumps.view import DumpView
 from chaincor.analysis.job_analysis import analyze_job
-from chaincor.analysis.job_dump import view_of
 from chaincor.analysis.job_folder import Job
 from chaincor.analysis.results import CollisionAnalysis
 from chaincor.analysis.step_error import analyze_folder
@@ -19,10 +18,6 @@ from chaincor.lammps_inputs.errors import InputError
 from chaincor.workflows.engines.ending import argue_end
 
 Progress = Callable[[int], None] | None
-
-
-def _unwatched(_dump: Path) -> AbstractContextManager[Progress]:
-    return nullcontext(None)
 
 
 def analyze(
@@ -101,8 +96,8 @@ def analyze_found(
     data: Path | str | None = None,
     dump: Path | str | None = None,
     scene: Path | str | None = None,
-    watch: Callable[[Path], AbstractContextManager[Progress]] = _unwatched,
-    see: Callable[[Job], DumpView] = view_of,
+    watch: Callable[[Path], AbstractContextManager[Progress]] | None = None,
+    see: Callable[[Job], DumpView] | None = None,
     **known: Any,
 ) -> tuple[Job, CollisionAnalysis]:
     """
@@ -114,10 +109,9 @@ def analyze_found(
     """
 
     def analyze_one(job: Job) -> CollisionAnalysis:
-        with watch(job.dump) as progress:
-            return analyze_job(
-                job, end_argument=argue_end, progress=progress, view=see(job), **known
-            )
+        view = None if see is None else see(job)
+        with nullcontext() if watch is None else watch(job.dump) as progress:
+            return analyze_job(job, end_argument=argue_end, progress=progress, view=view, **known)
 
     run = analyze_folder(folder, data=data, dump=dump, scene=scene, analyze=analyze_one)
     return run.job, run.analysis

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from chaincor.analysis.dumps.printed import printed_numbers, printed_values, stopped_with
 from chaincor.analysis.dumps.run_commands import RunCommands
-from chaincor.analysis.dumps.timestep import read_first_timestep
-from chaincor.analysis.job_dump import view_of
 from chaincor.analysis.job_folder import find_job
 from chaincor.analysis.modes import are_equal
 from chaincor.analysis.results import CollisionAnalysis
@@ -71,7 +69,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         if found is not None:
             return found
     job, analysis = analyze_found(folder, dump=None if path.is_dir() else path)
-    timestep = read_first_timestep(job.commands)
+    timestep = job.commands.first_timestep
     return LammpsResult(
         str(path),
         scene or _scene_told(analysis),
@@ -81,7 +79,7 @@ def read_lammps_result(path: Path | str) -> LammpsResult:
         analysis.data_error,
         analysis.particles + (analysis.target.masses.size if analysis.target else 0),
         job.commands.stock_wall,
-        None if timestep is None else timestep / view_of(job).units.time,
+        None if timestep is None else timestep / job.view.units.time,
     )
 
 
@@ -178,7 +176,7 @@ def _read_log(path: Path, scene: Scene | None) -> LammpsResult | None:
         None if contacts is None else round(contacts),
         particles=int(atoms[-1]) if (atoms := _ATOMS.findall(text)) else None,
         stock_wall=commands.stock_wall,
-        timestep=read_first_timestep(commands),
+        timestep=commands.first_timestep,
     )
 
 

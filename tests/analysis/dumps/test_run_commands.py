@@ -33,7 +33,7 @@ def test_scripts_count_where_no_log_has_the_command(files):
     found, expanded = commands.named("fix")
     assert not expanded
     assert [c.words[3] for c in found[script]] == ["wall/reflect"]
-    assert commands.timesteps() == ([], False)
+    assert commands.timestep is None
 
 
 def test_the_stock_wall_is_seen_in_any_file(files):

@@ -65,7 +65,11 @@ def test_a_frame_cut_anywhere_is_recognised(cut):
         (b"id element", b"ID element", "no column 'id'"),
         (b"NUMBER OF", b"FEELINGS OF", "not a LAMMPS dump of style custom"),
         (b"\n3\n", b"\nthree\n", "not a LAMMPS dump of style custom"),
-        (b"\n3\nITEM: BOX", b"\n0\nITEM: BOX", "not a LAMMPS dump of style custom"),
+        (
+            b"\n3\nITEM: BOX",
+            b"\n0\nITEM: BOX",
+            "frame of step 7 holds no atoms; expected a dump of",
+        ),
     ],
 )
 def test_damage_is_named_in_one_line(old, new, message):

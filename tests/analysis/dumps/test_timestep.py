@@ -4,7 +4,7 @@ import pytest
 from chaincor.analysis.dumps.chain_frames import ChainLayout
 from chaincor.analysis.dumps.dump import Dump
 from chaincor.analysis.dumps.run_commands import RunCommands
-from chaincor.analysis.dumps.timestep import infer_timestep, read_timestep
+from chaincor.analysis.job_analysis import infer_timestep
 
 
 @pytest.mark.parametrize(
@@ -26,7 +26,7 @@ def test_timestep_command(tmp_path, log, script, expected):
         if text is not None:
             path.write_text(text)
         files.append([path] if text is not None else [])
-    assert read_timestep(RunCommands.read(*files)) == expected
+    assert RunCommands.read(*files).timestep == expected
 
 
 @pytest.mark.parametrize(("fmt", "error"), [("%.17g", 1e-6), ("%g", 2e-4)])

@@ -1,6 +1,9 @@
 """``chaincor run``: the JSON contract, options that win over files, one line for what is wrong."""
 
+import contextlib
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -112,6 +115,26 @@ def test_arrays_dump_and_save(chaincor, tmp_path):
         assert len(file["contact_times"]) == found["contacts"]
     assert dump.read_text().startswith("ITEM: TIMESTEP")
     assert (job / "chain.data").exists()
+
+
+def test_a_saved_job_is_analysed_by_the_dump_that_was_asked_for(chaincor, tmp_path):
+    saved = [*QUICK, "--scheme", "verlet", "--timestep", "0.05", "--no-error", "--save", "job"]
+    with contextlib.chdir(tmp_path):
+        found = run_json(chaincor, *saved)
+        status, _, err = chaincor("analyze", "job")
+        assert status == 2
+        hint = re.search(r"'chaincor (run job/scene\.toml --dump job/chain\.dump)'", err)
+        assert "its script writes none" in err
+        chaincor(*hint[1].split())
+        assert json.loads(chaincor("analyze", "job", "--json")[1])["contacts"] == found["contacts"]
+        # Beside the job the dump has the name that was given, and no other.
+        chaincor(*saved[:-1], "again", "--dump", "again/x")
+        assert [path.name for path in Path("again").glob("*dump*")] == []
+        assert json.loads(chaincor("analyze", "again", "--json")[1])["finished"]
+        # A job that dumps only has to be run.
+        chaincor("inputs", *QUICK[1:], "--frames", "-o", "unrun")
+        err = chaincor("analyze", "unrun")[2]
+        assert "in.chain writes one: run it, (cd unrun && lmp -in in.chain)" in err
 
 
 BAD = [

@@ -84,8 +84,14 @@ def run_at_steps(
     return _run_with_table(scene, numerics, timesteps, None)
 
 
-def _keep_job(target: Path, folder: Path) -> None:
-    files = [file for file in sorted(folder.iterdir()) if file.is_file()]
+def _keep_job(target: Path, folder: Path, dump: Path | None = None) -> None:
+    # A dump that is asked for there under a name of its own is the only one.
+    named = dump is not None and dump.parent.resolve() == target.resolve()
+    files = [
+        file
+        for file in sorted(folder.iterdir())
+        if file.is_file() and not (named and file.name == DUMP_FILE)
+    ]
     with folder_aside(target) as aside:
         # The script's own come last: they take the place of what only the engine can use.
         for file in [*files, *folder.glob(f"{_KEPT}/*")]:
@@ -142,7 +148,7 @@ def _run_with_table(
                 _keep_job(scene.save, folder)
             raise
         if scene.save is not None:
-            _keep_job(scene.save, folder)
+            _keep_job(scene.save, folder, scene.dump)
         if scene.dump is not None:
             with written_aside(scene.dump) as aside:
                 shutil.move(folder / DUMP_FILE, aside)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from chaincor.analysis.start import find_moving_start, find_start
+from chaincor.analysis.collision_frames import find_moving_start, find_start
 
 EXACT = np.full(4, 1e-17)
 
@@ -21,14 +21,13 @@ EXACT = np.full(4, 1e-17)
 )
 def test_first_frames(velocities, kind, speed):
     v = np.array(velocities)
-    start = find_start(v, EXACT[: v.size])
-    assert (start.kind, start.impact_velocity) == (kind, speed)
+    assert find_start(v, EXACT[: v.size]) == (kind, speed)
 
 
 def test_rounded_velocities_are_equal_within_their_rounding():
     v = np.array([-0.333333, -0.333333, -0.333334, -0.333333])
-    assert find_start(v, np.full(4, 5e-7)).kind == "incoming"
-    assert find_start(v, EXACT).kind == "late"
+    assert find_start(v, np.full(4, 5e-7))[0] == "incoming"
+    assert find_start(v, EXACT)[0] == "late"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,216 @@
+"""The frames of a collision, from its start on, and how fast the bodies come together."""
+
+from collections.abc import Iterator
+from typing import Literal
+
+import numpy as np
+
+from chaincor.analysis.dumps.chain_frames import ChainLayout
+from chaincor.analysis.dumps.chain_state import ChainState
+from chaincor.analysis.dumps.frame import DumpFrame
+from chaincor.analysis.dumps.masses import masses_of_bodies
+from chaincor.analysis.known import Known
+from chaincor.lammps_inputs.arrays import Array
+from chaincor.lammps_inputs.errors import InputError
+
+# What the first frame shows. ``incoming``: every particle still has the velocity -v0;
+# ``reflected``: particle 1 has just been turned round; ``moving`` and ``turned``: the same of a
+# chain that comes with inner motion, known by its momentum; ``late``: the collision is under way.
+Start = Literal["incoming", "reflected", "moving", "turned", "late"]
+# Digits of the shortest formats of dumps.
+_SAME_SPEED = 1e-4
+
+
+class CollisionFrames:
+    """
+    The frames of a collision in order of time, and what the first of them says.
+
+    Attributes
+    ----------
+    known : Known
+        What is known besides.
+    first, last : DumpFrame
+        First frame, and the last that has been read.
+    last_interval : int
+        Steps between the last two.
+    layout : ChainLayout
+        Layout of the dump.
+    opening : ChainState
+        The state that the first frame holds.
+    resolution : float
+        Half-width of the interval that a velocity printed in it stands for.
+    masses : list of ndarray
+        Of the chain, and of a free target, each from the contact outward.
+    start : str
+        What the first frame shows.
+    velocity : float
+        Impact speed v0. A given one, which has all its digits, is preferred to that of the frame.
+
+    Raises
+    ------
+    InputError
+        If time, masses or speed are not known, or what is known contradicts the first frame.
+    """
+
+    def __init__(self, frames: Iterator[DumpFrame], known: Known):
+        self.known = known
+        self._frames = frames
+        self.first = self.last = next(frames)
+        self.last_interval = 0
+        self.layout = ChainLayout.from_frame(self.first, known.targets)
+        if self.layout.time_known and known.timestep is not None:
+            raise InputError(
+                f"the dump carries the time, and a timestep of {known.timestep:g} is given; "
+                "expected one of them: drop the timestep (--timestep)"
+            )
+        if not self.layout.time_known and known.timestep is None:
+            raise InputError(
+                "the dump counts steps and does not carry the time; give the timestep of the run "
+                "(--timestep), or dump the time as a column v_time"
+            )
+        self.opening = self.layout.state(self.first, known.timestep)
+        resolution = self.first.resolution("vx", self.first.significant_digits())
+        self.resolution = float(np.max(resolution))
+        self.masses, _ = masses_of_bodies(
+            self.first, self.layout, given=known.masses, declared=known.declared
+        )
+        # As the target sees it, whose particles all rest if it is cold.
+        target = self.opening.target_velocities
+        relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)
+        self.start, seen = find_start(relative, resolution)
+        if target.size:
+            if self.start != "incoming" or np.any(target != target[0]):
+                self.start = "late"
+            self.velocity = self._approach(known.impact_velocity)
+        else:
+            self.velocity = self._speed_at_wall(seen, known.impact_velocity)
+        if self.start == "late":
+            self.start = self._moving_start()
+
+    @property
+    def digits(self) -> int:
+        """Significant digits of the dump; the first frame alone may hold round numbers only."""
+        return max(self.first.significant_digits(), self.last.significant_digits())
+
+    def states(self) -> Iterator[ChainState]:
+        """Yield all states, the first included, in order of time."""
+        yield self.opening
+        time = self.opening.time
+        for frame in self._frames:
+            self.last_interval = max(0, frame.step - self.last.step)
+            self.last = frame
+            state = self.layout.state(frame, self.known.timestep)
+            if state.time < time:
+                raise InputError(
+                    f"the frame of step {state.step} is earlier than the one before it; expected "
+                    "the frames of one run in order of time"
+                )
+            time = state.time
+            yield state
+
+    def first_contact(self) -> tuple[float, ChainState] | None:
+        """Return the closing speed of a contact in the first frame, and the state right after."""
+        state = self.opening
+        arrives = state.gap == 0.0 and state.opening < 0.0
+        turned = self.start in ("reflected", "turned")
+        if not turned and not (arrives and self.start in ("incoming", "moving")):
+            return None
+        speed = abs(state.opening)
+        if self.layout.targets:
+            return speed, state.after_contact(self.masses) if state.opening < 0.0 else state
+        if self.start in ("incoming", "reflected"):
+            speed = self.velocity
+        return speed, state.turned_round(speed)
+
+    def _speed_at_wall(self, seen: float | None, given: float | None) -> float:
+        if given is None:
+            if seen is None:
+                raise InputError(
+                    "the first frame is not the start of a collision (all particles at -v0, or "
+                    "the first just turned round), so the impact speed is not known; give it "
+                    "(--velocity)"
+                )
+            return seen
+        if seen is not None and abs(seen - given) > 4.0 * self.resolution + 1e-9 * given:
+            raise InputError(
+                f"the dump starts with the impact speed {seen:.9g}, the scene says {given:.9g}; "
+                "expected the dump of that scene"
+            )
+        return given
+
+    def _approach(self, given: float | None) -> float:
+        """Return how fast a chain and a free target come together in the first frame."""
+        opening, masses = self.opening, self.masses
+        v0 = -opening.separation(masses)
+        if opening.gap == 0.0 and opening.opening > 0.0:
+            # The frame may be that right after the first contact, before which they came faster.
+            share = sum(1.0 / float(np.sum(m)) for m in masses) / sum(1.0 / m[0] for m in masses)
+            before = v0 + 2.0 * float(opening.opening * share)
+            if given is None:
+                cold = opening.after_contact(masses)
+                slack = 8.0 * self.resolution + 1e-9 * float(np.max(np.abs(cold.all_velocities)))
+                follows = all(np.ptp(body.velocities) <= slack for body in cold.bodies)
+            else:
+                follows = abs(before / given - 1.0) <= _SAME_SPEED
+            if follows:
+                self.start = "turned"
+                return before
+        if not v0 > 0.0:
+            raise InputError(
+                f"the bodies move apart with {-v0:.6g} in the first frame; expected a dump that "
+                "begins before they meet, with the chain at larger x than the target"
+            )
+        if given is not None and abs(v0 / given - 1.0) > _SAME_SPEED:
+            raise InputError(
+                f"the bodies come together with {v0:.9g} in the first frame, in the scene with "
+                f"{given:.9g}; expected a dump of that job from before their contact"
+            )
+        return v0
+
+    def _moving_start(self) -> Start:
+        """Look again at a first frame that shows no collision's start, with what is known now."""
+        if self.layout.targets:  # the impact velocity is that of this frame
+            return "moving"
+        v = self.opening.velocities
+        # Printed velocities, each rounded by as much; and the additions of all.
+        slack = 4.0 * self.resolution + 1e-9 * self.velocity
+        slack += v.size * float(np.finfo(float).eps * np.max(np.abs(v)))
+        at_wall = self.opening.gap == 0.0
+        return find_moving_start(v, self.masses[0], self.velocity, slack, at_wall)
+
+
+def find_start(velocities: Array, resolution: Array) -> tuple[Start, float | None]:
+    """
+    Return what the velocities in the first frame, particle 1 first, show, and the impact speed.
+
+    `resolution` is the half-width of the interval that each printed velocity stands for. The speed
+    is None where the velocities alone do not say it.
+    """
+    outer = velocities[1:] if velocities.size > 1 else -np.abs(velocities)
+    speed = -float(outer[-1])
+    # In flight, forces of the rounding of positions disturb velocities by next to nothing.
+    slack = max(4.0 * float(np.max(resolution)), 1e-9 * speed)
+    if not speed > 0.0 or np.any(np.abs(outer + speed) > slack):
+        return "late", None
+    if abs(velocities[0] + speed) <= slack:
+        return "incoming", speed
+    if abs(velocities[0] - speed) <= slack:
+        return "reflected", speed
+    return "late", None
+
+
+def find_moving_start(
+    velocities: Array, masses: Array, impact_velocity: float, slack: float, at_wall: bool
+) -> Start:
+    """
+    Tell by its momentum whether a chain with inner motion has met the wall.
+
+    The velocity of its centre of mass may differ by `slack` from -v0, which such velocities do not
+    show. `at_wall` says whether particle 1 is at the wall: then it may just have been turned round.
+    """
+    total = float(np.sum(masses))
+    mean = float(masses @ velocities) / total
+    if abs(mean + impact_velocity) <= slack:
+        return "moving"
+    before = mean - 2.0 * float(masses[0] * velocities[0]) / total
+    return "turned" if at_wall and abs(before + impact_velocity) <= slack else "late"
