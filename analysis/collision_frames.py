@@ -25,38 +25,16 @@ class CollisionFrames:
     """
     The frames of a collision in order of time, and what the first of them says.
 
-    Attributes
-    ----------
-    known : Known
-        What is known besides.
-    first, last : DumpFrame
-        First frame, and the last that has been read.
-    last_interval : int
-        Steps between the last two.
-    layout : ChainLayout
-        Layout of the dump.
-    opening : ChainState
-        The state that the first frame holds.
-    resolution : float
-        Half-width of the interval that a velocity printed in it stands for.
-    masses : list of ndarray
-        Of the chain, and of a free target, each from the contact outward.
-    start : str
-        What the first frame shows.
-    velocity : float
-        Impact speed v0. A given one, which has all its digits, is preferred to that of the frame.
-
-    Raises
-    ------
-    InputError
-        If time, masses or speed are not known, or what is known contradicts the first frame.
+    Raises InputError if time, masses or speed are not known, or what is known contradicts the first
+    frame.
     """
 
     def __init__(self, frames: Iterator[DumpFrame], known: Known):
         self.known = known
         self._frames = frames
+        #: First frame, and the last that has been read.
         self.first = self.last = next(frames)
-        self.last_interval = 0
+        self.last_interval = 0  #: Steps between the last two.
         self.layout = ChainLayout.from_frame(self.first, known.targets)
         if self.layout.time_known and known.timestep is not None:
             raise InputError(
@@ -68,9 +46,11 @@ class CollisionFrames:
                 "the dump counts steps and does not carry the time; give the timestep of the run "
                 "(--timestep), or dump the time as a column v_time"
             )
-        self.opening = self.layout.state(self.first, known.timestep)
+        self.opening = self.layout.state(self.first, known.timestep)  #: In the first frame.
         resolution = self.first.resolution("vx", self.first.significant_digits())
+        #: Half-width of the interval that a velocity printed in the first frame stands for.
         self.resolution = float(np.max(resolution))
+        #: Of the chain, and of a free target, each from the contact outward.
         self.masses, _ = masses_of_bodies(
             self.first, self.layout, given=known.masses, declared=known.declared
         )
@@ -78,6 +58,8 @@ class CollisionFrames:
         target = self.opening.target_velocities
         relative = self.opening.velocities - (float(target[0]) if target.size else 0.0)
         self.start, seen = find_start(relative, resolution)
+        #: Impact speed v0; a given one, which has all its digits, is preferred to the frame's.
+        self.velocity: float
         if target.size:
             if self.start != "incoming" or np.any(target != target[0]):
                 self.start = "late"

@@ -52,17 +52,9 @@ class Distribution:
     @classmethod
     def of(cls, values: ArrayLike, errors: ArrayLike) -> "Distribution":
         """
-        Return what samples say.
+        Return what samples say, with their numerical error bars, both of shape (N,).
 
-        Parameters
-        ----------
-        values, errors : array_like of shape (N,)
-            Samples and their numerical error bars.
-
-        Raises
-        ------
-        InputError
-            If there are no samples.
+        Raises InputError if there are none.
         """
         x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
         if len(x) == 0:
@@ -79,17 +71,9 @@ class Distribution:
 
     def samples_needed(self, precision: float) -> int | None:
         r"""
-        Return of how many samples the mean has a wanted standard error: :math:`(s/\epsilon)^2`.
+        Return of how many samples the mean has a standard error: :math:`(s/\epsilon)^2`.
 
-        Parameters
-        ----------
-        precision : float
-            The standard error :math:`\epsilon`.
-
-        Returns
-        -------
-        int or None
-            None where one sample says nothing of their scatter.
+        None where one sample says nothing of their scatter.
         """
         if not math.isfinite(self.deviation):
             return None
@@ -101,20 +85,8 @@ def quantile(values: ArrayLike, probability: float) -> Quantile:
     """
     Return a quantile with an interval that rests on no form of the distribution.
 
-    How many of N samples lie below the true quantile is binomial: so two of the ordered samples
-    enclose it with the confidence.
-
-    Parameters
-    ----------
-    values : array_like of shape (N,)
-        Samples.
-    probability : float
-        Of a sample to lie below.
-
-    Returns
-    -------
-    Quantile
-        Linear between samples, as `numpy.quantile`.
+    It is linear between samples, as `numpy.quantile`. How many of N samples lie below the true
+    quantile is binomial: so two of the ordered samples enclose it with the confidence.
     """
     from scipy.stats import binom
 
@@ -142,19 +114,9 @@ def wilson_interval(hits: int, count: int) -> tuple[float, float]:
 
 def share_above(values: ArrayLike, errors: ArrayLike, threshold: float) -> Share:
     """
-    Return how likely a sample is to exceed a threshold.
+    Return how likely a sample is to exceed a threshold, with its interval.
 
-    Parameters
-    ----------
-    values, errors : array_like of shape (N,)
-        Samples and their numerical error bars.
-    threshold : float
-        What to exceed.
-
-    Returns
-    -------
-    Share
-        With its interval.
+    `values` and `errors`, of shape (N,), are samples and their numerical error bars.
     """
     x, bars = np.asarray(values, dtype=float), np.asarray(errors, dtype=float)
     surely = int(np.count_nonzero(x - bars > threshold))

@@ -33,18 +33,7 @@ def free_modes(masses: ArrayLike, stiffness: float = 1.0) -> FreeModes:
 
     whose entries are free of cancellation, and whose singular values, however small, the QR
     iteration of LAPACK finds to all digits (Demmel and Kahan, 1990). O(n^3), 0.7 s for n = 300.
-
-    Parameters
-    ----------
-    masses : array_like of shape (n,)
-        Particle masses.
-    stiffness : float
-        U''(1).
-
-    Returns
-    -------
-    FreeModes
-        By rising frequency.
+    `masses` are of shape (n,), `stiffness` is U''(1); the modes come by rising frequency.
     """
     from scipy.linalg import svd
 

@@ -20,14 +20,9 @@ Item = TypeVar("Item")
 
 class Thinned(Generic[Item]):
     """
-    Keeps every k-th of the items it is fed, k doubling so that no more than a limit stay.
+    Keeps every k-th of the items it is fed, k doubling so that no more than a limit (>= 2) stay.
 
     The last item is kept besides, so that the record reaches to the end.
-
-    Parameters
-    ----------
-    limit : int
-        Most items to keep, at least 2.
     """
 
     def __init__(self, limit: int):

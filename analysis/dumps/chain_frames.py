@@ -49,7 +49,8 @@ class ChainLayout:
         bodies cannot be told apart.
         """
         wanted = (DISPLACEMENT_COLUMN, *_POSITION_COLUMNS)
-        found = next((name for name in wanted if name in frame.columns), None)
+        position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
+        found = DISPLACEMENT_COLUMN if DISPLACEMENT_COLUMN in frame.columns else position
         if found is None or "vx" not in frame.columns:
             missing = "velocities (vx)" if found else f"positions (one of {', '.join(wanted)})"
             raise InputError(
@@ -57,7 +58,6 @@ class ChainLayout:
                 "'id x vx'"
             )
         _refuse_other_units(frame)
-        position = next((name for name in _POSITION_COLUMNS if name in frame.columns), None)
         x = None if position is None else _positions(frame, position)
         time_known = TIME_COLUMN in frame.columns or frame.time is not None
         if targets:
@@ -69,13 +69,11 @@ class ChainLayout:
             rows = _rows_of_bodies(frame, x, targets)
             return cls(rows[0].size, found, rows[0], time_known, rows[1])
         order = None
-        if found != DISPLACEMENT_COLUMN:
-            assert x is not None
+        if x is not None and found != DISPLACEMENT_COLUMN:
             order = np.argsort(x, kind="stable")
             if np.array_equal(order, np.arange(order.size)):
                 order = None
-        elif x is not None:
-            assert position is not None
+        elif x is not None and position is not None:
             _refuse_other_displacements(frame, x, position)
         return cls(frame.column(found).size, found, order, time_known)
 

@@ -38,11 +38,10 @@ class ChainState:
     @property
     def bodies(self) -> "list[ChainState]":
         """The chain, and a free target in a mirror, in which it is a chain too."""
-        chain = ChainState(self.step, self.time, self.displacements, self.velocities)
-        if not self.target_velocities.size:
-            return [chain]
-        u, v = -self.target_displacements, -self.target_velocities
-        return [chain, ChainState(self.step, self.time, u, v)]
+        motions = [(self.displacements, self.velocities)]
+        if self.target_velocities.size:
+            motions.append((-self.target_displacements, -self.target_velocities))
+        return [ChainState(self.step, self.time, *motion) for motion in motions]
 
     def separation(self, masses: Sequence[Array]) -> float:
         """Return how fast the centres of mass of bodies of these masses move apart."""

@@ -57,25 +57,11 @@ class DetectedContacts:
 
 class ContactDetector:
     """
-    Collects contacts while frames stream by.
+    Collects contacts while frames stream by; `last_time` is when the last one was.
 
-    Parameters
-    ----------
-    impact_velocity : float
-        Impact speed v0.
-    masses : sequence of ndarray
-        Of the chain, and of a free target, each from the contact outward.
-    bond : Potential, optional
-        The bonds' potential, if known.
-    velocity_resolution : float
-        Half-width of the interval that a printed velocity of the size of v0 stands for.
-    soft : bool
-        Whether the bodies overlap when they meet: then only the momentum is watched.
-
-    Attributes
-    ----------
-    last_time : float or None
-        When the last contact was.
+    `masses` are those of the chain, and of a free target, each from the contact outward;
+    `velocity_resolution` is the half-width of the interval that a printed velocity of the size of
+    v0 stands for. Of `soft` bodies, which overlap when they meet, only the momentum is watched.
     """
 
     def __init__(

@@ -4,10 +4,11 @@ import gzip
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import IO, cast
 
-from chaincor.analysis.dumps.binary import BinaryFrames
+from chaincor.analysis.dumps.binary import read_binary_frame
 from chaincor.analysis.dumps.frame import DumpFrame, Frames, TruncatedFrameError
 from chaincor.analysis.dumps.text import TextFrames
 from chaincor.lammps_inputs.errors import InputError
@@ -20,24 +21,10 @@ class Dump(Frames):
     """
     A LAMMPS dump of style custom, read in constant memory.
 
-    Iterating yields a :class:`DumpFrame` at a time and can be repeated. A last frame that is cut
-    short, as a crash leaves it, ends the iteration and sets `truncated`.
-
-    Parameters
-    ----------
-    path : pathlib.Path or str
-        Text (``.lammpstrj``, ``.dump``), the same gzipped, or binary (``.bin``); what it is, is
-        seen from its content.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is empty, or is not a dump.
+    Text (``.lammpstrj``, ``.dump``), the same gzipped, or binary (``.bin``): what it is, is seen
+    from its content. Iterating yields a :class:`DumpFrame` at a time and can be repeated. A last
+    frame that is cut short, as a crash leaves it, ends the iteration and sets `truncated`. Raises
+    InputError if the file cannot be read, is empty, or is not a dump.
     """
 
     def __init__(self, path: Path | str):
@@ -46,7 +33,8 @@ class Dump(Frames):
             with self._open() as (_, stream):
                 start = stream.read(18)
         except OSError as error:
-            raise InputError(f"cannot read the dump {self.path}: {_reason(error)}") from None
+            reason = error.strerror or type(error).__name__
+            raise InputError(f"cannot read the dump {self.path}: {reason}") from None
         except (EOFError, zlib.error):
             raise InputError(f"{self.path} is cut short before its first frame") from None
         if not start:
@@ -64,12 +52,12 @@ class Dump(Frames):
         `progress` is told the number of bytes of the file read so far. Raises InputError if the
         file is damaged, or not even one frame is complete.
         """
-        reader = self._reader()
-        self.truncated = False
+        name, self.truncated = str(self.path), False
+        read = TextFrames(name).read if self.is_text else partial(read_binary_frame, name=name)
         count = 0
         with self._open() as (file, stream):
             try:
-                while (frame := reader.read(stream)) is not None:
+                while (frame := read(stream)) is not None:
                     count += 1
                     yield frame
                     if progress is not None:
@@ -80,9 +68,6 @@ class Dump(Frames):
                 raise InputError(f"{self.path} is a damaged gzip file: {error}") from None
         if count == 0:
             raise InputError(f"{self.path} is cut short before the end of its first frame")
-
-    def _reader(self) -> TextFrames | BinaryFrames:
-        return TextFrames(str(self.path)) if self.is_text else BinaryFrames(str(self.path))
 
     @contextmanager
     def _open(self) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
@@ -96,7 +81,3 @@ class Dump(Frames):
             with gzip.GzipFile(fileobj=file) as unzipped:
                 # No further buffer: it would lose what precedes the end of a cut stream.
                 yield file, cast(IO[bytes], unzipped)
-
-
-def _reason(error: OSError) -> str:
-    return error.strerror or type(error).__name__

@@ -80,10 +80,8 @@ class Frames(ABC):
     """
     What is read: a dump, or a trajectory of another format; it can be gone through again.
 
-    Attributes
-    ----------
-    truncated : bool
-        Whether the last complete iteration met a frame cut short, as a crash leaves it.
+    `truncated` says whether the last complete iteration met a frame cut short, as a crash leaves
+    it.
     """
 
     truncated = False

@@ -26,7 +26,7 @@ SYMBOL = "Ar"
 
 def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[ChainState]:
     """
-    Yield the states in a dump.
+    Yield the states in a dump, one a frame.
 
     Parameters
     ----------
@@ -35,11 +35,6 @@ def read_states(dump: Path | str | Frames, timestep: float = 1.0) -> Iterator[Ch
         what it returned, as seen in the chain's units.
     timestep : float
         Simulated time per step, for dumps that do not carry the time.
-
-    Yields
-    ------
-    ChainState
-        One state a frame.
     """
     source = _opened(dump)
     return ChainLayout.from_frame(source.first()).states(source, timestep)
@@ -49,31 +44,12 @@ def to_ase(
     dump: Path | str | Frames, timestep: float = 1.0, masses: ArrayLike | None = None
 ) -> "Iterator[Atoms]":
     """
-    Yield the frames as ASE Atoms, in reduced units and float64.
+    Yield the frames of a dump as ASE Atoms, as :func:`ase_atoms` makes them.
 
     ASE's own reader knows no ``units lj`` and rescales velocities; here numbers pass unchanged.
-
-    Parameters
-    ----------
-    dump : pathlib.Path, str or Frames
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
-        what it returned, as seen in the chain's units.
-    timestep : float
-        Simulated time per step, for dumps that do not carry the time.
-    masses : array_like, optional
-        Particle masses from the wall outwards, repeated along the chain; those of the dump, else
-        1, by default.
-
-    Yields
-    ------
-    ase.Atoms
-        Positions (x, 0, 0), array ``displacement``, masses and velocities; ``info`` holds ``time``
-        and ``step``.
-
-    Raises
-    ------
-    InputError
-        If particles are of different types and their masses are not known.
+    `dump` and `timestep` are as for :func:`read_states`. `masses` are those from the wall outwards,
+    repeated along the chain; by default those of the dump, else 1: InputError if particles are of
+    different types and their masses are not known.
     """
     m = _masses(_opened(dump).first(), masses)
     for state in read_states(dump, timestep):
@@ -84,22 +60,11 @@ def ase_atoms(state: ChainState, masses: Array, bond: "Potential | None" = None)
     r"""
     Return a chain at one moment as ASE Atoms, in reduced units and float64.
 
-    Parameters
-    ----------
-    state : ChainState
-        The chain; a free target's particles follow those of the chain.
-    masses : ndarray of shape (n,), or (n + M,)
-        Particle masses.
-    bond : Potential, optional
-        Of the bonds; with it the Atoms know their potential energy :math:`\sum_i U(s_i)` and
-        forces, those of the contact not among them.
-
-    Returns
-    -------
-    ase.Atoms
-        Positions (x, 0, 0), no cell, nothing periodic; arrays ``displacement`` and ``bonds`` (which
-        neighbours each atom has, as ASE reads them from a LAMMPS data file); ``info`` holds
-        ``time`` and ``step``.
+    A free target's particles, and their masses, follow those of the chain. The Atoms have positions
+    (x, 0, 0), no cell and nothing periodic; arrays ``displacement`` and ``bonds`` (which neighbours
+    each atom has, as ASE reads them from a LAMMPS data file); ``info`` holds ``time`` and ``step``.
+    With a bond they know their potential energy :math:`\sum_i U(s_i)` and forces, those of the
+    contact not among them.
     """
     from ase import Atoms
 
@@ -137,26 +102,11 @@ def write_extended_xyz(
     target_masses: Array | None = None,
 ) -> int:
     """
-    Write a dump as extended XYZ with all digits, frame by frame.
+    Write a dump as extended XYZ with all digits, frame by frame, and return how many there are.
 
-    Parameters
-    ----------
-    dump : pathlib.Path, str or Frames
-        Anything that :func:`~chaincor.analysis.dumps.other_trajectories.open_trajectory` opens, or
-        what it returned, as seen in the chain's units.
-    path : pathlib.Path or str
-        The file to write; it appears when it is complete.
-    timestep : float
-        Simulated time per step, for dumps that do not carry the time.
-    masses : array_like, optional
-        As for :func:`to_ase`.
-    target_masses : ndarray of shape (M,), optional
-        Those of a free target, from the contact outward; its particles follow those of the chain.
-
-    Returns
-    -------
-    int
-        Number of frames.
+    The file appears when it is complete. `dump`, `timestep` and `masses` are as for :func:`to_ase`;
+    `target_masses`, of shape (M,), are those of a free target, from the contact outward, whose
+    particles follow those of the chain.
     """
     count = 0
     first = _opened(dump).first()

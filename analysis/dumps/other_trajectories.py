@@ -25,21 +25,15 @@ from chaincor.lammps_inputs.errors import InputError
 if TYPE_CHECKING:
     from ase import Atoms
 
-# Endings, and what ASE or MDAnalysis call the format.
+# Endings of files that ASE reads, and what it calls the format.
 _ASE_FORMATS = {".extxyz": "extxyz", ".xyz": "extxyz", ".traj": "traj"}
+# The same of MDAnalysis, and how such files begin; at others its readers stumble.
 _MDANALYSIS_FORMATS = {
-    ".trr": "TRR",
-    ".nc": "NCDF",
-    ".ncdf": "NCDF",
-    ".dcd": "DCD",
-    ".xtc": "XTC",
-}
-# How such files begin; at others their readers stumble.
-_BEGINNINGS = {
-    "TRR": (b"\x00\x00\x07\xc9",),
-    "NCDF": (b"CDF",),
-    "DCD": (b"T\x00\x00\x00CORD",),
-    "XTC": (b"\x00\x00\x07\xcb",),
+    ".trr": ("TRR", b"\x00\x00\x07\xc9"),
+    ".nc": ("NCDF", b"CDF"),
+    ".ncdf": ("NCDF", b"CDF"),
+    ".dcd": ("DCD", b"T\x00\x00\x00CORD"),
+    ".xtc": ("XTC", b"\x00\x00\x07\xcb"),
 }
 # As ASE, LAMMPS and this package write them; momenta are turned into velocities.
 _VELOCITY_ARRAYS = ("velo", "vel", "velocities")
@@ -52,40 +46,15 @@ _FRAMES_FOR_DECIMALS = 20
 
 
 def is_other_trajectory(path: Path) -> bool:
-    """
-    Tell by the name of a file whether ASE or MDAnalysis read it.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        A file.
-
-    Returns
-    -------
-    bool
-        Whether it ends as a format that they know.
-    """
+    """Tell by the ending of a file whether ASE or MDAnalysis read it."""
     return path.suffix in _ASE_FORMATS or path.suffix in _MDANALYSIS_FORMATS
 
 
 def open_trajectory(path: Path | str) -> Frames:
     """
-    Open a dump of LAMMPS, or a trajectory of another format.
+    Open a dump of LAMMPS, or a trajectory of another format, which its ending tells.
 
-    Parameters
-    ----------
-    path : pathlib.Path or str
-        The file; other formats are known by their endings.
-
-    Returns
-    -------
-    Frames
-        A Dump, or an OtherTrajectory.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
+    Raises InputError if it cannot be read.
     """
     path = Path(path)
     return OtherTrajectory(path) if is_other_trajectory(path) else Dump(path)
@@ -95,17 +64,8 @@ class OtherTrajectory(Frames):
     """
     A trajectory read by ASE or MDAnalysis, frame by frame, with the numbers that these show.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-        The file.
-
-    Attributes
-    ----------
-    path : pathlib.Path
-        The file.
-    truncated : bool
-        False: their readers do not tell.
+    Frames have columns ``x`` and ``vx``, and ``mass`` where the file has them, or else ``type``
+    where elements differ. `truncated` is False: their readers do not tell.
     """
 
     def __init__(self, path: Path):
@@ -115,23 +75,9 @@ class OtherTrajectory(Frames):
 
     def frames(self, progress: Callable[[int], None] | None = None) -> Iterator[DumpFrame]:
         """
-        Yield the frames in the order of the file.
+        Yield the frames in the order of the file; `progress` is told its size at the end.
 
-        Parameters
-        ----------
-        progress : callable, optional
-            Called at the end with the size of the file.
-
-        Yields
-        ------
-        DumpFrame
-            One frame with columns ``x`` and ``vx``, and ``mass`` where the file has them, or else
-            ``type`` where elements differ.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read or holds no velocities.
+        Raises InputError if the file cannot be read or holds no velocities.
         """
         through_ase = self.path.suffix in _ASE_FORMATS
         found = self._through_ase() if through_ase else self._through_mdanalysis()
@@ -198,9 +144,9 @@ class OtherTrajectory(Frames):
     def _through_mdanalysis(self) -> Iterator[DumpFrame]:
         from MDAnalysis.coordinates.core import reader
 
-        name = _MDANALYSIS_FORMATS[self.path.suffix]
+        name, beginning = _MDANALYSIS_FORMATS[self.path.suffix]
         with self.path.open("rb") as file:
-            if not file.read(8).startswith(_BEGINNINGS[name]):
+            if not file.read(8).startswith(beginning):
                 raise InputError(f"cannot read the trajectory {self.path}: it is no {name} file")
         with reader(str(self.path), format=name) as source:
             for ts in source:

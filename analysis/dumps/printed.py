@@ -45,14 +45,9 @@ def printed_error(
     Return the error of a restitution read from a dump that the logs of its run tell.
 
     A log tells it by its lines ``restitution`` and ``restitution_error``, the first of which must
-    be the dump's number within `data_error`, which is added to the second.
-
-    Returns
-    -------
-    error : float or None
-        None where no log tells it.
-    says : str or None
-        Where it is from, or why what a log says is not taken; None where logs say nothing.
+    be the dump's number within `data_error`, which is added to the second. Returned are the error,
+    None where no log tells it, and where it is from, or why what a log says is not taken; None
+    where logs say nothing.
     """
     other = None
     for path in logs:

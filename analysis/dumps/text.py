@@ -1,7 +1,6 @@
 """Read the text format of LAMMPS ``dump custom``, frame by frame."""
 
 import itertools
-from collections.abc import Callable
 from typing import IO, Any
 
 import numpy as np
@@ -33,7 +32,8 @@ class TextFrames:
         header = self._read_header(stream)
         if header is None:
             return None
-        step, time, particles, columns, box = header
+        particles, said = header
+        step, columns = said["step"], said["columns"]
         body = list(itertools.islice(stream, particles))
         if len(body) < particles or (body and not body[-1].endswith(b"\n")):
             raise TruncatedFrameError
@@ -58,15 +58,22 @@ class TextFrames:
                     "text that is not a number"
                 ) from None
 
-        order = self._find_order(step, columns, raw_text, raw_column)
-        bounds = box.pop("bounds")
-        return DumpFrame(step, time, columns, bounds, order, raw_column, raw_text, **box)
+        if "id" not in columns:
+            raise InputError(
+                f"{self._name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
+                "writes atoms in any order"
+            )
+        # Frames with the same ids share their order.
+        index = columns.index("id")
+        if raw_text(index) != self._ids:
+            self._ids = raw_text(index)
+            self._order = order_by_id(raw_column(index), step, self._name)
+        return DumpFrame(order=self._order, raw_column=raw_column, raw_text=raw_text, **said)
 
-    def _read_header(
-        self, stream: IO[bytes]
-    ) -> tuple[int, float | None, int, tuple[str, ...], dict[str, Any]] | None:
-        step, time, particles = None, None, None
-        box: dict[str, Any] = {"bounds": None}
+    def _read_header(self, stream: IO[bytes]) -> tuple[int, dict[str, Any]] | None:
+        """Return the number of particles, and the fields of a frame that its header says."""
+        said: dict[str, Any] = {"time": None, "bounds": None}
+        particles = None
         line = stream.readline()
         if not line:
             return None
@@ -78,26 +85,26 @@ class TextFrames:
                 if words[:1] != [b"ITEM:"]:
                     raise ValueError
                 if words[1] == b"ATOMS":
-                    columns = tuple(word.decode() for word in words[2:])
-                    if step is None or particles is None or not columns:
+                    said["columns"] = tuple(word.decode() for word in words[2:])
+                    if "step" not in said or particles is None or not said["columns"]:
                         raise ValueError
-                    return step, time, particles, columns, box
+                    return particles, said
                 if words[1] == b"TIMESTEP":
-                    step = int(_complete(stream))
+                    said["step"] = int(_complete(stream))
                 elif words[1] == b"TIME":
-                    time = float(_complete(stream))
+                    said["time"] = float(_complete(stream))
                 elif words[1] == b"NUMBER":
                     particles = int(_complete(stream))
-                    if particles > _MOST_PARTICLES:
+                    if not 0 <= particles <= _MOST_PARTICLES:
                         raise ValueError
                 elif words[1] == b"BOX":
                     rows = [_complete(stream).split() for _ in range(3)]
-                    box["bounds"] = np.array([row[:2] for row in rows], dtype=float)
-                    box["tilted"] = any(len(row) > 2 for row in rows)
+                    said["bounds"] = np.array([row[:2] for row in rows], dtype=float)
+                    said["tilted"] = any(len(row) > 2 for row in rows)
                     # ITEM: BOX BOUNDS [xy xz yz] pp ff ff
-                    box["periodic_x"] = words[-3:-2] == [b"pp"]
+                    said["periodic_x"] = words[-3:-2] == [b"pp"]
                 elif words[1] == b"UNITS":
-                    box["units"] = _complete(stream).decode().strip()
+                    said["units"] = _complete(stream).decode().strip()
                 else:
                     raise ValueError
             except (ValueError, IndexError):
@@ -106,26 +113,6 @@ class TextFrames:
                     f"{line[:60].decode(errors='replace').strip()!r} in the header of a frame"
                 ) from None
             line = stream.readline()
-
-    def _find_order(
-        self,
-        step: int,
-        columns: tuple[str, ...],
-        raw_text: Callable[[int], list[bytes]],
-        raw_column: Callable[[int], Array],
-    ) -> NDArray[np.int64] | None:
-        """Return the order by id; frames with the same ids share it."""
-        if "id" not in columns:
-            raise InputError(
-                f"{self._name} has no column 'id' (it has {' '.join(columns)}); dump it: LAMMPS "
-                "writes atoms in any order"
-            )
-        index = columns.index("id")
-        ids = raw_text(index)
-        if ids != self._ids:
-            self._order = order_by_id(raw_column(index), step, self._name)
-            self._ids = ids
-        return self._order
 
 
 def order_by_id(ids: Array, step: int, name: str) -> NDArray[np.int64] | None:

@@ -23,16 +23,8 @@ class ColumnsReader(MemoryReader):
     """
     MDAnalysis trajectory in memory, with the float64 columns of each frame in ``ts.data``.
 
-    Made by :func:`universe_of_states`.
-
-    Parameters
-    ----------
-    coordinate_array : ndarray of shape (frames, n, 3)
-        Positions, which MDAnalysis keeps as float32.
-    columns : sequence of dict
-        What ``ts.data`` holds besides, frame by frame: columns by name, step and time.
-    **kwargs
-        As for MDAnalysis's MemoryReader.
+    `coordinate_array`, of shape (frames, n, 3), are positions, which MDAnalysis keeps as float32;
+    `columns` is what ``ts.data`` holds besides, frame by frame: columns by name, step and time.
     """
 
     format = "CHAINCOLUMNS"
@@ -58,21 +50,12 @@ class ColumnsReader(MemoryReader):
 
 def universe_of_states(states: Sequence[ChainState], masses: Array) -> MDAnalysis.Universe:
     """
-    Return states of a chain as an MDAnalysis Universe in reduced units.
+    Return one or more states of a chain as an MDAnalysis Universe in reduced units.
 
-    Parameters
-    ----------
-    states : sequence of ChainState
-        At least one.
-    masses : ndarray of shape (n,)
-        Particle masses; with a free target of shape (n + M,), the chain's first.
-
-    Returns
-    -------
-    MDAnalysis.Universe
-        Atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
-        and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
-        frame.
+    `masses`, of shape (n,) or (n + M,), are the chain's, then a free target's. The Universe has
+    atoms with ids from 1 on, the chain's before the target's, masses, bonds between neighbours
+    and no box; float64 columns ``vx``, ``v_displacement`` and ``v_time`` in ``ts.data`` of each
+    frame.
     """
     n, times = masses.size, [state.time for state in states]
     universe = MDAnalysis.Universe.empty(n, trajectory=False, velocities=True)

@@ -90,16 +90,7 @@ class DumpView:
 
 
 class ViewedDump(Frames):
-    """
-    A dump in the chain's units.
-
-    Parameters
-    ----------
-    source : Frames
-        What is read.
-    view : DumpView
-        How.
-    """
+    """A dump in the chain's units."""
 
     def __init__(self, source: Frames, view: DumpView) -> None:
         self._source, self._view = source, view

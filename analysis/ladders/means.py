@@ -31,7 +31,7 @@ class Means:
 
 
 def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
-    r"""
+    """
     Bound the bias of every rung, and find the limit, from means and their errors.
 
     For each p of a few orders, :math:`y = A + B h^p` is fitted to the finest rungs by least
@@ -41,24 +41,9 @@ def judge_means(steps: Array, values: Array, scatter: Array) -> Means:
     which one power or another always nearly fits, nothing is believed. Where none fits, the
     steepest slope between the three finest rungs, twice, down to step 0, stands for what is left.
 
-    Parameters
-    ----------
-    steps : ndarray of shape (R, M)
-        Steps, rung by rung from coarse to fine.
-    values : ndarray of shape (R, M)
-        The number found with each.
-    scatter : ndarray of shape (R,)
-        Standard deviation of one run, by rung; positive.
-
-    Returns
-    -------
-    Means
-        The limit and the bounds.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than three rungs or two runs a rung.
+    `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine; `scatter`, of shape
+    (R,), is the standard deviation of one run, by rung, positive. Raises ValueError if there are
+    fewer than three rungs or two runs a rung.
     """
     from scipy.stats import chi2, t
 

@@ -47,7 +47,7 @@ class OrderFit:
 
 
 def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
-    r"""
+    """
     Fit order and limit to as many of the finest rungs as a single power of h describes.
 
     Terms of higher order make a fit to coarse rungs wrong, few rungs make it uncertain. Every
@@ -57,19 +57,8 @@ def fit_order(steps: Array, values: Array, errors: Array) -> OrderFit:
     where r is the ratio of neighbouring steps, and the next term of relative order h, the slowest.
     The window of least error of the limit is taken.
 
-    Parameters
-    ----------
-    steps : ndarray of shape (R, M)
-        Steps h, in units of the largest, rung by rung from coarse to fine; M nearby ones a rung.
-    values : ndarray of shape (R, M)
-        The number found with each.
-    errors : ndarray of shape (R,)
-        Standard deviation of one value, by rung; positive.
-
-    Returns
-    -------
-    OrderFit
-        The law.
+    `steps`, in units of the largest, and `values`, of shape (R, M), are rung by rung from coarse to
+    fine; `errors`, of shape (R,), is the standard deviation of one value, by rung, positive.
     """
     rungs = len(steps)
     ratio = float((steps[-1].mean() / steps[0].mean()) ** (1.0 / (rungs - 1)))

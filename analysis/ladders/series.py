@@ -15,7 +15,7 @@ _WALKS = 35.0
 
 def standard_error(series: Array) -> float:
     r"""
-    Return the standard error of the mean of a stationary, correlated series.
+    Return the standard error of the mean of a stationary, correlated series of shape (N,).
 
     .. math:: \sigma^2 = \frac{1}{N} \Big( \gamma_0 + 2 \sum_{k = 1}^{M - 1} \gamma_k \Big)
 
@@ -26,18 +26,8 @@ def standard_error(series: Array) -> float:
     :math:`N \gamma_0` over that sum independent samples, so that three of it hold as often as
     three of a Gaussian. A series that looks like a random walk may be a short piece of a slower
     one: by :math:`1 + (35/\nu)^3`, :math:`\nu = N \sum (x_{i+1} - x_i)^2 / \sum (x_i - \bar x)^2`,
-    it is made longer.
-
-    Parameters
-    ----------
-    series : ndarray of shape (N,)
-        The samples, equally spaced.
-
-    Returns
-    -------
-    float
-        Standard error; 0 for a constant series, inf where the series is too short against its
-        correlations to tell.
+    it is made longer. It is 0 for a constant series, inf where the series is too short against its
+    correlations to tell.
     """
     from scipy.special import stdtrit
 

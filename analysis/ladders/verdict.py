@@ -60,24 +60,13 @@ def judge_ladder(
     steps: Array, values: Array, *, resolution: float = 0.0, seeded: bool = False
 ) -> LadderVerdict:
     """
-    Say what the error of a number is like.
+    Say what the error of a number is like, and why.
 
-    Parameters
-    ----------
-    steps : ndarray of shape (R, M)
-        Steps, rung by rung from coarse to fine; M nearby ones a rung, all a little different.
-    values : ndarray of shape (R, M)
-        The number found with each.
-    resolution : float, optional
-        Unit of the last digit that the number is given with.
-    seeded : bool, optional
-        Whether a column has one seed throughout: then seeds may differ by more than the step
-        changes, and each is compared with itself.
-
-    Returns
-    -------
-    LadderVerdict
-        What it is, with its reason.
+    `steps` and `values`, of shape (R, M), are rung by rung from coarse to fine, the M steps of a
+    rung all a little different; `resolution` is the unit of the last digit that the number is given
+    with. `seeded` says that a column has one seed throughout: then seeds may differ by more than
+    the step changes, and each is compared with itself. Raises ValueError for fewer rungs or runs
+    than LEAST_RUNGS and LEAST_COLUMNS.
     """
     rungs, columns = values.shape
     if rungs < LEAST_RUNGS or columns < LEAST_COLUMNS:
